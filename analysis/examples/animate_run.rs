@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use analysis::replay_views::retrace;
+use analysis::replay_views::retrace_into;
 use glam::Vec2;
 use missions::Registry;
 use proto::control::AgentState;
 use proto::view::{Mark, MarkOutline, MarkRole, View};
-use run_log::{LogLevel, RunLog};
+use run_log::{LogLevel, MemoryLog, RunLog};
 use scenario::Setup;
 
 /// The duration of the animation, which repeats.
@@ -37,7 +37,8 @@ fn main() -> anyhow::Result<()> {
     let log = RunLog::open(&folder, &Registry::built_in().vocabulary())?;
     let every = (log.run.result.ticks / FRAMES).max(1);
     let mut views = Vec::new();
-    retrace(&log, LogLevel::Off, |view| {
+    retrace_into(&log, LogLevel::Off, MemoryLog::default(), |simulation| {
+        let view = simulation.view();
         if view.tick % every == 0 || view.outcome.is_some() {
             views.push(view);
         }

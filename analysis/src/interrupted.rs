@@ -7,6 +7,14 @@ use anyhow::Context;
 use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{SignalKind, signal};
 
+/// The exit status of a command that a signal has ended, as shells report it for Ctrl-C.
+pub const INTERRUPTED_STATUS: u8 = 130;
+
+/// The error of a command that a signal has ended. The command has already printed how to continue.
+#[derive(Debug, thiserror::Error)]
+#[error("interrupted")]
+pub struct Interrupted;
+
 /// A flag that is set when the process receives SIGINT or SIGTERM.
 pub struct InterruptFlag {
     requested: Arc<AtomicBool>,

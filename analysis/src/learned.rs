@@ -3,14 +3,13 @@
 //! The profile is not part of the log because it follows from the log. The run is replayed from its inputs, and the
 //! robots' values are read at the end. The result is the same for robots with and without processes of their own.
 
-use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
 use run_log::{LogLevel, MemoryLog, RunLog};
 use scenario::Profile;
 
-use crate::new_file::NewFile;
+use crate::new_file::{NewFile, write_atomically};
 use crate::replay::team_at_end;
 
 /// Checks that a profile can be written to `path`. An older file remains unchanged.
@@ -26,13 +25,7 @@ pub fn check_writable(path: &Path) -> anyhow::Result<()> {
 /// # Errors
 /// Returns the errors of `learned`, or an error when the file cannot be written.
 pub fn write_profile(path: &Path, logged: &RunLog) -> anyhow::Result<()> {
-    let text = learned_profile(logged)?.to_toml();
-    let mut file = NewFile::create(path)?;
-    let mut writer = file.writer();
-    writer.write_all(text.as_bytes())?;
-    writer.flush()?;
-    drop(writer);
-    file.put_in_place()
+    write_atomically(path, learned_profile(logged)?.to_toml().as_bytes())
 }
 
 /// Returns the values that the robots of a logged run have learned by its end.

@@ -32,6 +32,8 @@ pub mod report;
 pub mod strategies;
 pub mod sweep;
 pub mod table;
+#[cfg(test)]
+mod testkit;
 pub mod tune;
 #[cfg(test)]
 mod visit;
@@ -39,5 +41,34 @@ mod workers;
 
 pub use figures::palette;
 
+use std::path::Path;
+use std::process::ExitCode;
+
+use interrupted::{INTERRUPTED_STATUS, Interrupted};
+use missions::Registry;
+use run_log::{ReadError, RunLog};
+use terminal::fail;
+
 /// The link to the newest run: the folder that commands use by default.
 pub const LATEST: &str = "runs/latest";
+
+/// Opens the log in the folder of a run.
+fn open(folder: &Path) -> Result<RunLog, ReadError> {
+    RunLog::open(folder, &Registry::current().vocabulary())
+}
+
+/// Returns the exit status of a command. Writes an error to stderr; its status is `on_error`, or 130 after an
+/// interruption, which the command has already reported.
+fn exit_status(command: &str, done: anyhow::Result<ExitCode>, on_error: u8) -> ExitCode {
+    done.unwrap_or_else(|error| {
+        if error.is::<Interrupted>() {
+            return ExitCode::from(INTERRUPTED_STATUS);
+        }
+        fail(&format!("alliance {command}"), &error, on_error)
+    })
+}
+
+/// Returns status 0 if all is done, and 1 otherwise.
+fn all_done(is_done: bool) -> ExitCode {
+    ExitCode::from(u8::from(!is_done))
+}

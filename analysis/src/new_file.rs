@@ -1,6 +1,6 @@
 //! A file that appears at its path only when it is complete.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -50,9 +50,14 @@ impl NewFile {
 ///
 /// # Errors
 /// Returns an error if the file cannot be written; the old file then remains.
-pub fn write_atomically(folder: &Path, name: &str, contents: &[u8]) -> anyhow::Result<()> {
-    let mut file = NewFile::create(&folder.join(name))?;
+pub fn write_atomically(path: &Path, contents: &[u8]) -> anyhow::Result<()> {
+    let mut file = NewFile::create(path)?;
     let written = file.file.write_all(contents);
-    written.with_context(|| format!("cannot write {}", file.path.display()))?;
+    written.with_context(|| format!("cannot write {}", path.display()))?;
     file.put_in_place()
+}
+
+/// Creates a folder and its parents, if it does not exist.
+pub fn make_folder(folder: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
 }

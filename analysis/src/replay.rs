@@ -13,9 +13,9 @@ use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
 use terminal::stderr_line;
 use world_server::simulation::Simulation;
 
-use crate::LATEST;
 use crate::diff::{Comparison, Difference, compare, compare_files};
 use crate::progress::Progress;
+use crate::{LATEST, exit_status, open};
 use in_process::{AnswerError, AnswerSource, LoggedAnswers, Team, TickError};
 
 /// Replay a logged run and compare every tick
@@ -49,18 +49,15 @@ impl ReplayCommand {
     /// no replayable run.
     #[must_use]
     pub fn run(&self, run_controllers: RunControllers) -> ExitCode {
-        match self.replay(run_controllers) {
-            Ok(comparison) => comparison.show(self.json),
-            Err(error) => {
-                if let Some(TickError::Foreign(AnswerError::Other(why))) = error.downcast_ref()
-                    && let Some(AnswerDifference(found)) = why.downcast_ref()
-                {
-                    return Comparison::Differs(found.clone()).show(self.json);
-                }
-                stderr_line!("alliance replay: {error:#}");
-                ExitCode::from(2)
+        let compared = self.replay(run_controllers).or_else(|error| {
+            if let Some(TickError::Foreign(AnswerError::Other(why))) = error.downcast_ref()
+                && let Some(AnswerDifference(found)) = why.downcast_ref()
+            {
+                return Ok(Comparison::Differs(found.clone()));
             }
-        }
+            Err(error)
+        });
+        exit_status("replay", compared.map(|found| found.show(self.json)), 2)
     }
 
     fn replay(&self, run_controllers: RunControllers) -> anyhow::Result<Comparison> {
@@ -72,7 +69,7 @@ impl ReplayCommand {
                 out.display()
             );
         }
-        let logged = RunLog::open(&self.folder, &Registry::current().vocabulary())?;
+        let logged = open(&self.folder)?;
         let version = env!("CARGO_PKG_VERSION");
         if logged.run.version != version {
             stderr_line!(

@@ -2,20 +2,12 @@
 //!
 //! A log does not contain the position of every item. Scenario, seed and inputs reproduce it at any log level.
 
-use missions::Registry;
 use proto::view::View;
 use run_log::recorder::Sink;
-use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
+use run_log::{LogLevel, RunFile, RunLog, RunOutcome};
 use world_server::simulation::Simulation;
 
 use crate::replay::team_at_end;
-
-/// The result of a replay with views.
-pub struct ReplayWithViews {
-    pub log: RunLog,
-    /// The difference from the logged run; `None` if the replay is identical to the byte.
-    pub differs: Option<String>,
-}
 
 /// The result of a replay into a sink.
 pub struct ReplayIntoSink<S> {
@@ -27,29 +19,11 @@ pub struct ReplayIntoSink<S> {
     pub differs: Option<String>,
 }
 
-/// Replays a logged run up to its last complete tick. `see` receives a view before the first tick and after each tick.
+/// Replays a logged run up to its last complete tick, and writes its log at `level` to a sink. `see` is called before the
+/// first tick and after each tick. It can create views when it needs them: a view of a large team takes longer than a tick.
 ///
 /// # Errors
-/// Returns an error when the log has no complete tick or contains an invalid input.
-pub fn retrace(
-    logged: &RunLog,
-    level: LogLevel,
-    mut see: impl FnMut(View),
-) -> anyhow::Result<ReplayWithViews> {
-    let memory = MemoryLog::default();
-    let again = retrace_into(logged, level, memory, |simulation| see(simulation.view()))?;
-    let vocabulary = Registry::current().vocabulary();
-    Ok(ReplayWithViews {
-        log: RunLog::from_memory(&again.sink, &vocabulary)?,
-        differs: again.differs,
-    })
-}
-
-/// Replays a logged run like [`retrace`], and writes its log at `level` to a sink. `see` can create views when it needs
-/// them: a view of a large team takes longer than a tick.
-///
-/// # Errors
-/// Returns the errors of [`retrace`] and of the sink.
+/// Returns an error when the log has no complete tick or contains an invalid input, and the errors of the sink.
 pub fn retrace_into<S: Sink>(
     logged: &RunLog,
     level: LogLevel,

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use crate::locator::{Locator, Transport, is_address};
 use anyhow::Context;
 use proto::keys::LAUNCHER_HOST;
-use scenario::names::is_name;
-use scenario::{PathStep, Scenario, ScenarioError, TomlFile, decode_text, name_remedy};
+use scenario::limits::{check_known, check_name};
+use scenario::{KeyPath, Problem, Scenario, TomlFile, decode_text};
 use serde::Deserialize;
 
 /// The contents of a cluster file after all checks.
@@ -82,14 +82,11 @@ impl Cluster {
         let file = TomlFile::parse(name, text)?;
         let contents: Contents = file.deserialize()?;
         let source = path_beside(beside, &contents.scenario);
-        let place = || format!("{name}:{}", file.line_of(&[key("scenario")]));
+        let line = file.line_of(["scenario"]);
+        let place = || format!("{name}:{line}");
         let scenario = scenario(&source).with_context(place)?;
-        check_hosts(&file, &contents.hosts)?;
-        let world = world_of(&file, &contents)?;
-        let listen = listen(&file, &contents)?;
-        check_place(&file, &listen, &contents.hosts[world], world)?;
-        check_robots(&file, &contents.hosts, &scenario)?;
-        check_controllers(&file, &contents.hosts, world, &scenario)?;
+        let checked = check(&file, &contents, &scenario);
+        let (world, listen) = checked.map_err(|problem| file.locate(problem))?;
         let cluster = Self {
             scenario: source,
             seed: contents.seed,
@@ -142,151 +139,147 @@ fn path_beside(beside: &Path, source: &str) -> String {
     }
 }
 
+/// Checks the file against its scenario. Returns the index of the world's host and the world's address.
+fn check(
+    file: &TomlFile<'_>,
+    contents: &Contents,
+    scenario: &Scenario,
+) -> Result<(usize, Locator), Problem> {
+    let hosts = &contents.hosts;
+    check_hosts(file, hosts)?;
+    let names = hosts.iter().map(|host| host.name.as_str());
+    check_known(
+        ["world"],
+        "there is no host",
+        &contents.world,
+        names.clone(),
+    )?;
+    // The check has found the name.
+    let world = names
+        .clone()
+        .take_while(|name| *name != contents.world)
+        .count();
+    let listen = listen(contents)?;
+    let home = &hosts[world];
+    // The world needs an address for its certificate, by which others connect.
+    if listen.is_unspecified() && home.at.is_empty() {
+        let what = format!("no host can connect to {}", listen.host);
+        let line = file.line_of(of_host(world, "name"));
+        let remedy = format!(
+            "state how others reach it in `at` of host '{}' on line {line}",
+            home.name
+        );
+        return Err(Problem::at(["listen"], what, remedy));
+    }
+    check_robots(hosts, scenario)?;
+    check_controllers(hosts, world, scenario)?;
+    Ok((world, listen))
+}
+
 /// Checks that names are valid and unique, and addresses are valid.
-fn check_hosts(file: &TomlFile<'_>, hosts: &[HostEntry]) -> Result<(), ScenarioError> {
+fn check_hosts(file: &TomlFile<'_>, hosts: &[HostEntry]) -> Result<(), Problem> {
     if hosts.is_empty() {
         let remedy = "write [[hosts]] for each machine, with its name and robots";
-        return Err(file.error_at(&[key("hosts")], "there is no host", remedy));
+        return Err(Problem::at(["hosts"], "there is no host", remedy));
     }
     let mut seen = BTreeMap::new();
     for (index, host) in hosts.iter().enumerate() {
         let at = of_host(index, "name");
         let name = &host.name;
-        if !is_name(name) {
-            let remedy =
-                "write at most 32 letters, digits, - and _, starting with a letter or digit";
-            return Err(file.error_at(&at, format!("'{name}' is not a valid name"), remedy));
-        }
-        if name == LAUNCHER_HOST {
-            let what = format!("the name '{LAUNCHER_HOST}' is reserved");
-            return Err(file.error_at(&at, what, "give it another name"));
-        }
+        check_host_name(&at, name)?;
         if let Some(first) = seen.insert(name, index) {
-            let line = file.line_of(&of_host(first, "name"));
+            let line = file.line_of(of_host(first, "name"));
             let what = format!("host '{name}' is already defined on line {line}");
             let remedy = "name each host once, with all of its robots";
-            return Err(file.error_at(&at, what, remedy));
+            return Err(Problem::at(at, what, remedy));
         }
         for (place, address) in host.at.iter().enumerate() {
             if !is_address(address) {
-                let mut at = of_host(index, "at").to_vec();
-                at.push(PathStep::Index(place));
+                let at = of_host(index, "at").index(place);
                 let what =
                     format!("'{address}' is neither an IP address nor the name of a machine");
                 let remedy = "write it without port, such as 10.0.0.2 or robots.example.org";
-                return Err(file.error_at(&at, what, remedy));
+                return Err(Problem::at(at, what, remedy));
             }
         }
     }
     Ok(())
 }
 
-fn world_of(file: &TomlFile<'_>, contents: &Contents) -> Result<usize, ScenarioError> {
-    let mut names = contents.hosts.iter().map(|host| host.name.as_str());
-    let found = names.position(|name| name == contents.world);
-    found.ok_or_else(|| {
-        let what = format!("there is no host '{}'", contents.world);
-        let names = contents.hosts.iter().map(|host| host.name.as_str());
-        file.error_at(&[key("world")], what, name_remedy(&contents.world, names))
-    })
+/// Rejects a text that cannot be the name of a host.
+pub fn check_host_name(key: impl Into<KeyPath>, name: &str) -> Result<(), Problem> {
+    if name == LAUNCHER_HOST {
+        let what = format!("the name '{LAUNCHER_HOST}' is reserved");
+        return Err(Problem::at(key, what, "give it another name"));
+    }
+    check_name(key, name)
 }
 
-fn listen(file: &TomlFile<'_>, contents: &Contents) -> Result<Locator, ScenarioError> {
+fn listen(contents: &Contents) -> Result<Locator, Problem> {
     let locator = contents.listen.parse::<Locator>();
     let locator =
         locator.and_then(|locator| locator.allowed(contents.unencrypted, "unencrypted = true"));
-    let locator = locator.map_err(|error| {
-        let text = error.to_string();
-        let (what, remedy) = text.split_once("; ").unwrap_or((&text, ""));
-        file.error_at(&[key("listen")], what, remedy)
-    })?;
+    let locator = locator.map_err(|problem| problem.under(["listen"]))?;
     if contents.unencrypted && locator.transport == Transport::Tls {
         let what = format!("listen is {locator}, which is encrypted");
-        return Err(file.error_at(&[key("unencrypted")], what, "leave one of the two out"));
+        return Err(Problem::at(
+            ["unencrypted"],
+            what,
+            "leave one of the two out",
+        ));
     }
     Ok(locator)
 }
 
-/// Checks that the world has an address for its certificate, by which others connect.
-fn check_place(
-    file: &TomlFile<'_>,
-    listen: &Locator,
-    home: &HostEntry,
-    world: usize,
-) -> Result<(), ScenarioError> {
-    if listen.is_unspecified() && home.at.is_empty() {
-        let what = format!("no host can connect to {}", listen.host);
-        let line = file.line_of(&of_host(world, "name"));
-        let remedy = format!(
-            "state how others reach it in `at` of host '{}' on line {line}",
-            home.name
-        );
-        return Err(file.error_at(&[key("listen")], what, remedy));
-    }
-    Ok(())
-}
-
 /// Checks that each robot of the scenario is on exactly one host.
-fn check_robots(
-    file: &TomlFile<'_>,
-    hosts: &[HostEntry],
-    scenario: &Scenario,
-) -> Result<(), ScenarioError> {
-    let team = || scenario.robots.iter().map(|robot| robot.name.as_str());
+fn check_robots(hosts: &[HostEntry], scenario: &Scenario) -> Result<(), Problem> {
     let mut placed = BTreeMap::new();
     for (index, host) in hosts.iter().enumerate() {
         for (place, robot) in host.robots.iter().enumerate() {
-            let mut at = of_host(index, "robots").to_vec();
-            at.push(PathStep::Index(place));
-            if !team().any(|name| name == robot) {
-                let what = format!("the scenario has no robot '{robot}'");
-                return Err(file.error_at(&at, what, name_remedy(robot, team())));
-            }
+            let at = of_host(index, "robots").index(place);
+            scenario.find_robot(&at, robot)?;
             if let Some(first) = placed.insert(robot.as_str(), &host.name) {
                 let what = format!("robot '{robot}' is already on host '{first}'");
-                return Err(file.error_at(&at, what, "place each robot once"));
+                return Err(Problem::at(at, what, "place each robot once"));
             }
         }
     }
-    let unplaced: Vec<&str> = team().filter(|name| !placed.contains_key(name)).collect();
+    let team = scenario.robots.iter().map(|robot| robot.name.as_str());
+    let unplaced: Vec<&str> = team.filter(|name| !placed.contains_key(name)).collect();
     if !unplaced.is_empty() {
         let what = format!("robots without a host: {}", unplaced.join(", "));
-        let remedy = "place each robot of the scenario";
-        return Err(file.error_at(&[key("hosts")], what, remedy));
+        return Err(Problem::at(
+            ["hosts"],
+            what,
+            "place each robot of the scenario",
+        ));
     }
     Ok(())
 }
 
 /// Checks that external controllers are on the world's host, because they connect by its local sockets.
 fn check_controllers(
-    file: &TomlFile<'_>,
     hosts: &[HostEntry],
     world: usize,
     scenario: &Scenario,
-) -> Result<(), ScenarioError> {
+) -> Result<(), Problem> {
     for (index, host) in hosts.iter().enumerate().filter(|(at, _)| *at != world) {
         for (place, name) in host.robots.iter().enumerate() {
-            let robot = scenario.robots.iter().find(|robot| robot.name == *name);
-            if let Some(controller) = robot.and_then(|robot| robot.controller.as_ref()) {
-                let mut at = of_host(index, "robots").to_vec();
-                at.push(PathStep::Index(place));
+            let at = of_host(index, "robots").index(place);
+            if let Some(controller) = &scenario.find_robot(&at, name)?.controller {
                 let what = format!(
                     "the controller '{controller}' of '{name}' is an external program, which runs only on the world's host"
                 );
                 let remedy = format!("place it on host '{}'", hosts[world].name);
-                return Err(file.error_at(&at, what, remedy));
+                return Err(Problem::at(at, what, remedy));
             }
         }
     }
     Ok(())
 }
 
-fn key(name: &str) -> PathStep {
-    PathStep::Key(name.to_owned())
-}
-
-fn of_host(index: usize, name: &str) -> [PathStep; 3] {
-    [key("hosts"), PathStep::Index(index), key(name)]
+fn of_host(index: usize, name: &str) -> KeyPath {
+    KeyPath::new(["hosts"]).index(index).key(name)
 }
 
 #[cfg(test)]
@@ -294,7 +287,7 @@ mod tests {
     use scenario::testkit::entry;
 
     use super::*;
-    use crate::test_scenarios::{self, read_scenario};
+    use crate::tests::read_scenario;
 
     const GOOD: &str = r#"scenario = "waste-cleanup"
 seed = 7
@@ -311,9 +304,7 @@ at = ["10.0.0.2"]
 "#;
 
     fn parse(text: &str) -> anyhow::Result<Cluster> {
-        let known = test_scenarios::known();
-        let scenario = |name: &str| read_scenario(name, &known);
-        let (cluster, _) = Cluster::parse("c.toml", text, Path::new("lab"), scenario)?;
+        let (cluster, _) = Cluster::parse("c.toml", text, Path::new("lab"), read_scenario)?;
         Ok(cluster)
     }
 
@@ -440,10 +431,9 @@ at = ["10.0.0.2"]
 
     #[test]
     fn external_controllers_are_on_the_host_of_the_world() {
-        let known = test_scenarios::known();
         let with_controller = |robot: usize| {
             let scenario = |name: &str| {
-                let mut scenario = read_scenario(name, &known)?;
+                let mut scenario = read_scenario(name)?;
                 scenario.robots[robot].controller = Some("own".to_owned());
                 Ok(scenario)
             };

@@ -7,6 +7,7 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
+use scenario::Problem;
 use serde::{Deserialize, Serialize};
 
 /// The option value for standard input.
@@ -37,8 +38,11 @@ impl FromIterator<(String, String)> for MemoryKeyFiles {
 
 impl MemoryKeyFiles {
     /// Parses the output of [`to_line`](Self::to_line).
-    pub fn from_line(line: &str) -> Result<Self, KeyFilesError> {
-        serde_json::from_str(line).map_err(KeyFilesError::Line)
+    pub fn from_line(line: &str) -> Result<Self, Problem> {
+        serde_json::from_str(line).map_err(|error| {
+            let remedy = "write one line of JSON: an object that maps file names to file contents";
+            Problem::with_source("standard input", error.to_string(), remedy)
+        })
     }
 
     /// Returns the files as one line for another process.
@@ -48,27 +52,9 @@ impl MemoryKeyFiles {
     }
 }
 
-/// An error of reading a key file.
-#[derive(Debug, thiserror::Error)]
-pub enum KeyFilesError {
-    /// The folder or the file does not exist.
-    #[error("{0}: file not found; copy it from the folder that `alliance cluster keys` created")]
-    Missing(String),
-    #[error("{place}: {error}")]
-    Io { place: String, error: io::Error },
-    /// Other users can access a secret file.
-    #[error("{0}: other users can read or change it; run `chmod 600` on it")]
-    NotPrivate(String),
-    /// The line is not an output of [`MemoryKeyFiles::to_line`].
-    #[error(
-        "standard input: {0}; write one line of JSON: an object that maps file names to file contents"
-    )]
-    Line(serde_json::Error),
-}
-
 impl KeyFiles {
     /// Returns the key files that a command-line option selects. For [`STANDARD_INPUT`] it reads one line.
-    pub fn from_option(place: &Path) -> Result<Self, KeyFilesError> {
+    pub fn from_option(place: &Path) -> Result<Self, Problem> {
         if place == Path::new(STANDARD_INPUT) {
             let mut line = String::new();
             let result = io::stdin().read_line(&mut line);
@@ -81,24 +67,29 @@ impl KeyFiles {
     }
 
     /// Reads a public file, such as a certificate.
-    pub fn public(&self, name: &str) -> Result<String, KeyFilesError> {
+    pub fn public(&self, name: &str) -> Result<String, Problem> {
         match self {
             Self::Folder(folder) => fs::read_to_string(folder.join(name))
                 .map_err(|error| at(self.location(name), error)),
             Self::Memory(files) => {
                 let file = files.0.get(name).cloned();
-                file.ok_or_else(|| KeyFilesError::Missing(self.location(name)))
+                file.ok_or_else(|| missing(self.location(name)))
             }
         }
     }
 
     /// Reads a secret file, and checks that it is private.
-    pub fn private(&self, name: &str) -> Result<String, KeyFilesError> {
+    pub fn private(&self, name: &str) -> Result<String, Problem> {
         if let Self::Folder(folder) = self {
             let metadata = fs::metadata(folder.join(name));
             let metadata = metadata.map_err(|error| at(self.location(name), error))?;
             if metadata.permissions().mode() & 0o077 != 0 {
-                return Err(KeyFilesError::NotPrivate(self.location(name)));
+                let what = "other users can read or change it";
+                return Err(Problem::with_source(
+                    self.location(name),
+                    what,
+                    "run `chmod 600` on it",
+                ));
             }
         }
         self.public(name)
@@ -114,11 +105,16 @@ impl KeyFiles {
     }
 }
 
-fn at(place: String, error: io::Error) -> KeyFilesError {
+fn at(place: String, error: io::Error) -> Problem {
     match error.kind() {
-        ErrorKind::NotFound => KeyFilesError::Missing(place),
-        _ => KeyFilesError::Io { place, error },
+        ErrorKind::NotFound => missing(place),
+        _ => Problem::with_source(place, error.to_string(), ""),
     }
+}
+
+fn missing(place: String) -> Problem {
+    let remedy = "copy it from the folder that `alliance cluster keys` created";
+    Problem::with_source(place, "file not found", remedy)
 }
 
 #[cfg(test)]

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
+use scenario::Problem;
 use x509_parser::pem::parse_x509_pem;
 use x509_parser::time::ASN1Time;
 
-use crate::key_files::{KeyFiles, KeyFilesError};
+use crate::key_files::KeyFiles;
 
 /// The time before the end of a certificate from which on it is reported: two weeks, s.
 const WARNING_S: i64 = 14 * 86_400;
@@ -31,39 +32,9 @@ impl fmt::Debug for Keyring {
     }
 }
 
-/// An error of a member's keys. Messages name files with their location.
-#[derive(Debug, thiserror::Error)]
-pub enum KeyringError {
-    /// A file is missing, unreadable or not private.
-    #[error(transparent)]
-    File(#[from] KeyFilesError),
-    #[error("{0}: does not contain 32 hexadecimal digits; copy it again")]
-    Secret(String),
-    #[error("{0}: contains no certificate; copy it again")]
-    Certificate(String),
-    /// The certificate belongs to another member.
-    #[error("{file}: is the certificate of '{found}'; copy the certificate of '{identity}'")]
-    OtherMember {
-        file: String,
-        /// The member in the certificate.
-        found: String,
-        identity: String,
-    },
-    /// The certificate is not valid at the current time.
-    #[error(
-        "{file}: is valid from {from} to {to}, but this machine's clock shows {now}; correct the clock or create new keys"
-    )]
-    Date {
-        file: String,
-        from: String,
-        to: String,
-        now: String,
-    },
-}
-
 impl Keyring {
     /// Reads and checks the keys of a member.
-    pub fn read(files: &KeyFiles, identity: &str) -> Result<Self, KeyringError> {
+    pub fn read(files: &KeyFiles, identity: &str) -> Result<Self, Problem> {
         let now = ASN1Time::now();
         let certificate = format!("{identity}.pem");
         Ok(Self {
@@ -82,12 +53,17 @@ impl Keyring {
     }
 
     /// Reads only the secret of a member: all that a host needs of its robots.
-    pub fn secret(files: &KeyFiles, identity: &str) -> Result<String, KeyringError> {
+    pub fn secret(files: &KeyFiles, identity: &str) -> Result<String, Problem> {
         let name = format!("{identity}.secret");
         let text = files.private(&name)?;
         let text = text.trim();
         if text.len() != 32 || !text.bytes().all(|byte| byte.is_ascii_hexdigit()) {
-            return Err(KeyringError::Secret(files.location(&name)));
+            let what = "does not contain 32 hexadecimal digits";
+            return Err(Problem::with_source(
+                files.location(&name),
+                what,
+                "copy it again",
+            ));
         }
         Ok(text.to_owned())
     }
@@ -111,28 +87,28 @@ fn read_certificate(
     name: &str,
     member: Option<&str>,
     now: ASN1Time,
-) -> Result<String, KeyringError> {
+) -> Result<String, Problem> {
     let text = files.public(name)?;
-    let malformed = || KeyringError::Certificate(files.location(name));
+    let problem =
+        |what: String, remedy: &str| Problem::with_source(files.location(name), what, remedy);
+    let malformed = || problem("contains no certificate".to_owned(), "copy it again");
     let (_, pem) = parse_x509_pem(text.as_bytes()).map_err(|_| malformed())?;
     let certificate = pem.parse_x509().map_err(|_| malformed())?;
     let mut names = certificate.subject().iter_common_name();
     let found = names.next().and_then(|name| name.as_str().ok());
     if let Some(identity) = member.filter(|identity| found != Some(identity)) {
-        return Err(KeyringError::OtherMember {
-            file: files.location(name),
-            found: found.unwrap_or_default().escape_default().to_string(),
-            identity: identity.to_owned(),
-        });
+        let found = found.unwrap_or_default().escape_default();
+        let what = format!("is the certificate of '{found}'");
+        return Err(problem(
+            what,
+            &format!("copy the certificate of '{identity}'"),
+        ));
     }
     let dates = certificate.validity();
     if !dates.is_valid_at(now) {
-        return Err(KeyringError::Date {
-            file: files.location(name),
-            from: dates.not_before.to_string(),
-            to: dates.not_after.to_string(),
-            now: now.to_string(),
-        });
+        let (from, to) = (dates.not_before, dates.not_after);
+        let what = format!("is valid from {from} to {to}, but this machine's clock shows {now}");
+        return Err(problem(what, "correct the clock or create new keys"));
     }
     Ok(text)
 }
@@ -186,7 +162,7 @@ mod tests {
         assert!(text.starts_with("a certificate ends on Dec 31 "), "{text}");
     }
 
-    fn read(dir: &TempDir) -> Result<Keyring, KeyringError> {
+    fn read(dir: &TempDir) -> Result<Keyring, Problem> {
         Keyring::read(&KeyFiles::Folder(dir.path().to_owned()), "robot-gold")
     }
 

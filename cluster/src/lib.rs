@@ -33,7 +33,7 @@ pub mod start;
 pub mod store;
 pub mod team;
 #[cfg(test)]
-mod test_scenarios;
+mod tests;
 
 use std::future::Future;
 use std::pin::Pin;

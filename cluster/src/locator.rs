@@ -4,6 +4,8 @@ use std::fmt;
 use std::net::{IpAddr, Ipv6Addr};
 use std::str::FromStr;
 
+use scenario::Problem;
+
 /// The transport protocol of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transport {
@@ -23,30 +25,24 @@ pub struct Locator {
     pub port: u16,
 }
 
-/// The reason why a locator is rejected.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum LocatorError {
-    #[error("'{0}' is not a network address; write tls/HOST:PORT, for example tls/10.0.0.1:7447")]
-    Malformed(String),
-    /// An unencrypted connection to another machine is not permitted.
-    #[error("'{0}' is not encrypted; use tls/…, or allow it with {1}")]
-    Unencrypted(String, &'static str),
-}
-
 impl Locator {
     /// Parses a command-line option; `unencrypted` is the state of the option `--unencrypted`.
-    pub fn from_option(text: &str, unencrypted: bool) -> Result<Self, LocatorError> {
+    pub fn from_option(text: &str, unencrypted: bool) -> Result<Self, Problem> {
         text.parse::<Self>()?.allowed(unencrypted, "--unencrypted")
     }
 
     /// Accepts the locator if it is encrypted, stays on this machine, or `unencrypted` is set. The error recommends
     /// `word`, the option or key for `unencrypted`.
-    pub fn allowed(self, unencrypted: bool, word: &'static str) -> Result<Self, LocatorError> {
+    pub fn allowed(self, unencrypted: bool, word: &str) -> Result<Self, Problem> {
         let is_safe = self.transport == Transport::Tls || self.is_loopback() || unencrypted;
-        match is_safe {
-            true => Ok(self),
-            false => Err(LocatorError::Unencrypted(self.to_string(), word)),
+        if is_safe {
+            return Ok(self);
         }
+        let remedy = format!("use tls/…, or allow it with {word}");
+        Err(Problem::of_value(
+            format!("'{self}' is not encrypted"),
+            remedy,
+        ))
     }
 
     /// Returns whether the connection stays on this machine.
@@ -80,10 +76,14 @@ impl fmt::Display for Locator {
 }
 
 impl FromStr for Locator {
-    type Err = LocatorError;
+    type Err = Problem;
 
-    fn from_str(text: &str) -> Result<Self, LocatorError> {
-        read(text).ok_or_else(|| LocatorError::Malformed(text.escape_default().to_string()))
+    fn from_str(text: &str) -> Result<Self, Problem> {
+        read(text).ok_or_else(|| {
+            let what = format!("'{}' is not a network address", text.escape_default());
+            let remedy = "write tls/HOST:PORT, for example tls/10.0.0.1:7447";
+            Problem::of_value(what, remedy)
+        })
     }
 }
 
@@ -176,8 +176,12 @@ mod tests {
             "tls/10.0.0.1:7447\n",
         ] {
             let error = text.parse::<Locator>().unwrap_err();
-            assert!(matches!(error, LocatorError::Malformed(_)), "{text}");
-            assert_eq!(error.to_string().lines().count(), 1);
+            let line = error.to_string();
+            assert!(
+                line.contains("' is not a network address; "),
+                "{text}: {line}"
+            );
+            assert_eq!(line.lines().count(), 1);
         }
     }
 

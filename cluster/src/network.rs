@@ -4,15 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use crate::access::LinkMembers;
+use crate::file::check_host_name;
 use crate::key_files::KeyFiles;
 use crate::keyring::Keyring;
 use crate::locator::Locator;
 use anyhow::{Context, bail};
 use clap::Args;
 use proto::identity::WORLD;
-use proto::keys::LAUNCHER_HOST;
-use scenario::names::is_name;
-use scenario::{Scenario, name_remedy};
+use scenario::{Problem, Scenario};
 
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Network")]
@@ -44,17 +43,14 @@ impl NetworkArgs {
         }
         let mut hosts: BTreeMap<String, Vec<String>> = BTreeMap::new();
         let mut placed = BTreeSet::new();
-        let known = || scenario.robots.iter().map(|robot| robot.name.as_str());
         for (host, robots) in &self.robot_hosts {
+            let option = format!("--place {host}");
             for robot in robots {
-                if !known().any(|name| name == robot) {
-                    bail!(
-                        "--place {host}: no robot '{robot}'; {}",
-                        name_remedy(robot, known())
-                    );
-                }
+                let found = scenario.find_robot((), robot);
+                found.with_context(|| option.clone())?;
                 if !placed.insert(robot) {
-                    bail!("--place {host}: robot '{robot}' is placed twice; list it once");
+                    let what = format!("robot '{robot}' is placed twice");
+                    bail!(Problem::with_source(option, what, "list it once"));
                 }
             }
             hosts
@@ -71,13 +67,10 @@ impl NetworkArgs {
     }
 }
 
-fn place(text: &str) -> Result<(String, Vec<String>), String> {
-    let (host, robots) = text.split_once('=').ok_or("use HOST=ROBOT,ROBOT")?;
-    if !is_name(host) || host == LAUNCHER_HOST {
-        return Err(format!(
-            "'{host}' is not a host name; use letters, digits, '-' and '_', at most 32, and not '{LAUNCHER_HOST}'"
-        ));
-    }
+fn place(text: &str) -> Result<(String, Vec<String>), Problem> {
+    let words = || Problem::of_value("use HOST=ROBOT,ROBOT", "");
+    let (host, robots) = text.split_once('=').ok_or_else(words)?;
+    check_host_name((), host)?;
     Ok((
         host.to_owned(),
         robots.split(',').map(ToOwned::to_owned).collect(),

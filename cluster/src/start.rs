@@ -119,7 +119,7 @@ mod tests {
 
     use crate::key_files::KeyFiles;
     use crate::keyring::Keyring;
-    use crate::test_scenarios::{self, read_scenario};
+    use crate::tests::read_scenario;
     use proto::secret::derived;
 
     use super::*;
@@ -142,10 +142,8 @@ name = "h4"
 "#;
 
     fn start(text: &str) -> StartPlan {
-        let known = test_scenarios::known();
-        let scenario = |name: &str| read_scenario(name, &known);
         let (cluster, scenario) =
-            Cluster::parse("c.toml", text, Path::new("lab"), scenario).unwrap();
+            Cluster::parse("c.toml", text, Path::new("lab"), read_scenario).unwrap();
         StartPlan::new("ssh {at} x={name} alliance", &cluster, &scenario).unwrap()
     }
 

@@ -6,16 +6,19 @@ use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use scenario::Problem;
 
 use crate::certificates::KeyFile;
 
 /// Refuses an existing folder. New keys would invalidate the team's old ones.
 pub fn refuse_existing(folder: &Path) -> anyhow::Result<()> {
     if folder.symlink_metadata().is_ok() {
-        bail!(
-            "{}: already exists; remove it first, or name another folder with --out",
-            folder.display()
-        );
+        let remedy = "remove it first, or name another folder with --out";
+        bail!(Problem::with_source(
+            folder.display().to_string(),
+            "already exists",
+            remedy
+        ));
     }
     Ok(())
 }

@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 MORE_IS_BETTER = {"completion", "observed"}
+DIGITS = {"completion": 2, "observed": 2, "detection_s": 1, "takeover_s": 1}
 
 
 def value(text):
@@ -22,7 +23,7 @@ def value(text):
 def shown(number, metric):
     if number is None:
         return "–"
-    return f"{number:.2f}" if metric in MORE_IS_BETTER else f"{number:,.0f}".replace(",", "")
+    return f"{number:.{DIGITS.get(metric, 0)}f}"
 
 
 def table(rows, metric):

@@ -1,6 +1,9 @@
 //! A complete run in one process: the same world, agents, radio and recorder as with separate processes, and the same bytes as
 //! the result. Process faults apply to the agents.
 //!
+//! An agent receives the world's message itself, with the readings of the mission's devices as a value. Only the hash of
+//! a tick encodes them ([`proto::mission::OpenReading`]).
+//!
 //! [`Team`] steps world and agents and has a recorder. [`AnswerSource`] supplies the answers of external controllers.
 //! [`BodyCommand`] drives a body instead of its agent. [`BroadcastCounts`] counts broadcasts.
 

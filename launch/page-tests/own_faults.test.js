@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { devicesOf } from "../page/model/devices.js";
-import { fieldsOf, label, letters, ownFault } from "../page/model/own_faults.js";
+import { fieldsOf, groupsIn, label, letters, modeOf, ownFault } from "../page/model/own_faults.js";
 import { faultInWords, sentence } from "../page/ui/words.js";
 
 const SHAKE = {
@@ -30,6 +30,15 @@ test("a fault without a place has a field for every argument", () => {
   const blow = { name: "blow", arguments: [{ key: "x_m" }, { key: "speed_m_s" }], place: null };
   assert.equal(fieldsOf(blow).length, 2);
   assert.deepEqual(ownFault(blow, { x_m: 1, speed_m_s: 2 }, null), { blow: { x_m: 1, speed_m_s: 2 } });
+});
+
+test("groups and modes have the form of files", () => {
+  assert.deepEqual(groupsIn("blue, gold / green"), [["blue", "gold"], ["green"]]);
+  const mode = { name: "dead", from: null, words: null, takes_deg: false };
+  assert.equal(modeOf(mode, null, false), "dead");
+  assert.deepEqual(modeOf({ ...mode, name: "slowed", from: 0 }, 0.5, false), { slowed: 0.5 });
+  assert.deepEqual(modeOf({ ...mode, name: "one-wheel", words: ["left", "right"] }, "left", false), { "one-wheel": "left" });
+  assert.deepEqual(modeOf({ ...mode, name: "bias", from: -1, takes_deg: true }, 0.2, NaN), { bias: { m: 0.2, deg: 0 } });
 });
 
 test("each fault has its own key while keys are free", () => {

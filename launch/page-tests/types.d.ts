@@ -371,10 +371,10 @@ export type Readings = {
 export type Reception = {
   /** The time at which it was received, or would have been. */
   at: SimTime;
-  delivery: Delivery;
-  incarnation: number;
   /** The logged contents; `None` if the broadcast did not arrive. */
   content: BroadcastSummary | null;
+  delivery: Delivery;
+  incarnation: number;
   sender: RobotId;
   sent: SimTime;
 };

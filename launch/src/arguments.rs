@@ -69,7 +69,9 @@ fn one_line(text: &str) -> String {
         }
         line += part.strip_prefix("error: ").unwrap_or(part);
     }
-    line
+    // The texts of the standard library name no remedy.
+    line.replace("invalid float literal", "write a number")
+        .replace("invalid digit found in string", "write a whole number")
 }
 
 #[cfg(test)]
@@ -87,7 +89,17 @@ mod tests {
                     .value_name("NAME")
                     .required(true),
             )
-            .arg(Arg::new("log").long("log").value_parser(["full", "off"]));
+            .arg(Arg::new("log").long("log").value_parser(["full", "off"]))
+            .arg(
+                Arg::new("limit")
+                    .long("limit")
+                    .value_parser(clap::value_parser!(f64)),
+            )
+            .arg(
+                Arg::new("port")
+                    .long("port")
+                    .value_parser(clap::value_parser!(u16)),
+            );
         let all = std::iter::once(&"alliance").chain(arguments);
         let error = command.try_get_matches_from(all).unwrap_err();
         assert_eq!(one_line(&error.to_string()), expected);
@@ -132,6 +144,14 @@ mod tests {
         check(
             &["--robot=blue", "--log=loud"],
             "invalid value 'loud' for '--log <log>'; [possible values: full, off]",
+        );
+        check(
+            &["--robot=blue", "--limit=gold"],
+            "invalid value 'gold' for '--limit <limit>': write a number",
+        );
+        check(
+            &["--robot=blue", "--port=gold"],
+            "invalid value 'gold' for '--port <port>': write a whole number",
         );
     }
 }

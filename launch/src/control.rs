@@ -11,7 +11,7 @@ use proto::control::wire::{ControlTopic, Format};
 use proto::control::{ControlCommand, Reply, Request};
 use proto::secret::random;
 use serde::Serialize;
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 use tokio::time::timeout;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
@@ -53,10 +53,8 @@ impl ControlArgs {
         command: ControlCommand,
         words: impl FnOnce(&Reply) -> String,
     ) -> ExitCode {
-        let failed = |error: anyhow::Error, status| {
-            stderr_line!("alliance {name}: {error:#}");
-            ExitCode::from(status)
-        };
+        let failed =
+            |error: anyhow::Error, status| fail(&format!("alliance {name}"), &error, status);
         let live = match rendezvous::live() {
             Ok(live) => live,
             Err(error) => return failed(error.into(), 3),
@@ -78,8 +76,7 @@ impl ControlArgs {
         if self.json
             && let Err(error) = print(&reply)
         {
-            stderr_line!("alliance {name}: {error:#}");
-            return ExitCode::from(3);
+            return fail(&format!("alliance {name}"), &error, 3);
         }
         if let Reply::Refused(why) = &reply {
             stderr_line!("alliance {name}: {why}");

@@ -15,7 +15,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 pub use missions::Registry;
 use proto::program_build;
-use terminal::stderr_line;
+use terminal::fail;
 use world_server::mission_args::Known;
 use world_server::size::with_size_options;
 
@@ -121,8 +121,7 @@ pub fn main(registry: Registry) -> ExitCode {
     let ready =
         run::child_processes::die_with_launcher().and_then(|()| limits::check_process_limits());
     if let Err(error) = ready {
-        stderr_line!("alliance: {error:#}");
-        return ExitCode::from(3);
+        return fail("alliance", &error, 3);
     }
     cluster::process_log::log_to_stderr();
     let command: AllianceCli = match arguments::parse(&full_command()) {

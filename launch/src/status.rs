@@ -9,6 +9,8 @@ use clap::Args;
 use cluster::rendezvous;
 use comfy_table::{CellAlignment, Table};
 use proto::control::{ControlCommand, Reply, RobotStatus, Status};
+use scenario::Problem;
+use scenario::limits::closed;
 use scenario::mission::columns::details;
 use scenario::time::seconds;
 use terminal::stderr_line;
@@ -28,13 +30,10 @@ pub struct StatusArgs {
 }
 
 /// Parses an interval from 0.1 s to an hour.
-fn interval(text: &str) -> Result<Duration, String> {
+fn interval(text: &str) -> Result<Duration, Problem> {
     let span_s = seconds(text)?;
-    if (0.1..=3600.0).contains(&span_s) {
-        Ok(Duration::from_secs_f64(span_s))
-    } else {
-        Err("use a time from 100ms to 60min".to_owned())
-    }
+    closed(0.1, 3600.0, "s").check((), span_s)?;
+    Ok(Duration::from_secs_f64(span_s))
 }
 
 impl StatusArgs {

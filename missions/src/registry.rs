@@ -1,14 +1,16 @@
 //! The registry of missions and allocators.
 
-use std::sync::{Arc, OnceLock};
+#![warn(missing_docs)]
+
+use std::sync::OnceLock;
 
 use robot_agent::allocator::{Allocator, AllocatorKind};
-use robot_agent::mission::{MissionController, TypedController};
+use robot_agent::mission::{ControllerConstructor, ControllerKind};
 use robot_agent::registry::AgentRegistry;
-use scenario::Vocabulary;
 use scenario::mission::registry::Mission;
+use scenario::{Setup, Vocabulary};
 use serde::de::DeserializeOwned;
-use world_server::mission::{MissionRegistry, MissionWorld, TypedMission};
+use world_server::mission::{MissionRegistry, MissionWorld, WorldKind};
 
 /// The registry of this program. The program's `main` sets it once, before the first read.
 static OF_THIS_PROGRAM: OnceLock<Registry> = OnceLock::new();
@@ -16,23 +18,23 @@ static OF_THIS_PROGRAM: OnceLock<Registry> = OnceLock::new();
 /// The world side and the robot side of a mission.
 #[derive(Clone, Copy, Debug)]
 pub struct MissionParts {
-    pub world: MissionWorld,
+    /// The world side, which only the world process uses.
+    pub world: WorldKind,
     /// The robot side, with the same mission data as the world side.
-    pub controller: MissionController,
+    pub controller: ControllerKind,
 }
 
 impl MissionParts {
-    /// Creates the parts of a mission from a world type and a controller type with the same sensor readings and
-    /// actions.
+    /// Creates the parts of a mission from a world type and the constructor of its controllers. Both sides use the same
+    /// types of sensor readings and actions.
     #[must_use]
-    pub const fn new<W, M>(data: Mission) -> Self
-    where
-        W: TypedMission,
-        M: TypedController<SensorReading = W::Reading, Action = W::Action>,
-    {
+    pub const fn new<W: MissionWorld>(
+        data: Mission,
+        constructor: fn(&Setup) -> ControllerConstructor,
+    ) -> Self {
         Self {
-            world: MissionWorld::typed::<W>(data),
-            controller: MissionController::new::<M>(data),
+            world: WorldKind::new::<W>(data),
+            controller: ControllerKind::new(data, constructor),
         }
     }
 }
@@ -58,6 +60,7 @@ pub struct Registry {
 }
 
 impl Registry {
+    /// Creates a registry with the built-in missions and allocators.
     #[must_use]
     pub fn built_in() -> Self {
         let none = Self {
@@ -85,6 +88,7 @@ impl Registry {
         OF_THIS_PROGRAM.get_or_init(Self::built_in)
     }
 
+    /// Adds an allocator type under a name, with a summary of one line, or replaces the allocator of that name.
     #[must_use]
     pub fn with_allocator<A: Allocator>(mut self, name: &'static str, about: &'static str) -> Self
     where
@@ -94,20 +98,21 @@ impl Registry {
         self
     }
 
-    /// Adds an allocator that has no Rust type, such as a rule in another language.
+    /// Adds an allocator whose parameters do not come from the scenario, such as a rule in another language.
     #[must_use]
-    pub fn with_allocator_kind(mut self, kind: Arc<dyn AllocatorKind>) -> Self {
+    pub fn with_allocator_kind(mut self, kind: AllocatorKind) -> Self {
         self.agents = self.agents.with_allocator_kind(kind);
         self
     }
 
     /// Adds a controller kind, or replaces the kind of that name. Scenarios treat other names as external controllers.
     #[must_use]
-    pub fn with_controller(mut self, kind: Arc<dyn AllocatorKind>) -> Self {
+    pub fn with_controller(mut self, kind: AllocatorKind) -> Self {
         self.agents = self.agents.with_controller(kind);
         self
     }
 
+    /// Adds a mission, or replaces the mission of the same name.
     #[must_use]
     pub fn with_mission(mut self, parts: MissionParts) -> Self {
         self.worlds.add(parts.world);
@@ -121,11 +126,13 @@ impl Registry {
         self.agents.vocabulary()
     }
 
+    /// Returns the allocators and the robots' sides of the missions.
     #[must_use]
     pub fn agents(&self) -> &AgentRegistry {
         &self.agents
     }
 
+    /// Returns the world sides of the missions.
     #[must_use]
     pub fn worlds(&self) -> &MissionRegistry {
         &self.worlds

@@ -39,7 +39,7 @@ const STEPS: u64 = 1500;
 /// - The active behavior belongs to the robot.
 /// - Messages, actions and readings of another mission cause no panic.
 /// - All reported numbers are finite.
-/// - [`holds`](world_server::mission::WorldMission::check_invariants) succeeds after each step.
+/// - [`check_invariants`](world_server::mission::MissionWorld::check_invariants) succeeds after each step.
 ///
 /// # Panics
 /// If a rule is violated. The message states the rule.
@@ -371,9 +371,7 @@ fn check_state_covers_readings(tick: Tick, world: &World, commands: &[Option<Act
 /// Returns readings of another mission, or no readings.
 fn junk_sensed(chance: &mut ChaCha8Rng) -> SensorReading {
     let bytes: [u8; 24] = chance.random();
-    Bytes::encode(&bytes).map_or(SensorReading::Nothing, |bytes| {
-        SensorReading::Open(bytes.into())
-    })
+    Bytes::encode(&bytes).map_or(SensorReading::Nothing, SensorReading::from_bytes)
 }
 
 /// Replaces an action with random bytes, or changes some of its bytes.

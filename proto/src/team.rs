@@ -2,9 +2,11 @@
 
 use glam::Vec2;
 use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::allocation::AllocationMessage;
+use crate::codec;
 use crate::mission::items::ItemsBulletin;
 use crate::mission::{Payload, SharedKnowledge};
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
@@ -36,6 +38,30 @@ pub struct BroadcastId {
 }
 
 impl Broadcast {
+    /// Returns the shared knowledge in a heartbeat of a mission without items; `None` without knowledge of that type.
+    #[must_use]
+    pub fn shared_knowledge<K: DeserializeOwned>(&self) -> Option<K> {
+        match &self.body {
+            BroadcastContent::Heartbeat(Heartbeat {
+                shared_knowledge: SharedKnowledge::Open(bytes),
+                ..
+            }) => codec::decode(bytes).ok(),
+            _ => None,
+        }
+    }
+
+    /// Returns the content of a bulletin of a mission without items; `None` without content of that type.
+    #[must_use]
+    pub fn bulletin<B: DeserializeOwned>(&self) -> Option<B> {
+        match &self.body {
+            BroadcastContent::Bulletin(Bulletin {
+                payload: Payload::Open(bytes),
+                ..
+            }) => codec::decode(bytes).ok(),
+            _ => None,
+        }
+    }
+
     /// Returns the first behavior set or task that does not exist in a run with so many sets and tasks, as a text.
     #[must_use]
     pub fn unknown_number(&self, sets: usize, tasks: usize) -> Option<String> {

@@ -7,10 +7,8 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use glam::Vec2;
 use missions::{observe, service};
 use proto::allocation::AllocationMessage;
-use proto::mission::SharedKnowledge;
 use proto::mission::items::{Gripper, ItemsAction};
 use proto::mission::{Action, Bytes};
 use proto::readings::Actuation;
@@ -19,14 +17,10 @@ use proto::telemetry::{Note, NoteKind};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
-use robot_agent::allocator::{
-    Allocator, AllocatorRunner, Choice, ConfiguredAllocator, Decision, Input, OwnBehavior,
-    RandomDraws, RouteCost, RunningAllocator, SelfState,
-};
-use robot_agent::mission::{AgentMission, ControllerInput, Perception, StepOutput};
+use robot_agent::allocator::{Allocator, Decision, Input, OwnBehavior, RandomDraws, SelfState};
+use robot_agent::mission::{ControllerInput, MissionController, Perception, StepOutput};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
-use scenario::time::SimTime;
 
 use crate::controller::{ClassData, ControllerObject};
 use crate::readings;
@@ -50,29 +44,21 @@ impl PythonAgents {
         }
     }
 
+    /// Creates the controller of a robot at the start of an incarnation.
+    pub fn controller(&self, robot: RobotId, setup: &Setup) -> PythonController {
+        let behaviors = OwnBehavior::of_robot(robot, setup);
+        PythonController {
+            object: ControllerObject::new(robot, &behaviors, &self.common),
+            outbox: self.outbox_of(robot),
+            is_laden: false,
+            result: StepResult::default(),
+        }
+    }
+
     fn outbox_of(&self, robot: RobotId) -> Outbox {
         let outbox = lock(&self.outboxes).entry(robot).or_default().clone();
         lock(&outbox).clear();
         outbox
-    }
-}
-
-impl ConfiguredAllocator for PythonAgents {
-    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
-        let outbox = self.outbox_of(me.robot);
-        Box::new(AllocatorRunner::<FollowingAllocator>::new(me, &outbox))
-    }
-
-    fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
-        let behaviors = OwnBehavior::of_robot(robot, setup);
-        Some(Box::new(PythonController {
-            object: ControllerObject::new(robot, &behaviors, &self.common),
-            behaviors: behaviors.into(),
-            outbox: self.outbox_of(robot),
-            position: None,
-            is_laden: false,
-            result: StepResult::default(),
-        }))
     }
 }
 
@@ -83,18 +69,18 @@ fn lock<T>(place: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// The allocator that follows the decision of the Python object.
 #[derive(Clone, Debug)]
-struct FollowingAllocator {
+pub struct FollowingAllocator {
     me: RobotId,
     outbox: Outbox,
 }
 
 impl Allocator for FollowingAllocator {
-    type Config = Outbox;
+    type Config = PythonAgents;
 
-    fn new(me: &SelfState, outbox: &Outbox) -> Self {
+    fn new(me: &SelfState, agents: &PythonAgents) -> Self {
         Self {
             me: me.robot,
-            outbox: Arc::clone(outbox),
+            outbox: agents.outbox_of(me.robot),
         }
     }
 
@@ -111,11 +97,9 @@ impl Allocator for FollowingAllocator {
 
 /// The mission part of a controller written in Python.
 #[derive(Clone, Debug)]
-struct PythonController {
+pub struct PythonController {
     object: ControllerObject,
-    behaviors: Arc<[OwnBehavior]>,
     outbox: Outbox,
-    position: Option<Vec2>,
     is_laden: bool,
     result: StepResult,
 }
@@ -142,20 +126,13 @@ struct ActionFields {
     progress: bool,
 }
 
-impl RouteCost for PythonController {
-    fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
-        None
-    }
-}
-
-impl AgentMission for PythonController {
+impl MissionController for PythonController {
     fn perceive(
         &mut self,
         input: &ControllerInput<'_>,
         received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
-        self.position = input.readings.pose.map(|pose| pose.position);
         self.is_laden = input.readings.mission.items().holding == Some(true);
         let tick = input.now.0 / self.object.common.setup.scenario.step_ms;
         self.result = if self.object.has_failed() {
@@ -171,7 +148,7 @@ impl AgentMission for PythonController {
         let is_current = |behavior: &OwnBehavior| self.result.doing == Some(behavior.id);
         perception
             .applicable
-            .extend(self.behaviors.iter().map(is_current));
+            .extend(input.behaviors.iter().map(is_current));
         if let Some(task) = self.result.progressed {
             let catalog = &self.object.common.setup.catalog;
             perception.progressed.push(task);
@@ -182,39 +159,12 @@ impl AgentMission for PythonController {
         }
     }
 
-    fn choices(&self, _: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
-        for (behavior, &applicable) in self.behaviors.iter().zip(applicable) {
-            choices.push(Choice {
-                behavior: behavior.id,
-                task: behavior.task,
-                round: SimTime::ZERO,
-                applicable,
-                cost_s: None,
-                reward: 1.0,
-                priority: behavior.priority,
-                max_robots: behavior.max_robots,
-            });
-        }
-    }
-
     fn act(&mut self, _: &ControllerInput<'_>, _: Option<BehaviorId>, output: &mut StepOutput) {
         output.actuation = self.result.actuation;
     }
 
-    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge) {
-        *knowledge = SharedKnowledge::Nothing;
-    }
-
-    fn position(&self) -> Option<Vec2> {
-        self.position
-    }
-
     fn is_laden(&self) -> bool {
         self.is_laden
-    }
-
-    fn checkpoint(&self) -> Box<dyn AgentMission> {
-        Box::new(self.clone())
     }
 }
 

@@ -7,10 +7,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use robot_agent::allocator::{
-    Allocator, AllocatorRunner, ConfiguredAllocator, Decision, Input, RunningAllocator, SelfState,
-};
-use scenario::Setup;
+use robot_agent::allocator::{Allocator, Decision, Input, SelfState};
 use scenario::ids::BehaviorId;
 use scenario::time::SimTime;
 
@@ -18,19 +15,9 @@ use crate::controller::{ClassData, ControllerObject};
 use crate::rows::rows;
 use crate::values::Set;
 
-/// The allocators of one Python class in a run.
-#[derive(Debug)]
-pub struct PythonAllocators(pub Arc<ClassData>);
-
-impl ConfiguredAllocator for PythonAllocators {
-    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
-        Box::new(AllocatorRunner::<PythonAllocator>::new(me, &self.0))
-    }
-}
-
 /// The allocator of one robot.
 #[derive(Clone, Debug)]
-struct PythonAllocator {
+pub struct PythonAllocator {
     object: ControllerObject,
     /// The time of the last activation or deactivation of each set; empty before the first step.
     since: Vec<SimTime>,

@@ -7,11 +7,11 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
-use robot_agent::allocator::{AllocatorKind, ConfigError, ConfiguredAllocator};
+use robot_agent::allocator::{AllocatorKind, ConfigError};
 use scenario::{AllocatorSpec, Setup};
 
-use crate::agent::PythonAgents;
-use crate::allocator::PythonAllocators;
+use crate::agent::{FollowingAllocator, PythonAgents};
+use crate::allocator::PythonAllocator;
 use crate::controller::*;
 use crate::values::loads;
 
@@ -55,26 +55,39 @@ impl fmt::Debug for ControllerClass {
     }
 }
 
-impl AllocatorKind for ControllerClass {
-    fn spec(&self) -> AllocatorSpec {
-        AllocatorSpec {
+impl ControllerClass {
+    /// Returns the class for a registry.
+    pub fn into_kind(self) -> PyResult<AllocatorKind> {
+        let spec = AllocatorSpec {
             name: self.name,
             about: "a controller in Python",
             parameters: Vec::new(),
             needs_ground_truth: false,
             learns_times: false,
-        }
+        };
+        let is_agent = Python::attach(|py| -> PyResult<bool> {
+            let is_agent = self.class.getattr(py, intern!(py, "_is_whole"))?;
+            is_agent.extract(py)
+        })?;
+        Ok(if is_agent {
+            AllocatorKind::with_controller::<FollowingAllocator, _>(
+                spec,
+                move |setup| Ok(PythonAgents::new(self.data(setup)?)),
+                PythonAgents::controller,
+            )
+        } else {
+            AllocatorKind::with_config::<PythonAllocator>(spec, move |setup| self.data(setup))
+        })
     }
 
-    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
+    fn data(&self, setup: &Setup) -> Result<Arc<ClassData>, ConfigError> {
         let failure = |reason: String| ConfigError {
             subject: format!("controller '{}'", self.name),
             why: reason,
         };
         let text = serde_json::to_string(setup).map_err(|error| failure(error.to_string()))?;
-        let prepared = Python::attach(|py| {
-            let is_agent = self.class.getattr(py, intern!(py, "_is_whole"))?;
-            let common = Arc::new(ClassData {
+        let data = Python::attach(|py| {
+            Ok(Arc::new(ClassData {
                 name: self.name,
                 class: self.class.clone_ref(py),
                 failure: self.failure.clone(),
@@ -82,14 +95,8 @@ impl AllocatorKind for ControllerClass {
                 setup: setup.clone(),
                 setup_object: loads(py, &text)?.unbind(),
                 is_slow: AtomicBool::new(false),
-            });
-            let prepared: Arc<dyn ConfiguredAllocator> = if is_agent.extract(py)? {
-                Arc::new(PythonAgents::new(common))
-            } else {
-                Arc::new(PythonAllocators(common))
-            };
-            Ok(prepared)
+            }))
         });
-        prepared.map_err(|error: PyErr| failure(error.to_string()))
+        data.map_err(|error: PyErr| failure(error.to_string()))
     }
 }

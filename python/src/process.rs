@@ -1,7 +1,5 @@
 //! One robot as a separate process with a controller in Python. Everything else is that of the agent in Rust.
 
-use std::sync::Arc;
-
 use clap::Parser;
 use cluster::process_log::log_to_stderr;
 use cluster::session::prepare_process;
@@ -32,7 +30,7 @@ pub fn run_agent(
     twice: bool,
 ) -> PyResult<u8> {
     let class = ControllerClass::new(name, class, FailureReaction::EndsProcess, twice);
-    let registry = Registry::built_in().with_controller(Arc::new(class));
+    let registry = Registry::built_in().with_controller(class.into_kind()?);
     let args: Arguments = parse_list(&registry.vocabulary(), &words).map_err(scenario_error)?;
     prepare_process();
     log_to_stderr();

@@ -2,13 +2,11 @@
 
 use glam::Vec2;
 use missions::{observe, push, service};
-use proto::mission::SensorReading;
+use proto::mission::{Reading, SensorReading};
 use proto::readings::{Hit, Readings};
 use pyo3::intern;
 use pyo3::prelude::*;
 use scenario::Setup;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 /// Returns `alliance_sim.Readings`. Numbers are bitwise equal to those on the bus.
@@ -54,29 +52,21 @@ fn point(position: Vec2) -> [f64; 2] {
 /// Returns the readings of the mission's devices, by their names on the bus. For an unknown mission it returns the raw
 /// bytes.
 fn mission(sensed: &SensorReading, setup: &Setup) -> Value {
-    fn open<T: DeserializeOwned + Default + Serialize>(sensed: &SensorReading) -> Value {
-        let sensed: T = match sensed {
-            SensorReading::Open(bytes) => bytes.decode().unwrap_or_default(),
-            _ => T::default(),
-        };
-        serde_json::to_value(sensed).unwrap_or_default()
+    fn open<R: Reading>(sensed: &SensorReading) -> Value {
+        serde_json::to_value(sensed.value::<R>()).unwrap_or_default()
     }
     match (setup.catalog.mission.name(), sensed) {
         ("waste", sensed) => serde_json::to_value(sensed.items()).unwrap_or_default(),
         ("observe", sensed) => open::<observe::bus::SensorReading>(sensed),
         ("push", sensed) => open::<push::bus::SensorReading>(sensed),
         ("service", sensed) => open::<service::bus::SensorReading>(sensed),
-        (_, SensorReading::Open(bytes)) => json!({ "bytes": bytes.as_slice() }),
+        (_, SensorReading::Open(open)) => json!({ "bytes": open.bytes().as_slice() }),
         _ => json!({}),
     }
 }
 
 /// Returns whether the device that detects targets works.
 pub fn sees_targets(readings: &Readings) -> bool {
-    match &readings.mission {
-        SensorReading::Open(bytes) => bytes
-            .decode::<observe::bus::SensorReading>()
-            .is_ok_and(|sensed| sensed.targets.is_some()),
-        _ => false,
-    }
+    let sensed = readings.mission.value::<observe::bus::SensorReading>();
+    sensed.targets.is_some()
 }

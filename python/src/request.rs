@@ -7,7 +7,8 @@ use launch::Registry;
 use launch::arguments::parse_list;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
-use scenario::{Robot, Scenario, Setup};
+use scenario::limits::check_known;
+use scenario::{Problem, Robot, Scenario, Setup};
 use world_server::mission_args::{Known, MissionArgs};
 
 use crate::controller::FailureReaction;
@@ -62,17 +63,13 @@ impl RunRequest {
         for (_, name, class) in &self.controllers {
             if let Some(class) = class {
                 if built_in.iter().any(|spec| spec.name == name) {
-                    return Err(scenario_error(format!(
-                        "controllers: '{name}' is one of the simulator's allocators; give the class another name"
-                    )));
+                    let what = format!("'{name}' is one of the simulator's allocators");
+                    let remedy = "give the class another name";
+                    return Err(scenario_error(Problem::at(["controllers"], what, remedy)));
                 }
                 let class = Python::attach(|py| class.clone_ref(py));
-                registry = registry.with_controller(Arc::new(ControllerClass::new(
-                    name,
-                    class,
-                    failure.clone(),
-                    self.twice,
-                )));
+                let class = ControllerClass::new(name, class, failure.clone(), self.twice);
+                registry = registry.with_controller(class.into_kind()?);
             }
         }
         let known = Known {
@@ -112,14 +109,13 @@ impl RunRequest {
                 default = Some((name, is_class));
                 continue;
             }
+            let names = scenario.robots.iter().map(|robot| robot.name.as_str());
+            let known = check_known(["controllers"], "there is no robot", robot, names);
+            known.map_err(scenario_error)?;
             let mut robots = scenario.robots.iter_mut();
-            let Some(robot) = robots.find(|other| other.name == *robot) else {
-                let names: Vec<_> = scenario.robots.iter().map(|robot| &*robot.name).collect();
-                let names = names.join(", ");
-                let text = format!("controllers: there is no robot '{robot}'; there are {names}");
-                return Err(scenario_error(text));
-            };
-            assign(robot, name, is_class);
+            if let Some(robot) = robots.find(|other| other.name == *robot) {
+                assign(robot, name, is_class);
+            }
         }
         let stated = |robot: &str| self.controllers.iter().any(|(name, ..)| name == robot);
         for robot in scenario
@@ -130,10 +126,10 @@ impl RunRequest {
             if let Some((name, is_class)) = default {
                 assign(robot, name, is_class);
             } else if let Some(controller) = &robot.controller {
-                return Err(scenario_error(format!(
-                    "controllers: the scenario gives the controller '{controller}' to {robot}; give its class: controllers={{'{robot}': …}}",
-                    robot = robot.name
-                )));
+                let robot = &robot.name;
+                let what = format!("the scenario gives the controller '{controller}' to {robot}");
+                let remedy = format!("give its class: controllers={{'{robot}': …}}");
+                return Err(scenario_error(Problem::at(["controllers"], what, remedy)));
             }
         }
         Ok(())
@@ -153,14 +149,14 @@ fn assign(robot: &mut Robot, name: &str, is_class: bool) {
 /// Parses a scenario in JSON with the structure of a TOML file.
 fn read_document(document: &str, known: &Known) -> PyResult<Scenario> {
     let table: toml::Table = serde_json::from_str(document)
-        .map_err(|error| scenario_error(format!("scenario: {error}")))?;
+        .map_err(|error| scenario_error(Problem::at(["scenario"], error.to_string(), "")))?;
     Scenario::from_table(&table, &known.vocabulary).map_err(scenario_error)
 }
 
 /// Returns the scenario with its faults replaced.
 fn with_faults(scenario: &Scenario, faults: &str, known: &Known) -> PyResult<Scenario> {
-    let faults: toml::Value =
-        serde_json::from_str(faults).map_err(|error| scenario_error(format!("faults: {error}")))?;
+    let faults: toml::Value = serde_json::from_str(faults)
+        .map_err(|error| scenario_error(Problem::at(["faults"], error.to_string(), "")))?;
     let mut table = toml::Table::try_from(scenario)
         .map_err(|error| scenario_error(format!("scenario '{}': {error}", scenario.name)))?;
     table.insert("faults".to_owned(), faults);

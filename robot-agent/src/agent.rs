@@ -16,22 +16,25 @@ use crate::allocator::{
     Announcement, Choice, ConfigError, ConfiguredAllocator, Input, OwnBehavior, RandomDraws,
     RunningAllocator, SelfState, StepOutcome, TaskBrief, assignment,
 };
-use crate::mission::{AgentMission, ControllerInput, Perception, SharedMission, StepOutput};
+use crate::mission::{
+    ControllerConstructor, ControllerInput, MissionController, Perception, StepOutput,
+};
 use crate::registry::AgentRegistry;
-use proto::link::{IncomingLinks, StepMessages};
+use proto::link::{IncomingMessages, StepMessages};
 
 #[derive(Clone, Debug)]
 pub struct Agent {
     robot: RobotId,
     incarnation: Incarnation,
     /// Contains the messages in flight. They are part of the state that a rollback restores.
-    links: IncomingLinks,
+    links: IncomingMessages,
     allocator: Box<dyn RunningAllocator>,
     /// Cached result of [`RunningAllocator::weighs_costs`].
     weighs_costs: bool,
     /// Cached result of [`RunningAllocator::uses_radio`].
     uses_radio: bool,
-    mission: Box<dyn AgentMission>,
+    mission: Box<dyn MissionController>,
+    behaviors: Arc<[OwnBehavior]>,
     /// The numbers of behavior sets and tasks of the run.
     catalog_size: (usize, usize),
     seed: u64,
@@ -42,8 +45,8 @@ pub struct Agent {
 /// Data that all robots of a run share. It exists once per process.
 #[derive(Clone, Debug)]
 pub struct TeamConfig {
-    mission: Arc<dyn SharedMission>,
-    allocators: Vec<Arc<dyn ConfiguredAllocator>>,
+    controller: ControllerConstructor,
+    allocators: Vec<ConfiguredAllocator>,
     assignment: Vec<Arc<[TaskId]>>,
     tasks: Arc<[TaskBrief]>,
 }
@@ -55,9 +58,9 @@ impl TeamConfig {
     /// Fails if the registry lacks the mission or an allocator of the run, or if a parameter is invalid.
     pub fn new(setup: &Setup, registry: &AgentRegistry) -> Result<Self, ConfigError> {
         let scenario = &setup.scenario;
-        let mut prepared: BTreeMap<(Option<&str>, &str), Arc<dyn ConfiguredAllocator>> =
-            BTreeMap::new();
+        let mut prepared: BTreeMap<(Option<&str>, &str), ConfiguredAllocator> = BTreeMap::new();
         let mut allocators = Vec::with_capacity(scenario.robots.len());
+        let mut uses_assignment = false;
         for robot in &scenario.robots {
             // A controller that is not in the registry belongs to another program and is not started here.
             let controller = robot
@@ -67,23 +70,24 @@ impl TeamConfig {
             let allocator_name = scenario.stated_allocator(robot);
             let allocator_of_robot = match (prepared.get(&(controller, allocator_name)), controller)
             {
-                (Some(known), _) => Arc::clone(known),
+                (Some(known), _) => known.clone(),
                 (None, Some(controller)) => registry.prepare_controller(controller, setup)?,
                 (None, None) => registry.prepare(allocator_name, setup)?,
             };
-            allocators.push(Arc::clone(&allocator_of_robot));
+            allocators.push(allocator_of_robot.clone());
+            uses_assignment |= controller.is_none() && registry.uses_assignment(allocator_name);
             prepared.insert((controller, allocator_name), allocator_of_robot);
         }
-        let mission = registry.shared(setup)?;
+        let mission = registry.controller_kind(setup)?;
         // The work of an assignment grows with the cube of the team size, so it is computed only for allocators that
         // use it.
-        let assignment = if prepared.values().any(|one| one.uses_assignment()) {
-            assignment::assign(&mission.planned_cost_ms(setup))
+        let assignment = if uses_assignment {
+            assignment::assign(&(mission.planned_cost_ms)(setup))
         } else {
             Vec::new()
         };
         Ok(Self {
-            mission,
+            controller: (mission.constructor)(setup),
             allocators,
             assignment,
             tasks: TaskBrief::all(setup),
@@ -134,16 +138,19 @@ impl Agent {
     #[must_use]
     pub fn new(robot: RobotId, incarnation: Incarnation, setup: &Setup, team: &TeamConfig) -> Self {
         let prepared = &team.allocators[robot.index()];
-        let allocator = prepared.start(team.me(robot, incarnation, setup), setup);
-        let mission = prepared.mission(robot, setup);
+        let me = team.me(robot, incarnation, setup);
+        let behaviors = me.behaviors.as_slice().into();
+        let allocator = (prepared.start)(me, setup);
+        let controller = prepared.controller.as_ref().unwrap_or(&team.controller);
         Self {
             robot,
             incarnation,
-            links: IncomingLinks::new(robot, setup),
+            links: IncomingMessages::new(robot, setup),
             weighs_costs: allocator.weighs_costs(),
             uses_radio: allocator.uses_radio(),
             allocator,
-            mission: mission.unwrap_or_else(|| team.mission.create_controller(robot, setup)),
+            mission: controller.create(robot, setup),
+            behaviors,
             catalog_size: (setup.catalog.sets.len(), setup.catalog.tasks.len()),
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
@@ -184,11 +191,9 @@ impl Agent {
             space.messages.clear();
         }
         space.perception.clear();
-        self.mission.perceive(
-            &input_of(tick),
-            &space.messages.inbox,
-            &mut space.perception,
-        );
+        let input = input_of(tick, &self.behaviors);
+        self.mission
+            .perceive(&input, &space.messages.inbox, &mut space.perception);
         // A robot without energy cannot execute any behavior.
         if tick.readings.energy_j.is_some_and(|left_j| left_j <= 0.0) {
             space.perception.applicable.fill(false);
@@ -198,10 +203,11 @@ impl Agent {
     /// Runs the second part of a step: the allocator selects the active behavior.
     pub fn allocate(&mut self, tick: &TickMessage, space: &mut Workspace) {
         space.choices.clear();
+        let input = input_of(tick, &self.behaviors);
+        let position = self.mission.position(&input);
         if self.weighs_costs {
             let applicable = &space.perception.applicable;
-            self.mission
-                .choices(&input_of(tick), applicable, &mut space.choices);
+            self.mission.choices(&input, applicable, &mut space.choices);
             let is_number = |choice: &Choice| {
                 choice.cost_s.is_none_or(f64::is_finite) && choice.reward.is_finite()
             };
@@ -214,13 +220,13 @@ impl Agent {
         let input = Input {
             now: tick.now,
             step_s: self.step_s,
-            position: self.mission.position(),
+            position,
             is_laden: self.mission.is_laden(),
             applicable: &space.perception.applicable,
             choices: &space.choices,
             progressed: &space.perception.progressed,
             received: &space.messages.inbox,
-            route: &*self.mission,
+            seconds: &|after, task| self.mission.seconds(position, after, task),
             ground_truth: &tick.ground_truth,
             draws: RandomDraws::new(self.seed, self.robot, tick.tick),
         };
@@ -231,8 +237,9 @@ impl Agent {
     /// Runs the third part of a step: actions, broadcasts and the report.
     pub fn act(&mut self, tick: &TickMessage, space: &mut Workspace) {
         space.output.clear();
+        let input = input_of(tick, &self.behaviors);
         self.mission
-            .act(&input_of(tick), space.outcome.active, &mut space.output);
+            .act(&input, space.outcome.active, &mut space.output);
         let actuation = &space.output.actuation;
         assert!(
             actuation.speed_m_s.is_finite() && actuation.turn_rad_s.is_finite(),
@@ -256,7 +263,7 @@ impl Agent {
             ..
         } = space;
         for announcement in &outcome.announcements {
-            let body = self.heartbeat(announcement, spent);
+            let body = self.heartbeat(tick, announcement, spent);
             broadcasts.push(self.broadcast(tick, broadcasts.len(), body));
         }
         // The check is faster than draining an empty list, which is the usual case.
@@ -309,6 +316,7 @@ impl Agent {
     /// Creates a heartbeat and reuses the buffer of a used one.
     fn heartbeat(
         &self,
+        tick: &TickMessage,
         announcement: &Announcement,
         spent: &mut Vec<Broadcast>,
     ) -> BroadcastContent {
@@ -320,14 +328,15 @@ impl Agent {
                 break;
             }
         }
-        self.mission.shared_knowledge(&mut shared_knowledge);
+        let input = input_of(tick, &self.behaviors);
+        self.mission.shared_knowledge(&input, &mut shared_knowledge);
         BroadcastContent::Heartbeat(Heartbeat {
             state: announcement.state,
             since: announcement.since,
             set: announcement.behavior,
             task: announcement.task,
             progress: announcement.progress,
-            position: self.mission.position(),
+            position: self.mission.position(&input),
             carrying: self.mission.is_laden(),
             shared_knowledge,
         })
@@ -348,10 +357,11 @@ impl Agent {
     }
 }
 
-fn input_of(tick: &TickMessage) -> ControllerInput<'_> {
+fn input_of<'a>(tick: &'a TickMessage, behaviors: &'a [OwnBehavior]) -> ControllerInput<'a> {
     ControllerInput {
         now: tick.now,
         readings: &tick.readings,
+        behaviors,
     }
 }
 

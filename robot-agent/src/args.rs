@@ -8,6 +8,7 @@ use clap::Args;
 use cluster::member::{Login, Member};
 use cluster::rendezvous::{Rendezvous, RendezvousError};
 use proto::identity;
+use scenario::limits::read_name;
 use scenario::names::is_name;
 use terminal::stderr_line;
 use tokio::time::{Instant, sleep, timeout_at};
@@ -33,7 +34,7 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(10);
 #[derive(Args, Clone, Debug)]
 pub struct AgentArgs {
     /// Robot of the scenario [default: the variable ALLIANCE_ROBOT]
-    #[arg(long, value_name = "ROBOT", value_parser = robot_name)]
+    #[arg(long, value_name = "ROBOT", value_parser = read_name)]
     pub robot: Option<String>,
     /// Id of the run [default: ALLIANCE_RUN beside ALLIANCE_ROBOT, else the newest live run]
     #[arg(long, value_name = "ID", conflicts_with = "connect")]
@@ -183,13 +184,4 @@ impl AgentArgs {
 fn fail(robot: &str, why: &str) -> u8 {
     stderr_line!("robot-agent {robot}: {why}");
     3
-}
-
-/// Checks the form of the name here, so that the message is in the terms of this command.
-fn robot_name(text: &str) -> Result<String, String> {
-    if is_name(text) {
-        Ok(text.to_owned())
-    } else {
-        Err("use letters, digits, '-' and '_', at most 32".to_owned())
-    }
 }

@@ -1,33 +1,31 @@
 //! The allocators and missions of a program.
 
-use std::sync::Arc;
+#![warn(missing_docs)]
 
 use scenario::{Setup, Vocabulary};
 use serde::de::DeserializeOwned;
 
-use crate::allocator::{
-    Allocator, AllocatorKind, ConfigError, ConfiguredAllocator, TypedAllocatorKind,
-};
-use crate::allocators::alliance::Alliance;
+use crate::allocator::{Allocator, AllocatorKind, ConfigError, ConfiguredAllocator};
+use crate::allocators::alliance;
 use crate::allocators::ble::Ble;
 use crate::allocators::cbba::{Acbba, Cbaa, Cbba};
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::grape::Grape;
-use crate::allocators::lalliance::LAlliance;
+use crate::allocators::lalliance;
 use crate::allocators::murdoch::Murdoch;
 use crate::allocators::nearest::{Nearest, NearestSilent};
 use crate::allocators::oracle::Oracle;
 use crate::allocators::random::Random;
 use crate::allocators::static_assignment::Fixed;
 use crate::allocators::threshold::Threshold;
-use crate::mission::{MissionController, SharedMission};
+use crate::mission::ControllerKind;
 
 /// The allocators, controllers and missions of a program, by name.
 #[derive(Clone, Debug)]
 pub struct AgentRegistry {
-    kinds: Vec<Arc<dyn AllocatorKind>>,
-    controllers: Vec<Arc<dyn AllocatorKind>>,
-    missions: Vec<MissionController>,
+    kinds: Vec<AllocatorKind>,
+    controllers: Vec<AllocatorKind>,
+    missions: Vec<ControllerKind>,
 }
 
 impl AgentRegistry {
@@ -35,7 +33,7 @@ impl AgentRegistry {
     #[must_use]
     pub fn built_in() -> Self {
         Self {
-            kinds: vec![Arc::new(Alliance), Arc::new(LAlliance)],
+            kinds: vec![alliance::kind(), lalliance::kind()],
             controllers: Vec::new(),
             missions: Vec::new(),
         }
@@ -96,12 +94,13 @@ impl AgentRegistry {
     where
         A::Config: DeserializeOwned,
     {
-        self.with_allocator_kind(Arc::new(TypedAllocatorKind::<A>::new(name, about)))
+        self.with_allocator_kind(AllocatorKind::new::<A>(name, about))
     }
 
-    /// Adds an allocator that is not a Rust type, such as one in another language.
+    /// Adds an allocator whose parameters do not come from the scenario, such as one in another language, and replaces
+    /// an allocator of the same name.
     #[must_use]
-    pub fn with_allocator_kind(mut self, kind: Arc<dyn AllocatorKind>) -> Self {
+    pub fn with_allocator_kind(mut self, kind: AllocatorKind) -> Self {
         let name = kind.spec().name;
         self.kinds.retain(|known| known.spec().name != name);
         self.kinds.push(kind);
@@ -112,7 +111,7 @@ impl AgentRegistry {
     /// program](scenario::Robot::controller), and replaces one of the same name. A scenario cannot select
     /// it as an allocator.
     #[must_use]
-    pub fn with_controller(mut self, kind: Arc<dyn AllocatorKind>) -> Self {
+    pub fn with_controller(mut self, kind: AllocatorKind) -> Self {
         let name = kind.spec().name;
         self.controllers.retain(|known| known.spec().name != name);
         self.controllers.push(kind);
@@ -129,7 +128,7 @@ impl AgentRegistry {
 
     /// Adds a mission, and replaces one of the same name.
     #[must_use]
-    pub fn with_mission(mut self, controller: MissionController) -> Self {
+    pub fn with_mission(mut self, controller: ControllerKind) -> Self {
         self.missions.retain(|known| known.data != controller.data);
         self.missions.push(controller);
         self
@@ -144,19 +143,26 @@ impl AgentRegistry {
                 .iter()
                 .map(|controller| controller.data)
                 .collect(),
-            allocators: self.kinds.iter().map(|kind| kind.spec()).collect(),
+            allocators: self.kinds.iter().map(|kind| kind.spec().clone()).collect(),
         }
+    }
+
+    /// Returns whether the allocator of that name uses the tasks assigned before the start.
+    #[must_use]
+    pub fn uses_assignment(&self, name: &str) -> bool {
+        let mut kinds = self.kinds.iter();
+        kinds.any(|kind| kind.spec().name == name && kind.uses_assignment)
     }
 
     /// Creates the controller of that name for a run.
     ///
     /// # Errors
     /// Fails if the name is unknown, or the controller does not support the run.
-    pub fn prepare_controller(
+    pub(crate) fn prepare_controller(
         &self,
         name: &str,
         setup: &Setup,
-    ) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
+    ) -> Result<ConfiguredAllocator, ConfigError> {
         let kind = self
             .controllers
             .iter()
@@ -172,11 +178,11 @@ impl AgentRegistry {
     ///
     /// # Errors
     /// Fails if the name is unknown or a parameter is invalid.
-    pub fn prepare(
+    pub(crate) fn prepare(
         &self,
         name: &str,
         setup: &Setup,
-    ) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
+    ) -> Result<ConfiguredAllocator, ConfigError> {
         let kind = self.kinds.iter().find(|kind| kind.spec().name == name);
         let unknown = || {
             let names: Vec<_> = self
@@ -193,14 +199,14 @@ impl AgentRegistry {
         kind.ok_or_else(unknown)?.prepare(setup)
     }
 
-    /// Creates the data that the robots of a run share for its mission.
+    /// Returns the controller type of the run's mission.
     ///
     /// # Errors
     /// Fails if the registry lacks the robots' side of the mission.
-    pub fn shared(&self, setup: &Setup) -> Result<Arc<dyn SharedMission>, ConfigError> {
+    pub(crate) fn controller_kind(&self, setup: &Setup) -> Result<ControllerKind, ConfigError> {
         let mission = setup.catalog.mission;
         let controller = self.missions.iter().find(|known| known.data == mission);
-        let controller = controller.ok_or_else(|| {
+        controller.copied().ok_or_else(|| {
             let names: Vec<_> = self
                 .missions
                 .iter()
@@ -210,7 +216,6 @@ impl AgentRegistry {
                 subject: format!("mission {}", mission.name()),
                 why: format!("there is no such mission; there are {}", names.join(", ")),
             }
-        })?;
-        Ok((controller.shared)(setup))
+        })
     }
 }

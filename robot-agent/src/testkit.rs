@@ -23,8 +23,8 @@ use scenario::time::SimTime;
 use terminal::panics;
 
 use crate::allocator::{
-    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RouteCost,
-    RunningAllocator, SelfState, StepOutcome, TaskBrief,
+    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RunningAllocator,
+    SelfState, StepOutcome, TaskBrief,
 };
 
 const TEAMS: u64 = 60;
@@ -43,7 +43,9 @@ pub fn check_allocator<A: Allocator>(config: &A::Config) {
 ///
 /// # Panics
 /// Panics like [`check_allocator`].
-pub fn check_running_allocator(mut make: impl FnMut(SelfState) -> Box<dyn RunningAllocator>) {
+pub(crate) fn check_running_allocator(
+    mut make: impl FnMut(SelfState) -> Box<dyn RunningAllocator>,
+) {
     for seed in 0..TEAMS {
         let [first, second] = std::array::from_fn(|_| Trial::new(seed, &mut make).run());
         assert!(
@@ -126,7 +128,11 @@ impl Trial {
             let position = self.rng.random_bool(0.9).then_some(Vec2::ONE);
             let is_laden = self.rng.random_bool(0.1);
             let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
-            let (seed, step_s, flat) = (self.seed, self.me.step_s, Flat(&choices));
+            let (seed, step_s) = (self.seed, self.me.step_s);
+            // The cost does not depend on the other tasks.
+            let seconds = |_: &[TaskId], task: TaskId| {
+                choices.iter().find(|choice| choice.task == task)?.cost_s
+            };
             let input = |received, robot| Input {
                 now,
                 step_s,
@@ -136,7 +142,7 @@ impl Trial {
                 choices: &choices,
                 progressed: &progressed,
                 received,
-                route: &flat,
+                seconds: &seconds,
                 ground_truth: &ground_truth,
                 draws: RandomDraws::new(seed, robot, tick),
             };
@@ -397,13 +403,4 @@ fn strangers(received: &[Arc<Broadcast>], team: usize) -> impl Iterator<Item = A
         stranger.sender = RobotId(team as u16 + 7);
         Arc::new(stranger)
     })
-}
-
-/// A route cost that does not depend on the position of the robot.
-struct Flat<'a>(&'a [Choice]);
-
-impl RouteCost for Flat<'_> {
-    fn seconds(&self, _: &[TaskId], task: TaskId) -> Option<f64> {
-        self.0.iter().find(|choice| choice.task == task)?.cost_s
-    }
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Map, Value};
 
-use super::error::{Problem, ScenarioError, name_remedy};
+use super::error::{Problem, name_remedy};
 use super::parameters::ParameterSpec;
 use super::path::KeyPath;
 use super::{Robot, Scenario};
@@ -85,16 +85,7 @@ impl Scenario {
     ///
     /// # Errors
     /// Returns the first unknown allocator or parameter, or the first value out of range.
-    pub fn check_allocators(&self, known: &[AllocatorSpec]) -> Result<(), ScenarioError> {
-        self.check_allocators_with_path(known)
-            .map_err(|problem| problem.located(None))
-    }
-
-    /// Checks the same and returns a problem, which can get a line of the scenario's file.
-    pub(super) fn check_allocators_with_path(
-        &self,
-        known: &[AllocatorSpec],
-    ) -> Result<(), Problem> {
+    pub fn check_allocators(&self, known: &[AllocatorSpec]) -> Result<(), Problem> {
         if let Some(name) = &self.allocator {
             find(name, known, &KeyPath::new(["allocator"]))?;
         }
@@ -137,7 +128,7 @@ fn find<'k>(
     known.iter().find(|spec| spec.name == name).ok_or_else(|| {
         let what = format!("there is no allocator '{name}'");
         let names = known.iter().map(|spec| spec.name);
-        Problem::at(at.clone(), what, name_remedy(name, names))
+        Problem::at(at, what, name_remedy(name, names))
     })
 }
 

@@ -53,7 +53,7 @@ impl Catalog {
             let section = scenario.tasks.get(&name).copied().unwrap_or_default();
             let max_robots = section.max_robots.or_else(|| {
                 let behavior = sets.get(sets.partition_point(|set| set.task < TaskId(id)))?;
-                Some(mission.max_robots(scenario, behavior))
+                Some(mission.behavior_properties(scenario, behavior).max_robots)
             });
             TaskSpec {
                 max_robots: max_robots.unwrap_or(1),

@@ -5,21 +5,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Setup;
 use super::alliance::{Alliance, BehaviorParams};
 use super::catalog::BehaviorSpec;
-use super::error::{Location, Problem, ScenarioError, name_remedy};
+use super::error::{Problem, name_remedy};
 use super::path::KeyPath;
 use super::resolve::{check, lists_all_teammates};
-use super::statement::{Parameter, Statement, positive};
+use super::statement::{Parameter, Statement, THRESHOLD};
 use super::values::Values;
 
 impl Setup {
     /// Checks a setup from a file as strictly as [`Setup::resolve`] checks its inputs. The values in force must be
     /// complete, in range, and only of this scenario's robots.
-    pub fn check(&self) -> Result<(), ScenarioError> {
+    pub fn check(&self) -> Result<(), Problem> {
         let resolved = check(&self.scenario, &self.catalog, None).map(|(alliance, _)| alliance);
         resolved
-            .map_err(|problem| problem.under_key("scenario"))
+            .map_err(|problem| problem.under(["scenario"]))
             .and_then(|resolved| self.check_values(&resolved))
-            .map_err(|problem| problem.located(None))
     }
 
     /// Checks the values in force. `resolved` has the scenario's values without a parameter file, which changes only
@@ -32,8 +31,7 @@ impl Setup {
             switches,
             robots,
         } = &self.alliance;
-        let threshold_at = Location::Scenario(at.key("threshold"));
-        positive(*threshold, "", &threshold_at)?;
+        THRESHOLD.check(at.key("threshold"), *threshold)?;
         if *step_ms != resolved.step_ms {
             let what = format!("{step_ms} differs from the scenario's value");
             let remedy = format!("it must be {}", resolved.step_ms);
@@ -155,7 +153,9 @@ fn stated(given: &BehaviorParams, at: &KeyPath) -> Vec<Statement> {
             teammate: teammate.cloned(),
             parameter,
             value,
-            place: Location::Scenario(teammate.map_or_else(|| at.clone(), |name| at.key(name))),
+            place: teammate
+                .map_or_else(|| at.clone(), |name| at.key(name))
+                .into(),
         }
     };
     let plain = [

@@ -1,31 +1,97 @@
-//! Errors in scenarios and parameter files: one line with place, problem and remedy.
+//! The error of every input of a user: one line with place, problem and remedy.
+//!
+//! Files, orders, command lines and Python arguments are checked into a [`Problem`]. A check creates it with the key of
+//! the value ([`Problem::at`]); the reader of a file adds the file's name and the line.
 
 use std::borrow::Cow;
 use std::fmt;
 
-use super::path::{KeyPath, PathStep};
+use super::path::KeyPath;
 
-/// A scenario or parameter file that cannot be used. It displays as one line, `FILE:LINE: KEY: problem; remedy`. File
-/// and line are missing for a scenario without a file.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub struct ScenarioError {
-    pub(super) file: Option<String>,
-    pub(super) line: Option<usize>,
-    pub(super) key: String,
+/// A problem with an input. It displays as one line, `SOURCE:LINE: KEY: problem; remedy`. Absent parts are omitted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    pub(super) place: Place,
     pub(super) problem: String,
     pub(super) remedy: String,
 }
 
-impl ScenarioError {
-    /// Creates an error on a line of a file, without a key.
-    pub(super) fn in_file(file: &str, line: usize, what: String, remedy: String) -> Self {
+/// The place of a value in the inputs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Place {
+    /// The name of the file or of the option that contains the value.
+    pub source: Option<String>,
+    /// The line in the file, from 1.
+    pub line: Option<usize>,
+    pub key: KeyPath,
+}
+
+impl From<KeyPath> for Place {
+    fn from(key: KeyPath) -> Self {
         Self {
-            file: Some(file.to_owned()),
-            line: Some(line),
-            key: String::new(),
-            problem: what,
-            remedy,
+            key,
+            ..Self::default()
         }
+    }
+}
+
+impl std::error::Error for Problem {}
+
+impl Problem {
+    /// Creates a problem with the value under a key. An empty remedy is omitted.
+    #[must_use]
+    pub fn at(
+        key: impl Into<KeyPath>,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::new(Place::from(key.into()), problem, remedy)
+    }
+
+    /// Creates a problem with a value whose place its reader adds.
+    #[must_use]
+    pub fn of_value(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::new(Place::default(), problem, remedy)
+    }
+
+    /// Creates a problem with a whole source: a file, or an option of the command line.
+    #[must_use]
+    pub fn with_source(
+        source: impl Into<String>,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        let source = Some(source.into());
+        Self::new(
+            Place {
+                source,
+                ..Place::default()
+            },
+            problem,
+            remedy,
+        )
+    }
+
+    pub(super) fn new(place: Place, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
+            place,
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    /// Returns the problem of a part, as a problem of the whole that contains the part under a key.
+    #[must_use]
+    pub fn under(mut self, key: impl Into<KeyPath>) -> Self {
+        self.place.key = key.into().join(self.place.key);
+        self
+    }
+
+    /// Returns the problem with its line, from 1.
+    #[must_use]
+    pub fn on_line(mut self, line: usize) -> Self {
+        self.place.line = Some(line);
+        self
     }
 }
 
@@ -33,29 +99,35 @@ impl ScenarioError {
 ///
 /// # Errors
 /// Returns the line of the first byte that is not UTF-8.
-pub fn decode_text(name: &str, bytes: Vec<u8>) -> Result<String, ScenarioError> {
+pub fn decode_text(name: &str, bytes: Vec<u8>) -> Result<String, Problem> {
     String::from_utf8(bytes).map_err(|error| {
         let whole = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = whole.iter().filter(|byte| **byte == b'\n').count() + 1;
-        let what = "the bytes are not UTF-8 text".to_owned();
-        ScenarioError::in_file(name, line, what, "save the file as UTF-8".to_owned())
+        Problem::with_source(
+            name,
+            "the bytes are not UTF-8 text",
+            "save the file as UTF-8",
+        )
+        .on_line(line)
     })
 }
 
-impl fmt::Display for ScenarioError {
+impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut text = String::new();
-        if let Some(file) = &self.file {
-            text += file;
-            if let Some(line) = self.line {
-                text += &format!(":{line}");
-            }
-            text += ": ";
+        let Place { source, line, key } = &self.place;
+        let mut text = match (source, line) {
+            (Some(source), Some(line)) => format!("{source}:{line}: "),
+            (Some(source), None) => format!("{source}: "),
+            (None, Some(line)) => format!("line {line}: "),
+            (None, None) => String::new(),
+        };
+        if *key != KeyPath::default() {
+            text += &format!("{key}: ");
         }
-        if !self.key.is_empty() {
-            text += &format!("{}: ", self.key);
+        text += &self.problem;
+        if !self.remedy.is_empty() {
+            text += &format!("; {}", self.remedy);
         }
-        text += &format!("{}; {}", self.problem, self.remedy);
         // Names come from the file and may contain any character. Escapes keep them from breaking the line or
         // controlling a terminal.
         for c in shortened(&text).chars() {
@@ -81,54 +153,6 @@ fn shortened(text: &str) -> Cow<'_, str> {
     let head = text.chars().take(HEAD);
     let tail = text.chars().skip(length - TAIL);
     Cow::Owned(head.chain(" … ".chars()).chain(tail).collect())
-}
-
-/// The place where a value was stated.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Location {
-    /// A path in the scenario, with or without a file.
-    Scenario(KeyPath),
-    /// A line of a parameter file.
-    Parameters {
-        file: String,
-        line: usize,
-        key: String,
-    },
-}
-
-/// A problem and its path, before the line in the scenario's file is known.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
-    pub(super) place: Location,
-    pub(super) problem: String,
-    pub(super) remedy: String,
-}
-
-/// Formats the problem as `KEY: problem; remedy`.
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.clone().located(None).fmt(f)
-    }
-}
-
-impl Problem {
-    /// Creates a problem at a path of the scenario.
-    #[must_use]
-    pub fn at(path: KeyPath, what: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self {
-            place: Location::Scenario(path),
-            problem: what.into(),
-            remedy: remedy.into(),
-        }
-    }
-
-    /// Returns the problem for a scenario that is nested under a key.
-    pub(super) fn under_key(mut self, key: &str) -> Self {
-        if let Location::Scenario(path) = &mut self.place {
-            path.0.insert(0, PathStep::Key(key.to_owned()));
-        }
-        self
-    }
 }
 
 /// Returns the known name that is most similar to a misspelled one.
@@ -168,8 +192,8 @@ mod tests {
     #[test]
     fn a_line_about_a_long_name_keeps_its_place_and_its_remedy() {
         let what = format!("unknown robot '{}'", "ü".repeat(5000));
-        let remedy = "there is only 'blue'".to_owned();
-        let line = ScenarioError::in_file("my.toml", 7, what, remedy).to_string();
+        let problem = Problem::with_source("my.toml", what, "there is only 'blue'").on_line(7);
+        let line = problem.to_string();
         assert_eq!(line.chars().count(), 383);
         assert!(line.starts_with("my.toml:7: unknown robot 'üüü"), "{line}");
         assert!(line.ends_with("üüü'; there is only 'blue'"), "{line}");

@@ -8,7 +8,6 @@ mod alliance;
 mod allocators;
 mod catalog;
 mod check_setup;
-mod document;
 mod error;
 pub mod fault;
 mod geometry;
@@ -30,6 +29,7 @@ mod setup;
 mod statement;
 pub mod testkit;
 pub mod time;
+mod toml_file;
 mod toml_value;
 mod unread;
 mod validate;
@@ -51,15 +51,15 @@ pub use alliance::{
 };
 pub use allocators::{AllocatorSpec, Allocators};
 pub use catalog::{BehaviorSpec, Catalog, TaskSpec};
-pub use error::{Problem, ScenarioError, decode_text, name_remedy};
-pub use load::TomlFile;
+pub use error::{Problem, decode_text, name_remedy};
 pub use parameters::{ParameterDefault, ParameterRange, ParameterSpec};
-pub use path::{KeyPath, PathStep};
+pub use path::KeyPath;
 pub use profile::{LearnedTimes, LearnedTimesByTask, Profile};
 pub use properties::{ParameterFile, SkippedKey};
 pub use resolve::Resolved;
 pub use roster::Roster;
 pub use setup::{Setup, SetupFile};
+pub use toml_file::TomlFile;
 pub use unread::UntypedTable;
 pub use validate::MAX_ROBOTS;
 pub use vocabulary::Vocabulary;
@@ -185,6 +185,16 @@ impl Scenario {
     pub fn section<T: Any>(&self) -> &T {
         let section = self.mission.values();
         section.unwrap_or_else(|| panic!("{:?} has another type", self.mission.name()))
+    }
+
+    /// Returns the robot with this name. A problem is at the key of the name.
+    pub fn find_robot(&self, key: impl Into<KeyPath>, name: &str) -> Result<&Robot, Problem> {
+        let mut robots = self.robots.iter();
+        robots.find(|robot| robot.name == name).ok_or_else(|| {
+            let names = self.robots.iter().map(|robot| robot.name.as_str());
+            let what = format!("the scenario has no robot '{name}'");
+            Problem::at(key, what, name_remedy(name, names))
+        })
     }
 
     /// Returns the body with the speeds and the turn rate that the robot states.

@@ -6,8 +6,8 @@ use std::fmt;
 use serde_json::Value;
 
 use super::Room;
-use super::error::{Problem, name_remedy};
-use super::limits::{check_name, closed};
+use super::error::Problem;
+use super::limits::{NumberRange, above, check_known, check_name, closed, whole};
 use super::path::KeyPath;
 
 /// A parameter of an allocator or of a mission's section.
@@ -84,9 +84,9 @@ impl fmt::Display for ParameterDefault {
 impl fmt::Display for ParameterRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Above(from, to) => write!(f, "above {from} and at most {to}"),
-            Self::Within(from, to) => write!(f, "at least {from} and at most {to}"),
-            Self::Whole(from, to) => write!(f, "a whole number from {from} to {to}"),
+            Self::Above(from, to) => write!(f, "{}", above(*from, *to, "")),
+            Self::Within(from, to) => write!(f, "{}", closed(*from, *to, "")),
+            Self::Whole(from, to) => write!(f, "{}", whole(*from, *to, "")),
             Self::X => f.write_str("from 0 to the room's width"),
             Self::Y => f.write_str("from 0 to the room's height"),
             Self::Name => f.write_str("a unique name"),
@@ -146,72 +146,40 @@ impl ParameterSpec {
         })
     }
 
+    /// Returns the range of a number in a room; `None` for other values.
+    fn numbers(&self, room: &Room) -> Option<NumberRange> {
+        Some(match self.range {
+            ParameterRange::Above(from, to) => above(from, to, self.unit),
+            ParameterRange::Within(from, to) => closed(from, to, self.unit),
+            ParameterRange::Whole(from, to) => whole(from, to, self.unit),
+            ParameterRange::X => closed(0.0, room.width_m.into(), "m"),
+            ParameterRange::Y => closed(0.0, room.height_m.into(), "m"),
+            _ => return None,
+        })
+    }
+
     /// Rejects a value that is not allowed.
     pub(super) fn check(&self, value: &Value, at: &KeyPath, room: &Room) -> Result<(), Problem> {
-        let number = value.as_f64();
-        let fits = match &self.range {
-            ParameterRange::X | ParameterRange::Y => {
-                let Some(number) = number else {
-                    return Err(self.unfit(value, at));
-                };
-                let size_m = match self.range {
-                    ParameterRange::X => room.width_m,
-                    _ => room.height_m,
-                };
-                return closed(0.0, size_m.into(), "m").check(at.clone(), number as f32);
-            }
-            ParameterRange::Name => match value.as_str() {
-                Some(text) => return check_name(at.clone(), text),
-                None => None,
-            },
-            ParameterRange::List(least, most) => match value.as_array().map(Vec::len) {
-                Some(length) if !(*least..=*most).contains(&length) => {
-                    let entries = if length == 1 { "entry" } else { "entries" };
-                    let what = format!("{length} {entries}");
-                    let remedy = format!("give {least} to {most}");
-                    return Err(Problem::at(at.clone(), what, remedy));
-                }
-                length => length.map(|_| true),
-            },
-            ParameterRange::Above(from, to) => number.map(|number| number > *from && number <= *to),
-            ParameterRange::Within(from, to) => {
-                number.map(|number| number >= *from && number <= *to)
-            }
-            ParameterRange::Whole(from, to) => value
-                .as_i64()
-                .map(|number| number >= *from && number <= *to),
-            ParameterRange::Flag => value.as_bool().map(|_| true),
-            ParameterRange::Choice(words) => {
-                let Some(word) = value.as_str() else {
-                    return Err(self.unfit(value, at));
-                };
-                if words.contains(&word) {
+        if let Some(range) = self.numbers(room) {
+            let number = value.as_f64().ok_or_else(|| self.unfit(value, at))?;
+            return range.check(at, number);
+        }
+        match (&self.range, value) {
+            (ParameterRange::Name, Value::String(text)) => check_name(at, text),
+            (ParameterRange::List(least, most), Value::Array(list)) => {
+                let length = list.len();
+                if (*least..=*most).contains(&length) {
                     return Ok(());
                 }
-                let what = format!("there is no choice '{word}'");
-                return Err(Problem::at(
-                    at.clone(),
-                    what,
-                    name_remedy(word, words.iter().copied()),
-                ));
+                let entries = if length == 1 { "entry" } else { "entries" };
+                let what = format!("{length} {entries}");
+                Err(Problem::at(at, what, format!("give {least} to {most}")))
             }
-            ParameterRange::Other(_) => return Ok(()),
-        };
-        match fits {
-            Some(true) => Ok(()),
-            Some(false) => {
-                let remedy = format!("it must be {} {}", self.range, self.unit);
-                // A number of single precision is shown as it was written.
-                let single = number
-                    .filter(|_| value.is_f64())
-                    .map(|number| number as f32);
-                let what = match single.filter(|single| Some(f64::from(*single)) == number) {
-                    Some(single) => format!("{single:?} is out of range"),
-                    None => format!("{value} is out of range"),
-                };
-                Err(Problem::at(at.clone(), what, remedy.trim_end()))
+            (ParameterRange::Choice(words), Value::String(word)) => {
+                check_known(at, "there is no choice", word, words.iter().copied())
             }
-            None => Err(self.unfit(value, at)),
+            (ParameterRange::Flag, Value::Bool(_)) | (ParameterRange::Other(_), _) => Ok(()),
+            _ => Err(self.unfit(value, at)),
         }
     }
 
@@ -232,7 +200,7 @@ impl ParameterSpec {
             _ => self.range.to_string(),
         };
         Problem::at(
-            at.clone(),
+            at,
             format!("{found} does not fit"),
             format!("write {wanted}"),
         )
@@ -279,7 +247,7 @@ mod tests {
             let mut declared = declared.iter();
             let checked = declared
                 .try_for_each(|parameter| parameter.check_in(&section, &at, &Room::default()));
-            checked.map_err(|problem| problem.located(None).to_string())
+            checked.map_err(|problem| problem.to_string())
         };
         let place = |name: &str, x_m: f32| serde_json::json!({ "name": name, "x_m": x_m });
         let places = |places: &[Value]| {

@@ -1,16 +1,18 @@
-//! Paths of values in a scenario, such as `alliance.sets."push(left)".fast_impatience`.
+//! Paths of values in an input, such as `alliance.sets."push(left)".fast_impatience`.
 
 use std::fmt;
 
 /// A step down from a table or an array.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum PathStep {
+pub(super) enum PathStep {
     Key(String),
     /// An index of an array, from 0.
     Index(usize),
+    /// A key of a format without tables. It is shown as it was written.
+    Verbatim(String),
 }
 
-/// The steps from the scenario's top down to a value.
+/// The steps from the top of an input down to a value.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct KeyPath(pub(super) Vec<PathStep>);
 
@@ -18,7 +20,13 @@ impl KeyPath {
     /// Creates a path of table keys.
     #[must_use]
     pub fn new<const N: usize>(keys: [&str; N]) -> Self {
-        Self(keys.map(|key| PathStep::Key(key.to_owned())).to_vec())
+        keys.into()
+    }
+
+    /// Creates a path of one key in a format without tables. It is shown as it was written.
+    #[must_use]
+    pub fn verbatim(key: impl Into<String>) -> Self {
+        PathStep::Verbatim(key.into()).into()
     }
 
     /// Returns the path extended by a table key.
@@ -33,10 +41,41 @@ impl KeyPath {
         self.then(PathStep::Index(index))
     }
 
+    /// Returns the path extended by another one.
+    pub(super) fn join(mut self, below: Self) -> Self {
+        self.0.extend(below.0);
+        self
+    }
+
     fn then(&self, step: PathStep) -> Self {
         let mut steps = self.0.clone();
         steps.push(step);
         Self(steps)
+    }
+}
+
+/// The path of the value itself.
+impl From<()> for KeyPath {
+    fn from((): ()) -> Self {
+        Self::default()
+    }
+}
+
+impl From<PathStep> for KeyPath {
+    fn from(step: PathStep) -> Self {
+        Self(vec![step])
+    }
+}
+
+impl From<&KeyPath> for KeyPath {
+    fn from(path: &KeyPath) -> Self {
+        path.clone()
+    }
+}
+
+impl<const N: usize> From<[&str; N]> for KeyPath {
+    fn from(keys: [&str; N]) -> Self {
+        Self(keys.map(|key| PathStep::Key(key.to_owned())).to_vec())
     }
 }
 
@@ -46,6 +85,7 @@ impl fmt::Display for KeyPath {
         for (place, step) in self.0.iter().enumerate() {
             match step {
                 PathStep::Index(index) => write!(f, "[{index}]")?,
+                PathStep::Verbatim(key) => f.write_str(key)?,
                 PathStep::Key(key) => {
                     if place > 0 {
                         f.write_str(".")?;

@@ -11,10 +11,10 @@ use std::fmt::Write;
 
 use serde::{Deserialize, Serialize};
 
-use super::document::Document;
-use super::error::{Problem, ScenarioError, name_remedy};
-use super::limits::TIME;
+use super::error::Problem;
+use super::limits::{TIME, check_known};
 use super::path::KeyPath;
+use super::toml_file::TomlFile;
 use super::{Catalog, Robot, Scenario, Vocabulary};
 
 /// The times that the robots of a team have learned for each robot and task, at the start or the end of a run.
@@ -88,13 +88,12 @@ impl Profile {
         text: &str,
         scenario: &Scenario,
         vocabulary: &Vocabulary,
-    ) -> Result<Self, ScenarioError> {
-        let document = Document::parse(file_name, text)?;
-        let read = document.to::<Self>().and_then(|profile| {
-            profile.check(scenario, &Catalog::new(scenario), vocabulary)?;
-            Ok(profile)
-        });
-        read.map_err(|problem| problem.located(Some((file_name, &document))))
+    ) -> Result<Self, Problem> {
+        let file = TomlFile::parse(file_name, text)?;
+        let profile: Self = file.deserialize()?;
+        let checked = profile.check(scenario, &Catalog::new(scenario), vocabulary);
+        checked.map_err(|problem| file.locate(problem))?;
+        Ok(profile)
     }
 
     /// Returns true if no robot has learned a time.
@@ -110,15 +109,9 @@ impl Profile {
         catalog: &Catalog,
         vocabulary: &Vocabulary,
     ) -> Result<(), Problem> {
-        let named = |name: &str| scenario.robots.iter().find(|robot| robot.name == name);
-        let unknown_robot = |name: &str, at: KeyPath| {
-            let names = scenario.robots.iter().map(|robot| robot.name.as_str());
-            let what = format!("the scenario has no robot '{name}'");
-            Problem::at(at, what, name_remedy(name, names))
-        };
         for (name, tasks) in &self.robots {
             let at = KeyPath::default().key(name);
-            let robot = named(name).ok_or_else(|| unknown_robot(name, at.clone()))?;
+            let robot = scenario.find_robot(&at, name)?;
             let allocator = scenario.decider_of(robot);
             if !vocabulary.learns(allocator) {
                 let what = format!("the allocator of {name} is {allocator}, which learns nothing");
@@ -129,7 +122,7 @@ impl Profile {
                 check_task(robot, task, catalog, &at)?;
                 for (of, times) in times {
                     let at = at.key(of);
-                    named(of).ok_or_else(|| unknown_robot(of, at.clone()))?;
+                    scenario.find_robot(&at, of)?;
                     times.check(&at)?;
                 }
             }
@@ -164,15 +157,14 @@ impl Profile {
 }
 
 fn check_task(robot: &Robot, task: &str, catalog: &Catalog, at: &KeyPath) -> Result<(), Problem> {
-    let tasks = || catalog.tasks.iter().map(|task| task.name.as_str());
     let Some(id) = catalog.find_task(task) else {
-        let what = format!("the scenario has no task '{task}'");
-        return Err(Problem::at(at.clone(), what, name_remedy(task, tasks())));
+        let tasks = catalog.tasks.iter().map(|task| task.name.as_str());
+        return check_known(at, "the scenario has no task", task, tasks);
     };
     let mut behaviors = catalog.behaviors_of(robot);
     if !behaviors.any(|behavior| catalog.sets[behavior.index()].task == id) {
         let what = format!("{} has no behavior for the task '{task}'", robot.name);
-        return Err(Problem::at(at.clone(), what, "leave the task out"));
+        return Err(Problem::at(at, what, "leave the task out"));
     }
     Ok(())
 }

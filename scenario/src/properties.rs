@@ -20,8 +20,10 @@ use std::io::Read;
 
 use java_properties::{LineContent, PropertiesIter};
 
-use super::error::{Location, Problem, ScenarioError, name_remedy};
-use super::statement::{Parameter, Statement, positive};
+use super::error::{Place, Problem, name_remedy};
+use super::limits::NumberRange;
+use super::path::KeyPath;
+use super::statement::{Parameter, Statement, THRESHOLD, check_at};
 use crate::names::is_name;
 
 /// A parameter file without mistakes that are visible without a scenario.
@@ -48,14 +50,10 @@ impl fmt::Display for SkippedKey {
 
 impl SkippedKey {
     /// Returns the key at a place, if it is in a parameter file.
-    pub(super) fn from_place(place: &Location) -> Option<Self> {
-        match place {
-            Location::Scenario(_) => None,
-            Location::Parameters { line, key, .. } => Some(Self {
-                line: *line,
-                key: key.clone(),
-            }),
-        }
+    pub(super) fn from_place(place: &Place) -> Option<Self> {
+        let line = place.line?;
+        let key = place.key.to_string();
+        Some(Self { line, key })
     }
 }
 
@@ -64,60 +62,54 @@ impl ParameterFile {
     ///
     /// # Errors
     /// Returns the first line with a wrong form, a repeated key, or a value that is not a number above 0.
-    pub fn parse(file_name: &str, bytes: &[u8]) -> Result<Self, ScenarioError> {
-        Self::read(file_name, bytes).map_err(|problem| problem.located(None))
-    }
-
-    pub(super) fn threshold(&self) -> Option<f64> {
-        self.threshold
-    }
-
-    pub(super) fn statements(&self) -> impl Iterator<Item = Statement> + '_ {
-        self.statements.iter().cloned()
-    }
-
-    fn read(file_name: &str, bytes: &[u8]) -> Result<Self, Problem> {
+    pub fn parse(file_name: &str, bytes: &[u8]) -> Result<Self, Problem> {
         let mut threshold = None;
         let mut statements = Vec::new();
         let mut first_lines = BTreeMap::new();
-        let place = |line, key: &str| Location::Parameters {
-            file: file_name.to_owned(),
-            line,
-            key: key.to_owned(),
+        let problem = |line, what: &str, remedy: &str| {
+            Problem::with_source(file_name, what, remedy).on_line(line)
         };
         // The parser reads a file with this start as UTF-16 and panics if it is truncated or damaged.
         if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
-            return Err(Problem {
-                place: place(1, ""),
-                problem: "the file is UTF-16".to_owned(),
-                remedy: "save it as ISO 8859-1 or UTF-8".to_owned(),
-            });
+            return Err(problem(
+                1,
+                "the file is UTF-16",
+                "save it as ISO 8859-1 or UTF-8",
+            ));
         }
         // Without a final line end, the parser drops a last line that ends in a backslash.
         for line in PropertiesIter::new(bytes.chain(&b"\n"[..])) {
             // Reading a slice cannot fail, so a malformed escape is the only possible error.
-            let line = line.map_err(|error| Problem {
-                place: place(error.line_number().unwrap_or(1), ""),
-                problem: "malformed \\u escape".to_owned(),
-                remedy: "write four hexadecimal digits after \\u".to_owned(),
+            let line = line.map_err(|error| {
+                let remedy = "write four hexadecimal digits after \\u";
+                problem(
+                    error.line_number().unwrap_or(1),
+                    "malformed \\u escape",
+                    remedy,
+                )
             })?;
             let LineContent::KVPair(key, value) = line.content() else {
                 continue;
             };
-            let place = place(line.line_number(), key);
-            let problem = |what: String, remedy: String| Problem {
+            let place = Place {
+                source: Some(file_name.to_owned()),
+                line: Some(line.line_number()),
+                key: KeyPath::verbatim(key),
+            };
+            let at_place = |problem: Problem| Problem {
                 place: place.clone(),
-                problem: what,
-                remedy,
+                ..problem
             };
             if let Some(first) = first_lines.insert(key.clone(), line.line_number()) {
                 let what = format!("the key is already on line {first}");
-                return Err(problem(what, "state it once".to_owned()));
+                return Err(Problem::new(place, what, "state it once"));
             }
-            let parsed = parse_key(key).map_err(|(what, remedy)| problem(what, remedy))?;
-            let unit = parsed.as_ref().map_or("", |parsed| parsed.parameter.unit());
-            let value = number(value, unit).map_err(|(what, remedy)| problem(what, remedy))?;
-            positive(value, unit, &place)?;
+            let parsed = parse_key(key).map_err(at_place)?;
+            let range = parsed
+                .as_ref()
+                .map_or(THRESHOLD, |parsed| parsed.parameter.range());
+            let value = number(value, range).map_err(at_place)?;
+            check_at(&place, range, value)?;
             match parsed {
                 None => threshold = Some(value),
                 Some(parsed) => statements.push(Statement {
@@ -137,6 +129,14 @@ impl ParameterFile {
             statements,
         })
     }
+
+    pub(super) fn threshold(&self) -> Option<f64> {
+        self.threshold
+    }
+
+    pub(super) fn statements(&self) -> impl Iterator<Item = Statement> + '_ {
+        self.statements.iter().cloned()
+    }
 }
 
 struct ParsedKey {
@@ -148,11 +148,9 @@ struct ParsedKey {
 
 const SHAPE: &str = "the key has the wrong form";
 
-/// The problem and its remedy.
-type Refusal = (String, String);
-
 /// Parses a key. Returns `None` for the threshold.
-fn parse_key(key: &str) -> Result<Option<ParsedKey>, Refusal> {
+fn parse_key(key: &str) -> Result<Option<ParsedKey>, Problem> {
+    let problem = |what: &str, remedy: String| Problem::of_value(what, remedy);
     if key == "threshold" {
         return Ok(None);
     }
@@ -165,9 +163,9 @@ fn parse_key(key: &str) -> Result<Option<ParsedKey>, Refusal> {
         let known = Parameter::ALL.map(Parameter::property);
         let known = ["threshold"].into_iter().chain(known);
         if name == "threshold" {
-            return Err((SHAPE.to_owned(), "write threshold alone".to_owned()));
+            return Err(problem(SHAPE, "write threshold alone".to_owned()));
         }
-        return Err(("unknown parameter".to_owned(), name_remedy(name, known)));
+        return Err(problem("unknown parameter", name_remedy(name, known)));
     };
     let mut rest: Vec<&str> = parts.collect();
     let shape = || {
@@ -176,10 +174,8 @@ fn parse_key(key: &str) -> Result<Option<ParsedKey>, Refusal> {
         } else {
             ""
         };
-        (
-            SHAPE.to_owned(),
-            format!("write {name}.{teammate}SET or {name}.{teammate}ROBOT.SET"),
-        )
+        let remedy = format!("write {name}.{teammate}SET or {name}.{teammate}ROBOT.SET");
+        problem(SHAPE, remedy)
     };
     let set = rest
         .pop()
@@ -211,18 +207,15 @@ fn is_set_name(set: &str) -> bool {
     }
 }
 
-fn number(text: &str, unit: &str) -> Result<f64, Refusal> {
+fn number(text: &str, range: NumberRange) -> Result<f64, Problem> {
     let text = text.trim();
-    let remedy = || {
-        format!("write a number above 0 {unit}")
-            .trim_end()
-            .to_owned()
-    };
+    let remedy = format!("write a number above 0 {}", range.unit);
+    let remedy = remedy.trim_end();
     if text.is_empty() {
-        return Err(("the value is missing".to_owned(), remedy()));
+        return Err(Problem::of_value("the value is missing", remedy));
     }
-    text.parse()
-        .map_err(|_| (format!("'{text}' is not a number"), remedy()))
+    let what = || format!("'{text}' is not a number");
+    text.parse().map_err(|_| Problem::of_value(what(), remedy))
 }
 
 #[cfg(test)]

@@ -4,7 +4,6 @@ use serde_json::Map;
 use toml::de::DeTable;
 
 use super::error::Problem;
-use super::path::KeyPath;
 use super::toml_value::TableWithout;
 use super::unread::UntypedTable;
 use super::{Scenario, Vocabulary};
@@ -22,8 +21,11 @@ impl Scenario {
         let mission = mission_of(|key| file.contains_key(key), vocabulary)?;
         let name = mission.name();
         let missions = vocabulary.missions.iter().map(|mission| mission.name());
-        let frame = Self::deserialize(TableWithout(file, Some(name)))
-            .map_err(|mistake| mistake.with_more_keys(missions))?;
+        let frame = Self::deserialize(TableWithout {
+            table: file,
+            left_out: name,
+            others: &missions.collect::<Vec<_>>(),
+        })?;
         let section = match file.get(name) {
             Some(section) => UntypedTable::toml(name, section.get_ref()),
             None => UntypedTable::missing(name),
@@ -40,13 +42,8 @@ impl Scenario {
         let name = mission.name();
         let stated: Vec<String> = file.keys().cloned().collect();
         let section = file.remove(name);
-        let frame = Self::deserialize(serde_json::Value::Object(file)).map_err(|error| {
-            Problem::at(
-                KeyPath::default(),
-                error.to_string(),
-                "see the reference scenario",
-            )
-        })?;
+        let frame = Self::deserialize(serde_json::Value::Object(file))
+            .map_err(|error| Problem::of_value(error.to_string(), "see the reference scenario"))?;
         let section = match &section {
             Some(section) => UntypedTable::json(name, section),
             None => UntypedTable::missing(name),
@@ -86,12 +83,8 @@ fn mission_of(has: impl Fn(&str) -> bool, vocabulary: &Vocabulary) -> Result<Mis
     let first = stated.next();
     if let (Some(first), Some(second)) = (first, stated.next()) {
         let what = format!("the scenario has a section [{}] too", first.name());
-        let at = KeyPath::new([second.name()]);
-        return Err(Problem::at(
-            at,
-            what,
-            "a scenario has one mission: remove one of the sections",
-        ));
+        let remedy = "a scenario has one mission: remove one of the sections";
+        return Err(Problem::at([second.name()], what, remedy));
     }
     let mission = first.or(vocabulary.missions.first());
     Ok(mission.copied().unwrap_or(NO_MISSION))

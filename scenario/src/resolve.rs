@@ -8,12 +8,11 @@ use std::sync::Arc;
 
 use super::alliance::{Alliance, BehaviorParams, RobotParams};
 use super::catalog::Catalog;
-use super::error::{Location, Problem, ScenarioError, nearest};
+use super::error::{Problem, nearest};
 use super::geometry::check_places;
-use super::path::KeyPath;
 use super::properties::{ParameterFile, SkippedKey};
 use super::roster::Roster;
-use super::statement::{Statement, positive, statements};
+use super::statement::{Statement, THRESHOLD, statements};
 use super::validate::validate;
 use super::values::Values;
 use super::{Profile, Scenario, Setup};
@@ -35,11 +34,10 @@ impl Setup {
         mut scenario: Scenario,
         seed: u64,
         parameters: Option<&ParameterFile>,
-    ) -> Result<Resolved, ScenarioError> {
+    ) -> Result<Resolved, Problem> {
         scenario.apply_team_defaults();
         let catalog = Catalog::new(&scenario);
-        let (alliance, skipped) =
-            check(&scenario, &catalog, parameters).map_err(|problem| problem.located(None))?;
+        let (alliance, skipped) = check(&scenario, &catalog, parameters)?;
         let setup = Self {
             seed,
             alliance,
@@ -70,11 +68,7 @@ pub(super) fn check(
 
     let section = &scenario.alliance;
     let mut threshold = section.threshold;
-    positive(
-        threshold,
-        "",
-        &Location::Scenario(KeyPath::new(["alliance", "threshold"])),
-    )?;
+    THRESHOLD.check(["alliance", "threshold"], threshold)?;
     let mut layers = statements(section);
     for statement in &layers {
         statement.check()?;
@@ -157,11 +151,9 @@ fn misspelt(statement: &Statement, scenario: &Scenario, catalog: &Catalog) -> Re
     ];
     for (what, name, near) in slips {
         if let (Some(name), Some(near)) = (name, near) {
-            return Err(Problem {
-                place: statement.place.clone(),
-                problem: format!("the scenario has no {what} '{name}'"),
-                remedy: format!("did you mean '{near}'?"),
-            });
+            let what = format!("the scenario has no {what} '{name}'");
+            let remedy = format!("did you mean '{near}'?");
+            return Err(Problem::new(statement.place.clone(), what, remedy));
         }
     }
     Ok(())

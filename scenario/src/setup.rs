@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
 
 use super::alliance::{Alliance, RobotParams, StepOrder, SwitchSection};
-use super::error::ScenarioError;
+use super::error::Problem;
 use super::{Catalog, Profile, Roster, Scenario, Vocabulary};
 
 /// The complete setup of a run: the world sends it to every agent and writes it to run.json.
@@ -94,7 +94,7 @@ impl Setup {
 
 impl SetupFile {
     /// Returns the setup without checks; see [`Setup::check`].
-    pub fn read(self, vocabulary: &Vocabulary) -> Result<Setup, ScenarioError> {
+    pub fn read(self, vocabulary: &Vocabulary) -> Result<Setup, Problem> {
         let Self {
             seed,
             scenario,
@@ -102,11 +102,11 @@ impl SetupFile {
             profile,
         } = self;
         let scenario = Scenario::from_json(scenario, vocabulary)
-            .map_err(|problem| problem.under_key("scenario").located(None))?;
+            .map_err(|problem| problem.under(["scenario"]))?;
         let catalog = Catalog::new(&scenario);
         profile
             .check(&scenario, &catalog, vocabulary)
-            .map_err(|problem| problem.under_key("profile").located(None))?;
+            .map_err(|problem| problem.under(["profile"]))?;
         let preset = scenario.alliance.preset;
         let step_order = alliance.switches.step_order;
         Ok(Setup {

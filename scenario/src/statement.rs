@@ -1,7 +1,8 @@
 //! The ALLIANCE parameters, and single statements about them. Scenario sections and parameter files share this form.
 
 use super::alliance::{AllianceSection, BehaviorSection};
-use super::error::{Location, Problem};
+use super::error::{Place, Problem};
+use super::limits::{self, NumberRange};
 use super::path::KeyPath;
 
 /// A parameter of a behavior set (ALLIANCE.md §1).
@@ -52,15 +53,16 @@ impl Parameter {
         }
     }
 
-    pub fn unit(self) -> &'static str {
-        match self {
+    /// Returns the range of values (ALLIANCE.md §1).
+    pub fn range(self) -> NumberRange {
+        limits::positive(match self {
             Self::BroadcastRate => "Hz",
             Self::FastImpatience | Self::SlowImpatience => "motivation/s",
             Self::CeasedAfter
             | Self::WillingToAffect
             | Self::BeforeYielding
             | Self::BeforeGivingUp => "s",
-        }
+        })
     }
 
     /// Returns true if there is one value for each teammate.
@@ -77,27 +79,25 @@ pub(super) struct Statement {
     pub teammate: Option<String>,
     pub parameter: Parameter,
     pub value: f64,
-    pub place: Location,
+    pub place: Place,
 }
 
 impl Statement {
     /// Rejects a value that is wrong regardless of the others.
     pub fn check(&self) -> Result<(), Problem> {
-        positive(self.value, self.parameter.unit(), &self.place)
+        check_at(&self.place, self.parameter.range(), self.value)
     }
 }
 
-/// Rejects a value that is not finite and above 0 (ALLIANCE.md §1).
-pub(super) fn positive(value: f64, unit: &str, place: &Location) -> Result<(), Problem> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(Problem {
+/// The range of the threshold θ (ALLIANCE.md §1).
+pub(super) const THRESHOLD: NumberRange = limits::positive("");
+
+/// Rejects a number at a place outside a range.
+pub(super) fn check_at(place: &Place, range: NumberRange, value: f64) -> Result<(), Problem> {
+    let checked = range.check((), value);
+    checked.map_err(|problem| Problem {
         place: place.clone(),
-        problem: format!("{value} is out of range"),
-        remedy: format!("it must be finite and above 0 {unit}")
-            .trim_end()
-            .to_owned(),
+        ..problem
     })
 }
 
@@ -141,13 +141,13 @@ fn stated(section: &BehaviorSection, at: &KeyPath) -> Vec<Statement> {
         before_yielding_s,
         before_giving_up_s,
     } = section;
-    let statement = |parameter, teammate: Option<&String>, value, path| Statement {
+    let statement = |parameter, teammate: Option<&String>, value, path: KeyPath| Statement {
         robot: None,
         set: None,
         teammate: teammate.cloned(),
         parameter,
         value,
-        place: Location::Scenario(path),
+        place: path.into(),
     };
     let plain = [
         (Parameter::BroadcastRate, broadcast_rate_hz),

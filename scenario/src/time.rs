@@ -6,6 +6,8 @@ use std::ops::{Add, Sub};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Problem;
+
 /// The simulated time since the mission's start, or a span of it, in milliseconds.
 #[derive(
     Clone,
@@ -73,13 +75,14 @@ impl fmt::Display for SimTime {
 }
 
 /// Parses a span such as `60s`, `60`, `1.5s`, `500ms` or `2min` and returns it in seconds.
-pub fn seconds(text: &str) -> Result<f64, String> {
+pub fn seconds(text: &str) -> Result<f64, Problem> {
     let units = [("ms", 0.001), ("min", 60.0), ("s", 1.0), ("", 1.0)];
     let spans = units.iter().filter_map(|(unit, unit_s)| {
         let number: f64 = text.strip_suffix(unit)?.trim_end().parse().ok()?;
         Some(number * unit_s)
     });
     let mut fitting = spans.filter(|span_s| span_s.is_finite() && !span_s.is_sign_negative());
-    let wrong = || "use a time such as 60s, 1.5s, 500ms or 2min".to_owned();
+    let remedy = "use a time such as 60s, 1.5s, 500ms or 2min";
+    let wrong = || Problem::of_value(remedy, "");
     fitting.next().ok_or_else(wrong)
 }

@@ -10,61 +10,14 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Problem, name_remedy};
-use super::path::{KeyPath, PathStep};
+use super::path::PathStep;
 
-/// A value that does not fit its type.
-#[derive(Debug)]
-pub(super) struct TomlError {
-    /// The steps from the value up to the file's top, collected on the way up.
-    steps: Vec<PathStep>,
-    what: String,
-    remedy: String,
-    /// The allowed keys, if the mistake is an unknown key.
-    known: &'static [&'static str],
-}
+/// The problem with a key that its table does not have.
+const UNKNOWN_KEY: &str = "unknown key";
 
-impl TomlError {
-    fn new(what: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self {
-            steps: Vec::new(),
-            what: what.into(),
-            remedy: remedy.into(),
-            known: &[],
-        }
-    }
-
-    /// Adds further allowed keys to the remedy.
-    pub fn with_more_keys(mut self, more: impl Iterator<Item = &'static str>) -> Self {
-        if let ([PathStep::Key(key)], [_, ..]) = (self.steps.as_slice(), self.known) {
-            self.remedy = name_remedy(key, self.known.iter().copied().chain(more));
-        }
-        self
-    }
-
-    fn below(mut self, step: PathStep) -> Self {
-        self.steps.push(step);
-        self
-    }
-}
-
-impl From<TomlError> for Problem {
-    fn from(mistake: TomlError) -> Self {
-        let path = KeyPath(mistake.steps.into_iter().rev().collect());
-        Self::at(path, mistake.what, mistake.remedy)
-    }
-}
-
-impl fmt::Display for TomlError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}; {}", self.what, self.remedy)
-    }
-}
-
-impl std::error::Error for TomlError {}
-
-impl Error for TomlError {
+impl Error for Problem {
     fn custom<T: fmt::Display>(message: T) -> Self {
-        Self::new(message.to_string(), "see the reference scenario")
+        Self::of_value(message.to_string(), "see the reference scenario")
     }
 
     fn invalid_type(found: Unexpected<'_>, wanted: &dyn Expected) -> Self {
@@ -78,10 +31,8 @@ impl Error for TomlError {
             Unexpected::Map => "a table".to_owned(),
             other => other.to_string(),
         };
-        Self::new(
-            format!("{found} does not fit"),
-            format!("write {}", type_in_file_terms(wanted)),
-        )
+        let remedy = format!("write {}", type_in_file_terms(wanted));
+        Self::of_value(format!("{found} does not fit"), remedy)
     }
 
     fn invalid_value(found: Unexpected<'_>, wanted: &dyn Expected) -> Self {
@@ -90,18 +41,17 @@ impl Error for TomlError {
 
     fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {
         let what = format!("there is no choice '{name}'");
-        Self::new(what, name_remedy(name, known.iter().copied()))
+        let remedy = name_remedy(name, known.iter().copied());
+        Self::of_value(what, remedy)
     }
 
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
-        Self {
-            known,
-            ..Self::new("unknown key", name_remedy(name, known.iter().copied()))
-        }
+        let remedy = name_remedy(name, known.iter().copied());
+        Self::of_value(UNKNOWN_KEY, remedy)
     }
 
     fn missing_field(name: &'static str) -> Self {
-        Self::new("the key is missing", "give it a value").below(PathStep::Key(name.to_owned()))
+        Self::at([name], "the key is missing", "give it a value")
     }
 }
 
@@ -126,9 +76,9 @@ fn type_in_file_terms(wanted: &dyn Expected) -> String {
 pub(super) struct TomlValue<'de>(pub &'de DeValue<'de>);
 
 impl<'de> Deserializer<'de> for TomlValue<'de> {
-    type Error = TomlError;
+    type Error = Problem;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, TomlError> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
         match self.0 {
             DeValue::Boolean(value) => visitor.visit_bool(*value),
             DeValue::String(value) => visitor.visit_borrowed_str(value),
@@ -136,7 +86,7 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
                 let parsed = i64::from_str_radix(value.as_str(), value.radix());
                 match parsed {
                     Ok(value) => visitor.visit_i64(value),
-                    Err(_) => Err(TomlError::new(
+                    Err(_) => Err(Problem::of_value(
                         format!("{value} is out of range"),
                         format!("write a whole number from {} to {}", i64::MIN, i64::MAX),
                     )),
@@ -144,12 +94,12 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
             }
             DeValue::Float(value) => match value.as_str().parse() {
                 Ok(value) => visitor.visit_f64(value),
-                Err(_) => Err(TomlError::new(
+                Err(_) => Err(Problem::of_value(
                     format!("'{value}' is not a number"),
                     "write a number",
                 )),
             },
-            DeValue::Datetime(value) => Err(TomlError::new(
+            DeValue::Datetime(value) => Err(Problem::of_value(
                 format!("the date or time {value} does not fit"),
                 "no key of a scenario accepts one",
             )),
@@ -158,7 +108,7 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
         }
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, TomlError> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
         visitor.visit_some(self)
     }
 
@@ -167,13 +117,13 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
         _name: &'static str,
         variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, TomlError> {
+    ) -> Result<V::Value, Problem> {
         match self.0 {
             DeValue::String(name) => visitor.visit_enum(StrDeserializer::new(name)),
             DeValue::Table(table) if table.len() == 1 => {
                 visitor.visit_enum(MapAccessDeserializer::new(entries(table, None)))
             }
-            other => Err(TomlError::new(
+            other => Err(Problem::of_value(
                 format!("the {} does not fit", other.type_str()),
                 format!("write one of {}", variants.join(", ")),
             )),
@@ -188,34 +138,54 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
 
 /// A deserializer for a table without one of its entries.
 #[derive(Clone, Copy)]
-pub(super) struct TableWithout<'de>(pub &'de DeTable<'de>, pub Option<&'de str>);
+pub(super) struct TableWithout<'de> {
+    pub table: &'de DeTable<'de>,
+    pub left_out: &'de str,
+    /// Further keys that the table may have, for the remedy of an unknown key.
+    pub others: &'de [&'de str],
+}
 
 impl<'de> Deserializer<'de> for TableWithout<'de> {
-    type Error = TomlError;
+    type Error = Problem;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, TomlError> {
-        let Self(table, left_out) = self;
-        visitor.visit_map(entries(table, left_out))
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
+        visitor.visit_map(entries(self.table, Some(self.left_out)))
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Problem> {
+        let read = self.deserialize_any(visitor);
+        read.map_err(|problem| match problem.place.key.0.as_slice() {
+            [PathStep::Key(key)] if problem.problem == UNKNOWN_KEY => {
+                let known = fields.iter().chain(self.others).copied();
+                Problem::at([key.as_str()], UNKNOWN_KEY, name_remedy(key, known))
+            }
+            _ => problem,
+        })
     }
 
     serde::forward_to_deserialize_any! {
         bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit unit_struct newtype_struct seq
-        tuple tuple_struct map struct enum identifier ignored_any
+        tuple tuple_struct map enum identifier ignored_any
     }
 }
 
 struct Elements<'de>(Enumerate<Iter<'de, Spanned<DeValue<'de>>>>);
 
 impl<'de> de::SeqAccess<'de> for Elements<'de> {
-    type Error = TomlError;
+    type Error = Problem;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
         &mut self,
         seed: T,
-    ) -> Result<Option<T::Value>, TomlError> {
+    ) -> Result<Option<T::Value>, Problem> {
         let element = self.0.next().map(|(index, element)| {
             seed.deserialize(TomlValue(element.get_ref()))
-                .map_err(|mistake| mistake.below(PathStep::Index(index)))
+                .map_err(|problem| problem.under(PathStep::Index(index)))
         });
         element.transpose()
     }
@@ -244,26 +214,26 @@ impl<'de, I> de::MapAccess<'de> for Entries<'de, I>
 where
     I: Iterator<Item = (&'de str, &'de DeValue<'de>)>,
 {
-    type Error = TomlError;
+    type Error = Problem;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(
         &mut self,
         seed: K,
-    ) -> Result<Option<K::Value>, TomlError> {
+    ) -> Result<Option<K::Value>, Problem> {
         self.next = self.rest.next();
         let key = self.next.map(|(key, _)| {
             seed.deserialize(BorrowedStrDeserializer::new(key))
-                .map_err(|mistake: TomlError| mistake.below(PathStep::Key(key.to_owned())))
+                .map_err(|problem: Problem| problem.under([key]))
         });
         key.transpose()
     }
 
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, TomlError> {
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Problem> {
         let (key, value) = self
             .next
             .take()
-            .ok_or_else(|| TomlError::custom("a value was requested before its key"))?;
+            .ok_or_else(|| Problem::custom("a value was requested before its key"))?;
         seed.deserialize(TomlValue(value))
-            .map_err(|mistake| mistake.below(PathStep::Key(key.to_owned())))
+            .map_err(|problem| problem.under([key]))
     }
 }

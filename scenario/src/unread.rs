@@ -5,7 +5,6 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::Problem;
 use super::parameters::{ParameterDefault, ParameterSpec};
-use super::path::KeyPath;
 use super::toml_value::TomlValue;
 
 /// A table under a key of a file, or a missing one.
@@ -57,15 +56,15 @@ impl<'a> UntypedTable<'a> {
     pub fn deserialize<T: DeserializeOwned>(self) -> Result<T, Problem> {
         let read = match self.source {
             Source::Toml(DeValue::Table(stated)) => self.table(stated),
-            Source::Toml(value) => T::deserialize(TomlValue(value)).map_err(Problem::from),
+            Source::Toml(value) => T::deserialize(TomlValue(value)),
             // The JSON form contains every value.
             Source::Json(value) => T::deserialize(value).map_err(|error| {
                 let remedy = "see the mission's parameters";
-                Problem::at(KeyPath::default(), error.to_string(), remedy)
+                Problem::of_value(error.to_string(), remedy)
             }),
             Source::Absent => self.table(&DeTable::new()),
         };
-        read.map_err(|problem| problem.under_key(self.key))
+        read.map_err(|problem| problem.under([self.key]))
     }
 
     fn table<T: DeserializeOwned>(&self, stated: &DeTable<'_>) -> Result<T, Problem> {
@@ -82,10 +81,10 @@ impl<'a> UntypedTable<'a> {
             .collect();
         let defaults = DeTable::parse(&defaults).map_err(|error| {
             let remedy = "declare defaults that are valid TOML values";
-            Problem::at(KeyPath::default(), error.message(), remedy)
+            Problem::of_value(error.message(), remedy)
         })?;
         let mut complete = defaults.into_inner();
         complete.extend(stated.clone());
-        T::deserialize(TomlValue(&DeValue::Table(complete))).map_err(Problem::from)
+        T::deserialize(TomlValue(&DeValue::Table(complete)))
     }
 }

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::alliance::BehaviorSection;
 use super::catalog::Catalog;
-use super::error::{Problem, name_remedy};
+use super::error::Problem;
 use super::limits::{
-    LENGTH, NumberRange, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE, above_zero, check_name,
-    check_names, closed,
+    LENGTH, NumberRange, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE, above_zero, check_known,
+    check_name, check_names, closed,
 };
 use super::path::KeyPath;
 use super::{Robot, Scenario};
@@ -22,55 +22,49 @@ const MAX_RANDOM_FAULTS: f64 = 1e5;
 
 /// Rejects the first mistake of a scenario, in the order of its fields.
 pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
-    check_name(KeyPath::new(["name"]), &scenario.name)?;
-    let step_ms = scenario.step_ms;
-    if !(1..=500).contains(&step_ms) {
-        let what = format!("{step_ms} is out of range");
-        let remedy = "it must be at least 1 and at most 500 ms";
-        return Err(Problem::at(KeyPath::new(["step_ms"]), what, remedy));
-    }
-    TIME.check(KeyPath::new(["limit_s"]), scenario.limit_s)?;
+    const STEP: NumberRange = closed(1.0, 500.0, "ms");
+    check_name(["name"], &scenario.name)?;
+    STEP.check(["step_ms"], scenario.step_ms as f64)?;
+    TIME.check(["limit_s"], scenario.limit_s)?;
     if scenario.step_order.is_some() && scenario.alliance.switches.step_order.is_some() {
-        let at = KeyPath::new(["alliance", "switches", "step_order"]);
+        let at = ["alliance", "switches", "step_order"];
         let what = "step_order at the top of the scenario already states it";
         return Err(Problem::at(at, what, "state it once"));
     }
 
-    LENGTH.check(KeyPath::new(["room", "width_m"]), scenario.room.width_m)?;
-    LENGTH.check(KeyPath::new(["room", "height_m"]), scenario.room.height_m)?;
-
-    let body = &scenario.body;
-    LENGTH.check(KeyPath::new(["body", "radius_m"]), body.radius_m)?;
-    SPEED.check(KeyPath::new(["body", "speed_m_s"]), body.speed_m_s)?;
-    SPEED.check(KeyPath::new(["body", "push_m_s"]), body.push_m_s)?;
-    TURN_RATE.check(KeyPath::new(["body", "turn_deg_s"]), body.turn_deg_s)?;
-    LENGTH.check(KeyPath::new(["body", "reach_m"]), body.reach_m)?;
-    PENETRABILITY.check(
-        KeyPath::new(["body", "robot_penetrability"]),
-        body.robot_penetrability,
-    )?;
-
-    let sensors = &scenario.sensors;
-    LENGTH.check(
-        KeyPath::new(["sensors", "border_range_m"]),
-        sensors.border_range_m,
-    )?;
-    LENGTH.check(
-        KeyPath::new(["sensors", "avoidance_range_m"]),
-        sensors.avoidance_range_m,
-    )?;
-    LENGTH.check(
-        KeyPath::new(["sensors", "waste_range_m"]),
-        sensors.item_range_m,
-    )?;
-
+    let (room, body, sensors) = (&scenario.room, &scenario.body, &scenario.sensors);
+    for (section, key, range, number) in [
+        ("room", "width_m", LENGTH, room.width_m),
+        ("room", "height_m", LENGTH, room.height_m),
+        ("body", "radius_m", LENGTH, body.radius_m),
+        ("body", "speed_m_s", SPEED, body.speed_m_s),
+        ("body", "push_m_s", SPEED, body.push_m_s),
+        ("body", "turn_deg_s", TURN_RATE, body.turn_deg_s),
+        ("body", "reach_m", LENGTH, body.reach_m),
+        (
+            "body",
+            "robot_penetrability",
+            PENETRABILITY,
+            body.robot_penetrability,
+        ),
+        ("sensors", "border_range_m", LENGTH, sensors.border_range_m),
+        (
+            "sensors",
+            "avoidance_range_m",
+            LENGTH,
+            sensors.avoidance_range_m,
+        ),
+        ("sensors", "waste_range_m", LENGTH, sensors.item_range_m),
+    ] {
+        range.check([section, key], number)?;
+    }
     if let Some(energy) = &scenario.energy {
-        above_zero(1e12, "J").check(KeyPath::new(["energy", "capacity_j"]), energy.capacity_j)?;
-        POWER.check(KeyPath::new(["energy", "idle_w"]), energy.idle_w)?;
-        POWER.check(KeyPath::new(["energy", "drive_w"]), energy.drive_w)?;
+        above_zero(1e12, "J").check(["energy", "capacity_j"], energy.capacity_j)?;
+        POWER.check(["energy", "idle_w"], energy.idle_w)?;
+        POWER.check(["energy", "drive_w"], energy.drive_w)?;
     }
     if let Some(range_m) = scenario.radio.range_m {
-        above_zero(1e4, "m").check(KeyPath::new(["radio", "range_m"]), range_m)?;
+        above_zero(1e4, "m").check(["radio", "range_m"], range_m)?;
     }
     mission(scenario, catalog)?;
     robots(scenario, catalog)?;
@@ -104,11 +98,8 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     for (index, name) in names(scenario).enumerate() {
         if let Some((_, means)) = RESERVED.iter().find(|(reserved, _)| *reserved == name) {
             let what = format!("'{name}' means {means}");
-            return Err(Problem::at(
-                robots.index(index).key("name"),
-                what,
-                "choose another name",
-            ));
+            let at = robots.index(index).key("name");
+            return Err(Problem::at(at, what, "choose another name"));
         }
     }
     if scenario.robots.iter().all(|robot| robot.absent) {
@@ -123,21 +114,21 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
             if catalog.find_task(task).is_none() {
                 let at = robots.index(index).key("tasks").index(number);
                 let tasks = catalog.tasks.iter().map(|task| task.name.as_str());
-                known("task", task, tasks, &at)?;
+                check_known(at, "there is no task", task, tasks)?;
             }
         }
         let at = robots.index(index);
         if let Some(controller) = &robot.controller {
             check_name(at.key("controller"), controller)?;
         }
-        if let Some(speed_m_s) = robot.speed_m_s {
-            SPEED.check(at.key("speed_m_s"), speed_m_s)?;
-        }
-        if let Some(push_m_s) = robot.push_m_s {
-            SPEED.check(at.key("push_m_s"), push_m_s)?;
-        }
-        if let Some(turn_deg_s) = robot.turn_deg_s {
-            TURN_RATE.check(at.key("turn_deg_s"), turn_deg_s)?;
+        for (key, range, number) in [
+            ("speed_m_s", SPEED, robot.speed_m_s),
+            ("push_m_s", SPEED, robot.push_m_s),
+            ("turn_deg_s", TURN_RATE, robot.turn_deg_s),
+        ] {
+            if let Some(number) = number {
+                range.check(at.key(key), number)?;
+            }
         }
         let devices = robot.devices.iter().flatten();
         equipment.check(devices, robot.skills.iter().flatten(), &at)?;
@@ -180,11 +171,13 @@ impl Equipment {
     ) -> Result<(), Problem> {
         for (number, device) in devices.into_iter().enumerate() {
             let at = at.key("devices").index(number);
-            known("optional device", device, self.devices.iter().copied(), &at)?;
+            let known = self.devices.iter().copied();
+            check_known(at, "there is no optional device", device, known)?;
         }
         for (skill, level) in skills {
             let at = at.key("skills").key(skill);
-            known("skill", skill, self.skills.iter().map(String::as_str), &at)?;
+            let known = self.skills.iter().map(String::as_str);
+            check_known(&at, "there is no skill", skill, known)?;
             closed(0.0, 1e3, "").check(at, *level)?;
         }
         Ok(())
@@ -238,13 +231,8 @@ fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let mut first = BTreeMap::new();
     for (index, order) in scenario.faults.timeline.iter().enumerate() {
         let at = at.index(index);
-        order.check(scenario, catalog).map_err(|error| {
-            let path = error
-                .field
-                .iter()
-                .fold(at.clone(), |path, key| path.key(key));
-            Problem::at(path, error.problem, error.remedy)
-        })?;
+        let checked = order.check(scenario, catalog);
+        checked.map_err(|problem| problem.under(&at))?;
         if let Some(id) = &order.id
             && let Some(first) = first.insert(id, index)
         {
@@ -302,7 +290,7 @@ fn tasks(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let tasks = || catalog.tasks.iter().map(|task| task.name.as_str());
     for (name, section) in &scenario.tasks {
         let at = KeyPath::new(["tasks"]).key(name);
-        known("task", name, tasks(), &at)?;
+        check_known(&at, "there is no task", name, tasks())?;
         if let Some(max_robots) = section.max_robots {
             closed(1.0, f64::from(u32::MAX), "").check(at.key("max_robots"), max_robots)?;
         }
@@ -316,17 +304,13 @@ fn alliance(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     teammates(scenario, &section.defaults, None, &at.key("defaults"))?;
     for (set, values) in &section.sets {
         let at = at.key("sets").key(set);
-        known(
-            "behavior set",
-            set,
-            catalog.sets.iter().map(|set| set.name.as_str()),
-            &at,
-        )?;
+        let sets = catalog.sets.iter().map(|set| set.name.as_str());
+        check_known(&at, "there is no behavior set", set, sets)?;
         teammates(scenario, values, None, &at)?;
     }
     for (name, of_robot) in &section.robots {
         let at = at.key("robots").key(name);
-        known("robot", name, names(scenario), &at)?;
+        check_known(&at, "there is no robot", name, names(scenario))?;
         teammates(
             scenario,
             &of_robot.defaults,
@@ -339,8 +323,8 @@ fn alliance(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
             let sets = robot
                 .into_iter()
                 .flat_map(|robot| catalog.behaviors_of(robot));
-            let what = format!("behavior set of {name}");
-            known(&what, set, sets.map(|set| catalog.behavior_name(set)), &at)?;
+            let what = format!("there is no behavior set of {name}");
+            check_known(&at, &what, set, sets.map(|set| catalog.behavior_name(set)))?;
             teammates(scenario, values, Some(name), &at)?;
         }
     }
@@ -364,7 +348,8 @@ fn teammates(
     for (key, by_teammate) in toward {
         for teammate in by_teammate.keys() {
             let others = names(scenario).filter(|name| Some(*name) != owner);
-            known("teammate", teammate, others, &at.key(key).key(teammate))?;
+            let at = at.key(key).key(teammate);
+            check_known(at, "there is no teammate", teammate, others)?;
         }
     }
     Ok(())
@@ -372,21 +357,6 @@ fn teammates(
 
 fn names(scenario: &Scenario) -> impl ExactSizeIterator<Item = &str> {
     scenario.robots.iter().map(|robot| robot.name.as_str())
-}
-
-/// Rejects a name that is not among the known ones.
-fn known<'a>(
-    what: &str,
-    name: &str,
-    known: impl Iterator<Item = &'a str>,
-    at: &KeyPath,
-) -> Result<(), Problem> {
-    let known: Vec<&str> = known.collect();
-    if known.contains(&name) {
-        return Ok(());
-    }
-    let what = format!("there is no {what} '{name}'");
-    Err(Problem::at(at.clone(), what, name_remedy(name, known)))
 }
 
 #[cfg(test)]

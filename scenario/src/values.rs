@@ -85,11 +85,8 @@ impl<'a> Values<'a> {
             // Built-in values satisfy the rules, so at least one of the two has been stated.
             let statement = a.from.max(b.from).and_then(|number| statements.get(number));
             statement.map_or(Ok(()), |statement| {
-                Err(Problem {
-                    place: statement.place.clone(),
-                    problem: format!("{robot}'s {set} has {what}"),
-                    remedy: remedy.to_owned(),
-                })
+                let what = format!("{robot}'s {set} has {what}");
+                Err(Problem::new(statement.place.clone(), what, remedy))
             })
         };
         let (rate, ceased) = (self.broadcast_rate, self.ceased_after);

@@ -1,6 +1,6 @@
 //! The missions and allocators that a scenario can use.
 
-use super::{AllocatorSpec, Scenario, ScenarioError};
+use super::{AllocatorSpec, Problem, Scenario};
 use crate::ids::RobotId;
 use crate::mission::data::BuiltinScenario;
 use crate::mission::registry::{Mission, NO_MISSION};
@@ -17,7 +17,9 @@ pub struct Vocabulary {
 impl Vocabulary {
     /// Returns the scenarios that come with the missions, in their order.
     pub fn builtins(&self) -> impl Iterator<Item = &'static BuiltinScenario> {
-        self.missions.iter().flat_map(|mission| mission.scenarios())
+        self.missions
+            .iter()
+            .flat_map(|mission| mission.vocabulary().scenarios)
     }
 
     /// Returns the scenario with this name that comes with a mission.
@@ -46,8 +48,8 @@ impl Vocabulary {
     }
 
     /// Creates the scenario that states nothing. It has the first mission.
-    pub fn default_scenario(&self) -> Result<Scenario, ScenarioError> {
+    pub fn default_scenario(&self) -> Result<Scenario, Problem> {
         let mission = self.missions.first().copied().unwrap_or(NO_MISSION);
-        Scenario::for_mission(mission).map_err(|problem| problem.located(None))
+        Scenario::for_mission(mission)
     }
 }

@@ -96,15 +96,18 @@ fn print_to(out: &mut impl Write, text: impl Display) -> io::Result<()> {
     }
 }
 
+/// Writes the error of a command to stderr, in one line with all its causes, and returns the exit status.
+pub fn fail(command: &str, error: &dyn Display, status: u8) -> ExitCode {
+    stderr_line!("{command}: {error:#}");
+    ExitCode::from(status)
+}
+
 /// Writes a command's result to stdout and returns `status`. If this fails, writes the error to stderr and returns
 /// status 3.
 pub fn print_result(command: &str, text: impl Display, status: ExitCode) -> ExitCode {
     match print(text) {
         Ok(()) => status,
-        Err(error) => {
-            stderr_line!("{command}: {error}");
-            ExitCode::from(3)
-        }
+        Err(error) => fail(command, &error, 3),
     }
 }
 

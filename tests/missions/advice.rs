@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::process::Command;
 
-use crate::harness::{Finished, Lab, wait_until};
+use alliance_tests::harness::{Finished, Lab, wait_until};
 
 /// A scenario of 5 s.
 const SHORT: &str = "limit_s = 5.0\n";

@@ -2,14 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use alliance_tests::harness::{Lab, command_line, wait_until};
+use alliance_tests::team::Team;
 use missions::waste::data::WasteRow;
 use nix::sys::signal::Signal;
 use proto::tick::Outcome;
 use run_log::{EventRow, MessageRow, MotivationRow, PoseRow, RunLog, RunOutcome, TickRow};
 use serde_json::Value;
-
-use crate::harness::{Lab, command_line, wait_until};
-use crate::team::Team;
 
 /// Checks that the launcher has four child processes, with their part in the command line.
 #[track_caller]
@@ -149,7 +148,7 @@ fn an_interrupt_ends_every_process_and_leaves_a_readable_log() {
         team.wait_for_row("events.csv", &[",activated,"]);
         let pids = assert_world_and_one_agent_per_robot(&team);
         team.launcher().signal(signal);
-        let finished = team.wait().expect(1);
+        let finished = team.wait().expect(130);
         assert!(pids.iter().all(|pid| command_line(*pid).is_none()));
         assert!(
             !finished.stderr.contains("had to be killed"),

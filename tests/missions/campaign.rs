@@ -4,17 +4,17 @@
 use std::fs;
 use std::path::Path;
 
-use crate::harness::Lab;
+use alliance_tests::harness::Lab;
 
-/// The part of a campaign: every 400th run.
-const SHARD: &str = "0/400";
+/// The part of a campaign: every 1,000th run.
+const SHARD: &str = "0/1000";
 
 /// Each campaign with the number of runs in its part.
 const CAMPAIGNS: [(&str, usize); 4] = [
-    ("faults", 50),
-    ("service", 25),
-    ("push", 25),
-    ("observe", 25),
+    ("faults", 20),
+    ("service", 10),
+    ("push", 10),
+    ("observe", 10),
 ];
 
 fn plan(campaign: &str) -> String {

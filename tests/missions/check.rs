@@ -1,23 +1,14 @@
 //! `alliance check`: its forecasts hold, and its output formats.
 
+use alliance_tests::harness::Lab;
+use alliance_tests::runs::{log_of, run, setup};
 use missions::waste::data::{default_scenario, default_setup};
-use std::sync::Arc;
 
 use analysis::check::Check;
 use analysis::check::forecast::Takeover;
-use in_process::Team;
-use proto::mission::SharedKnowledge;
-use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
-use robot_agent::allocator::StepOutcome;
-use robot_agent::allocators::alliance::{Engine, StepInput};
-use run_log::{EventRow, LogLevel, MemoryLog, MessageRow};
-use scenario::ids::{BehaviorId, RobotId, TaskId};
+use run_log::{EventRow, LogLevel, MessageRow};
 use scenario::testkit::entry;
-use scenario::time::SimTime;
 use scenario::{BehaviorSection, Preset, RobotSection, Scenario, Setup, SwitchSection};
-
-use crate::harness::Lab;
-use crate::recompute::log_of;
 
 const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
 const FIND: &str = "find-locations-wander";
@@ -40,7 +31,7 @@ fn stuck(preset: Preset, defaults: &BehaviorSection, switches: SwitchSection) ->
     let mut blue = RobotSection::default();
     blue.defaults.fast_impatience = Some(10.0);
     alliance.robots.insert("blue".to_owned(), blue);
-    Setup::resolve(scenario, 1, None).unwrap().setup
+    setup(scenario, 1)
 }
 
 fn forecast_takeover(setup: &Setup) -> Takeover {
@@ -98,8 +89,7 @@ fn a_failing_teammate_is_taken_over_at_the_forecast_time() {
         for defaults in parameters() {
             for switches in [SwitchSection::default(), no_release] {
                 let setup = stuck(preset, &defaults, switches);
-                let team = Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap();
-                let log = log_of(team.run().unwrap().1);
+                let log = log_of(run(setup.clone(), LogLevel::Full).1);
                 let messages: Vec<MessageRow> = log.rows().unwrap();
                 let first_heartbeat = messages
                     .iter()
@@ -117,60 +107,6 @@ fn a_failing_teammate_is_taken_over_at_the_forecast_time() {
     }
 }
 
-#[test]
-fn a_silent_teammate_is_taken_over_at_the_forecast_time() {
-    for preset in PRESETS {
-        for defaults in parameters() {
-            let setup = stuck(preset, &defaults, SwitchSection::default());
-            let mut gold = Engine::new(RobotId(1), &setup);
-            let first_heartbeat = SimTime(4000);
-            let mut now = SimTime::ZERO;
-            while gold.active().is_none() {
-                let message = Arc::new(heartbeat(first_heartbeat));
-                gold.step(
-                    &StepInput {
-                        now,
-                        received: if now == first_heartbeat {
-                            std::slice::from_ref(&message)
-                        } else {
-                            &[]
-                        },
-                        applicable: &[true, false, false, false],
-                        progressed: &[],
-                    },
-                    &mut StepOutcome::default(),
-                );
-                now = now + SimTime(setup.alliance.step_ms);
-            }
-            let step = SimTime(setup.alliance.step_ms);
-            let took_s = (now - step - first_heartbeat).as_secs_f64();
-            assert_agrees(took_s, forecast_takeover(&setup).silent_s, &setup);
-        }
-    }
-}
-
-/// Returns blue's heartbeat with the searching task.
-fn heartbeat(now: SimTime) -> Broadcast {
-    Broadcast {
-        sender: RobotId(0),
-        incarnation: 1,
-        tick: 0,
-        index: 0,
-        seq: 0,
-        sent: now,
-        body: BroadcastContent::Heartbeat(Heartbeat {
-            state: TaskState::Executing,
-            since: now,
-            set: Some(BehaviorId(1)),
-            task: Some(TaskId(0)),
-            progress: 0,
-            position: None,
-            carrying: false,
-            shared_knowledge: SharedKnowledge::default(),
-        }),
-    }
-}
-
 /// In the default mission no working robot is taken over, and no unit of work takes much longer than its estimate.
 #[test]
 fn a_working_teammate_keeps_its_task_and_its_work_takes_the_estimated_time() {
@@ -181,8 +117,7 @@ fn a_working_teammate_keeps_its_task_and_its_work_takes_the_estimated_time() {
         all.find(|forecast| forecast.robot == robot && forecast.set == set)
             .unwrap()
     };
-    let team = Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap();
-    let log = log_of(team.run().unwrap().1);
+    let log = log_of(run(setup.clone(), LogLevel::Full).1);
     let events: Vec<EventRow> = log.rows().unwrap();
 
     let mut deliveries = 0;

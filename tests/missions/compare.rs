@@ -1,13 +1,11 @@
-//! `alliance compare`: its tables, runs that are killed or split into shards, and mistakes in the plan.
+//! `alliance compare`: its tables, and mistakes in the plan. It has the journal and the shards of `alliance sweep`.
 
 use std::fs;
 use std::path::Path;
 
-use alliance_tests::testkit::{Row, journal_rows, rows};
-use nix::sys::signal::Signal;
+use alliance_tests::harness::Lab;
+use alliance_tests::testkit::{Row, rows};
 use scenario::testkit::entry;
-
-use crate::harness::{Lab, wait_until};
 
 /// Three allocators in two short missions under three classes of faults. The kill has another victim in the second
 /// mission.
@@ -249,46 +247,6 @@ fn the_tables_match_the_runs_and_a_cell_can_be_repeated() {
         assert_eq!((&run["run"], &run["hash"]), (&again["run"], &again["hash"]));
         assert_eq!(run["orphan_s"], again["orphan_s"]);
     }
-}
-
-#[test]
-fn killed_in_shards_and_on_one_core_a_comparison_ends_with_the_same_bytes() {
-    let lab = lab();
-    let plan = PLAN.replace("seeds = 4", "seeds = 8");
-    fs::write(lab.path("plan.toml"), plan).unwrap();
-    lab.run(&["compare", "plan.toml", "--out", "whole"])
-        .expect(0);
-    let arguments = ["compare", "plan.toml", "--out", "torn", "--jobs", "1"];
-    let killed = lab.start(&arguments);
-    wait_until("rows", || journal_rows(&lab.path("torn")) >= 3);
-    killed.signal(Signal::SIGKILL);
-    killed.wait();
-    assert!(
-        journal_rows(&lab.path("torn")) < CELLS * 8,
-        "the comparison was killed too late"
-    );
-    assert!(!lab.path("torn/comparison.html").exists());
-    lab.run(&arguments).expect(0);
-    lab.assert_same_results("whole", "torn");
-    for shard in ["0/2", "1/2"] {
-        lab.run(&["compare", "plan.toml", "--out", "parts", "--shard", shard])
-            .expect(0);
-    }
-    lab.run(&["compare", "--merge", "parts"]).expect(0);
-    lab.assert_same_results("whole", "parts");
-
-    // A hypothesis must not be changed after the runs.
-    fs::write(
-        lab.path("plan.toml"),
-        PLAN.replace("seeds = 4", "seeds = 8")
-            .replace("at_most = 1.0", "at_most = 500.0"),
-    )
-    .unwrap();
-    let stderr = lab.run(&arguments).expect(2).stderr;
-    assert!(
-        stderr.contains("holds another sweep, or this one before it was changed"),
-        "{stderr}"
-    );
 }
 
 #[test]

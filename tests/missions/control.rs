@@ -3,13 +3,12 @@
 use std::fs::DirBuilder;
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 
+use alliance_tests::harness::{Finished, Lab, wait_until};
+use alliance_tests::operator::{announced, gateway_of, hash};
+use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
+use run_log::EventRow;
 use serde_json::Value;
-
-use crate::gateway;
-use crate::harness::{Finished, Lab};
-use crate::hostile::{announced, hash};
-use crate::team::Team;
 
 /// Returns the only line that the command printed.
 #[track_caller]
@@ -110,6 +109,66 @@ fn a_live_run_is_paused_faulted_listed_and_healed_by_command() {
     );
 }
 
+/// Orders take effect in the very tick of a paused clock, in the order in which they are given.
+#[test]
+fn a_paused_clock_steps_and_applies_orders_at_once() {
+    let lab = Lab::new();
+    let query = |command: &str| {
+        let words: Vec<&str> = command.split(' ').chain(["--json"]).collect();
+        lab.run(&words).expect(0).json()
+    };
+    let mut team = Team::start(&lab, &["--speed", "20x", "--limit", "60"]);
+    team.wait_for_row("poses.csv", &["5000,"]);
+    let paused = query("clock pause")["clock"]["tick"].as_u64().unwrap();
+    let status = || query("status")["status"].clone();
+    let now = || status()["tick"].as_u64().unwrap();
+    // The current tick may end, but no other one begins.
+    let paused_tick = now();
+    assert!(paused_tick <= paused + 1);
+
+    let armed = query("fault obstacle 6 4 0.5 0.5 --id box")["armed"].clone();
+    assert_eq!(armed["tick"].as_u64(), Some(paused_tick));
+    let faults = status()["faults"].clone();
+    assert_eq!(
+        (&faults[0]["id"], &faults[0]["phase"]),
+        (&"box".into(), &"in-force".into())
+    );
+    query("fault mute blue --id first");
+    query("fault clear first");
+    let over = query("fault list")["faults"][1].clone();
+    assert_eq!(
+        (&over["id"], &over["phase"]),
+        (&"first".into(), &"over".into())
+    );
+    assert_eq!(now(), paused_tick, "the clock must not move");
+    query("clock step 3");
+    wait_until("three steps", || now() == paused_tick + 3);
+    query("clock speed max");
+    assert_eq!(now(), paused_tick + 3, "a new speed must not end the pause");
+    query("clock resume");
+    team.wait().expect(1);
+
+    let log = lab.log("run");
+    let events = log.rows::<EventRow>().unwrap();
+    let applied = events.iter().find(|row| row.kind == "applied").unwrap();
+    assert_eq!(applied.t_ms.0, paused_tick * 50);
+    assert_eq!(applied.detail, "obstacle 6 4 0.5 0.5");
+    assert!(!log.run.unscripted);
+    lab.run(&["replay", "run"]).expect(0);
+}
+
+#[test]
+fn a_world_without_a_launcher_refuses_process_faults() {
+    let lab = Lab::new();
+    let kill = "name = \"kills\"\n[[faults.timeline]]\nfault.kill = \"gold\"\n";
+    std::fs::write(lab.path("kills.toml"), kill).unwrap();
+    assert_eq!(
+        lab.refusal(&["cluster", "world", "kills.toml", "--out", "none"]),
+        "world: scenario 'kills': its fault 'kill gold' needs a launcher; start it with `alliance run`\n"
+    );
+    assert!(!lab.path("none").exists());
+}
+
 /// The announcement of a crashed world is ignored, even if another process has its process id now.
 #[test]
 fn an_announcement_is_valid_only_for_its_process() {
@@ -167,60 +226,6 @@ fn runs_are_listed_newest_first() {
         output.contains(&id) && output.contains("338.250 s"),
         "{output}"
     );
-}
-
-/// Two of the three points of `spare` are ordered while the run is paused. What cannot be done is refused at once.
-#[test]
-fn an_order_that_must_fail_is_refused_at_once() {
-    let lab = Lab::new();
-    let scenario = "limit_s = 20\nroom = { width_m = 10, height_m = 10 }\n\
-        obstacles = [{ x_m = 6, y_m = 6, width_m = 2, height_m = 2 }]\n\
-        [service]\nspare = 2\n[[service.kinds]]\nname = 't'\nwork_s = { min = 5, max = 5 }\n\
-        [[service.points]]\nkind = 't'\nx_m = 8.5\ny_m = 2\n\
-        [[robots]]\nname = 'a'\nstart = { x_m = 1, y_m = 1 }\n\
-        [[robots]]\nname = 'b'\nstart = { x_m = 1, y_m = 2 }\n\
-        [[robots]]\nname = 'c'\nabsent = true\n";
-    std::fs::write(lab.path("burst.toml"), scenario).unwrap();
-    let mut run = lab.start(&["run", "burst.toml", "--paused", "--no-page", "--out", "run"]);
-    announced(&lab);
-    let fault = |words: &str| {
-        let words: Vec<&str> = std::iter::once("fault").chain(words.split(' ')).collect();
-        lab.run(&words)
-    };
-    let refused = |words: &str, why: &str| {
-        let answer = fault(words).expect(2);
-        assert_eq!(line(&answer), format!("alliance fault: {why}"), "{words}");
-    };
-    refused(
-        "point 5 5 7",
-        "fault.point.kind: there is no kind '7'; did you mean 't'? (there is only 't')",
-    );
-    refused("point 7 7", "fault.point: no robot can work at (7, 7)");
-    refused(
-        "move-robot a 7 7",
-        "fault.move-robot: the place is outside the border, on a solid obstacle or on another robot",
-    );
-    refused(
-        "move-robot a 1 2",
-        "fault.move-robot: the place is outside the border, on a solid obstacle or on another robot",
-    );
-    refused("remove c", "fault.remove: the robot is not in the mission");
-    refused(
-        "restart c",
-        "fault.restart: the robot is not in the mission",
-    );
-    fault("point 5 5").expect(0);
-    fault("point 4 5 t").expect(0);
-    refused(
-        "point 3 5 --kind t",
-        "fault.point: all 2 tasks of service.spare are in use",
-    );
-    lab.run(&["clock", "speed", "max"]).expect(0);
-    lab.run(&["clock", "resume"]).expect(0);
-    run.wait_for_stderr("faults  2 of 2");
-    run.wait();
-    let events = std::fs::read_to_string(lab.path("run/events.csv")).unwrap();
-    assert!(!events.contains(",failed,"), "{events}");
 }
 
 #[test]
@@ -286,7 +291,7 @@ fn other_users_cannot_reach_a_run() {
         "{}",
         run.endpoint
     );
-    for pid in [world.pid(), gateway::of(&world)] {
+    for pid in [world.pid(), gateway_of(&world)] {
         assert_eq!(listening_ports(pid), 0);
     }
     // The team's and the operators' socket, each with a lock.

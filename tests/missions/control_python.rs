@@ -1,10 +1,9 @@
 //! A Python program with the zenoh package sends orders to a live run.
 
+use alliance_tests::harness::Lab;
+use alliance_tests::python::{python, run};
+use alliance_tests::team::Team;
 use serde_json::{Value, json};
-
-use crate::harness::Lab;
-use crate::python::{python, run};
-use crate::team::Team;
 
 #[test]
 fn an_external_program_sends_orders_and_refused_requests_change_nothing() {

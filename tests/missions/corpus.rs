@@ -1,13 +1,11 @@
 //! The corpora of the fuzz targets without a fuzzer: each message whole, cut at every length, and damaged.
 
-use std::path::Path;
-
+use alliance_tests::damage::{self, DAMAGES, Damage, corpus, flip, insert, misspell, repeat};
 use missions::Registry;
 use missions::waste::data::WASTE;
 use proto::allocation::AllocationMessage;
 use proto::codec::decode;
 use proto::team::{Broadcast, BroadcastContent};
-use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
@@ -23,32 +21,10 @@ mod round_trip;
 mod setups;
 
 /// The number of damaged copies of each message.
-const DAMAGED: usize = 2000;
-
-/// Returns the files of a fuzz target by name: type, hyphen, description.
-///
-/// The `decode` corpus comes from a real mission plus rare messages, `control` from the examples of docs/CONTROL.md.
-fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
-    let mut files: Vec<_> = std::fs::read_dir(folder.join(target))
-        .unwrap()
-        .map(|entry| {
-            let entry = entry.unwrap();
-            let name = entry.file_name().into_string().unwrap();
-            (name, std::fs::read(entry.path()).unwrap())
-        })
-        .collect();
-    files.sort();
-    assert!(!files.is_empty());
-    files
-}
+const DAMAGED: usize = 200;
 
 /// Calls `check` with each message of a corpus, cut at each length, and with up to three random damages.
-fn damage(
-    target: &str,
-    damages: &[fn(&mut Vec<u8>, usize, &mut ChaCha8Rng)],
-    check: impl Fn(&[u8]),
-) {
+fn damage(target: &str, damages: &[Damage], check: impl Fn(&[u8])) {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     for (_, bytes) in corpus(target) {
         for length in 0..bytes.len() {
@@ -56,58 +32,10 @@ fn damage(
         }
         for _ in 0..DAMAGED {
             let mut damaged = bytes.clone();
-            for _ in 0..rng.random_range(1..4) {
-                let place = rng.random_range(0..damaged.len());
-                damages[rng.random_range(0..damages.len())](&mut damaged, place, &mut rng);
-            }
+            damage::apply(damages, &mut damaged, 1..4, &mut rng);
             check(&damaged);
         }
     }
-}
-
-#[allow(clippy::ptr_arg)] // The same signature as the damages that change the length.
-fn flip(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
-    bytes[place] ^= 1 << rng.random_range(0..8);
-}
-
-fn insert(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
-    bytes.insert(place, rng.random());
-}
-
-fn repeat(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
-    let from = rng.random_range(0..=place);
-    bytes.extend_from_within(from..=place);
-}
-
-/// Overwrites a byte with a prefix of a number that has more than one byte.
-#[allow(clippy::ptr_arg)] // The same signature as the other damages.
-fn lengthen(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
-    bytes[place] = rng.random_range(250..=255);
-}
-
-/// Replaces a few bytes with a JSON token.
-fn misspell(bytes: &mut Vec<u8>, place: usize, rng: &mut ChaCha8Rng) {
-    const TOKENS: [&str; 16] = [
-        "{",
-        "}",
-        "[",
-        "]",
-        ",",
-        ":",
-        "\"",
-        "\\u0000",
-        "null",
-        "true",
-        "-",
-        "0",
-        "1e39",
-        "1e400",
-        "9999999999",
-        "0.1e-46",
-    ];
-    let token = TOKENS[rng.random_range(0..TOKENS.len())];
-    let until = (place + rng.random_range(0..4)).min(bytes.len());
-    bytes.splice(place..until, token.bytes());
 }
 
 #[test]
@@ -175,45 +103,29 @@ fn every_mission_has_messages_in_the_corpus() {
 }
 
 #[test]
-fn damaged_messages_are_refused_or_round_trip() {
-    damage("decode", &[flip, insert, repeat, lengthen], |bytes| {
+fn damaged_messages_and_requests_are_refused_or_round_trip() {
+    damage("decode", &DAMAGES, |bytes| {
         let _ = round_trip::types_of(bytes);
     });
-}
-
-#[test]
-fn damaged_requests_are_refused_or_round_trip() {
     damage("control", &[flip, insert, repeat, misspell], |text| {
         let _ = requests::command_of(text);
     });
 }
 
 #[test]
-fn damaged_setups_and_scenarios_are_refused_or_valid() {
+fn damaged_files_are_refused_or_readable() {
     damage("setup", &[flip, insert, misspell], |text| {
         let _ = setups::kind_of(text);
     });
-}
-
-#[test]
-fn damaged_logs_are_refused_or_readable() {
     damage("log", &[flip, insert, misspell], |text| {
         let _ = files::log_of(text);
     });
-}
-
-#[test]
-fn damaged_parameters_and_profiles_are_refused_or_valid() {
     damage("parameters", &[flip, insert, repeat], |text| {
         let _ = files::is_parameters(text);
     });
     damage("profile", &[flip, insert, misspell], |text| {
         let _ = files::is_profile(text);
     });
-}
-
-#[test]
-fn damaged_sweep_files_are_refused_or_valid() {
     damage("plan", &[flip, insert, misspell], |text| {
         let _ = files::is_plan(text);
     });
@@ -251,7 +163,7 @@ fn a_robot_of_any_allocator_continues_after_any_broadcast() {
     for (name, bytes) in corpus("received") {
         assert!(received::accepts(&bytes), "{name}");
     }
-    damage("received", &[flip, insert, repeat, lengthen], |bytes| {
+    damage("received", &DAMAGES, |bytes| {
         let _ = received::accepts(bytes);
     });
 }

@@ -17,7 +17,7 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::harness::Lab;
+use alliance_tests::harness::Lab;
 
 /// The marker before and after the output of each command. No command prints it.
 const MARK: &str = "\u{1}mark";

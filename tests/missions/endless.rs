@@ -3,10 +3,8 @@
 //! A normal test runs some thousand ticks. For a full check:
 //! `ENDLESS_TICKS=1000000 cargo test --locked --workspace --test missions -- endless --nocapture`.
 
-use in_process::Team;
-use missions::Registry;
-use run_log::{LogLevel, MemoryLog};
-use scenario::{Scenario, Setup};
+use alliance_tests::runs::{allocators, parse, setup, team};
+use run_log::LogLevel;
 
 /// The allowed growth in the second half, in bytes: one doubling of a list. With 100,000 ticks the test detects a
 /// growth of one byte per tick.
@@ -14,18 +12,14 @@ const LEVEL_BYTES: i64 = 16 * 1024;
 
 #[test]
 fn memory_does_not_grow_with_any_allocator() {
-    let ticks: u64 = std::env::var("ENDLESS_TICKS").map_or(12_000, |text| text.parse().unwrap());
-    let known = Registry::built_in().vocabulary();
-    for allocator in &known.allocators {
-        let name = allocator.name;
+    let ticks: u64 = std::env::var("ENDLESS_TICKS").map_or(6_000, |text| text.parse().unwrap());
+    for name in allocators() {
         let text = format!(
             "allocator = '{name}'\nlimit_s = 100000\n[waste]\nrespawn = true\n\
              [[faults.timeline]]\nat_s = 0\n\
              fault.drop = {{ from = 'all', to = 'all', p = 0.6 }}\n"
         );
-        let scenario = Scenario::parse("endless.toml", &text, &known).unwrap();
-        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-        let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
+        let mut team = team(setup(parse(&text), 1), LogLevel::Off);
         let mut half = || {
             let kept = allocation_counter::measure(|| {
                 for _ in 0..ticks / 2 {

@@ -1,11 +1,10 @@
 //! Processes that end unexpectedly, and the state of the run afterwards.
 
+use alliance_tests::harness::{Lab, command_line, wait_until};
+use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
 use proto::tick::Outcome;
 use run_log::{RunLog, RunOutcome, TickRow};
-
-use crate::harness::{Lab, command_line, wait_until};
-use crate::team::Team;
 
 /// Checks that the log of a run with a killed world is readable and complete up to a tick.
 #[track_caller]

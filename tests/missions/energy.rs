@@ -1,12 +1,8 @@
 //! Robots whose energy is used up release their tasks, and a team without energy ends the run.
 
-use missions::Registry;
+use alliance_tests::runs::{allocators, parse, play};
 use proto::tick::Outcome;
-use run_log::{EventRow, LogLevel, PoseRow, RunLog};
-use scenario::{Scenario, Setup};
-
-use crate::in_process::run;
-use crate::recompute::log_of;
+use run_log::{EventRow, PoseRow, RunLog};
 
 /// Robot a has to drive far and uses up its energy on the way to its first point. Robot b has enough for all points.
 const BATTERY: &str = "
@@ -39,16 +35,6 @@ name = 'a'
 name = 'b'
 ";
 
-fn play(text: &str) -> (Outcome, RunLog) {
-    let known = Registry::built_in().vocabulary();
-    let scenario = Scenario::parse("s.toml", text, &known).unwrap_or_else(|why| panic!("{why}"));
-    let (outcome, recorder) = run(
-        Setup::resolve(scenario, 1, None).unwrap().setup,
-        LogLevel::Full,
-    );
-    (outcome, log_of(recorder))
-}
-
 /// Checks that a robot without energy is active in no tick after the one in which its reading is 0.
 fn assert_idle_when_empty(log: &RunLog, allocator: &str) {
     let rows = log.rows::<PoseRow>().unwrap();
@@ -64,9 +50,8 @@ fn assert_idle_when_empty(log: &RunLog, allocator: &str) {
 
 #[test]
 fn a_robot_without_energy_releases_its_task_to_a_teammate() {
-    for allocator in Registry::built_in().vocabulary().allocators {
-        let name = allocator.name;
-        let (outcome, log) = play(&format!("allocator = '{name}'\n{BATTERY}"));
+    for name in allocators() {
+        let (outcome, log) = play(parse(&format!("allocator = '{name}'\n{BATTERY}")), 1);
         assert_idle_when_empty(&log, name);
         // These rules may leave work: the first never takes over, and the second leaves its tasks by chance.
         if !["static", "threshold"].contains(&name) {
@@ -77,9 +62,8 @@ fn a_robot_without_energy_releases_its_task_to_a_teammate() {
 
 #[test]
 fn a_team_without_energy_ends_the_run() {
-    for allocator in Registry::built_in().vocabulary().allocators {
-        let name = allocator.name;
-        let (outcome, log) = play(&format!("allocator = '{name}'\n{POOR}"));
+    for name in allocators() {
+        let (outcome, log) = play(parse(&format!("allocator = '{name}'\n{POOR}")), 1);
         assert_idle_when_empty(&log, name);
         assert_eq!(outcome, Outcome::NoRobotLeft, "{name}");
         let rows = log.rows::<EventRow>().unwrap();
@@ -98,7 +82,10 @@ fn a_team_without_energy_ends_the_run() {
 fn a_robot_without_power_works_again_when_the_fault_is_over() {
     let faults = "[[faults.timeline]]\nfault.power = 'b'\nat_s = 5.0\nfor_s = 30.0\n\
                   [[faults.timeline]]\nfault.power = 'a'\nat_s = 5.0\nfor_s = 10.0\n";
-    let (outcome, log) = play(&format!("allocator = 'first-come'\n{BATTERY}{faults}"));
+    let (outcome, log) = play(
+        parse(&format!("allocator = 'first-come'\n{BATTERY}{faults}")),
+        1,
+    );
     assert_eq!(outcome, Outcome::Complete);
     let rows = log.rows::<PoseRow>().unwrap();
     let during = |row: &&PoseRow| (5100..34_900).contains(&row.t_ms.0) && row.robot == "b";

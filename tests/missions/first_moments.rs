@@ -1,11 +1,10 @@
 //! Signals from the start of a run on. A process that ends or stops before it has joined is treated like a later one,
 //! and a waiting run names the robots it waits for.
 
+use alliance_tests::harness::Lab;
+use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
 use run_log::Input;
-
-use crate::harness::Lab;
-use crate::team::Team;
 
 /// The others complete the mission in any case, and a replay repeats the run.
 #[test]
@@ -62,6 +61,7 @@ fn a_waiting_run_names_the_robots_it_waits_for() {
     for robot in ["blue", "gold", "green"] {
         team.signal(robot, Signal::SIGCONT);
     }
+    lab.run(&["clock", "speed", "max"]).expect(0);
     let finished = team.wait().expect(0);
     assert!(finished.stderr.contains("Ctrl-C ends the run"));
     lab.run(&["replay", "run"]).expect(0);

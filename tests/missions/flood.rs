@@ -5,16 +5,15 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cluster::rendezvous::{ConnectionRole, Rendezvous};
+use alliance_tests::harness::{Lab, wait_until};
+use alliance_tests::operator::{announced, connect, hash};
+use alliance_tests::team::Team;
+use alliance_tests::testkit::ROBOTS;
+use cluster::rendezvous::ConnectionRole;
 use proto::keys::KeyExpressions;
+use zenoh::Wait;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::{Locality, SampleKind};
-use zenoh::{Session, Wait};
-
-use crate::harness::{Lab, wait_until};
-use crate::hostile::{announced, hash};
-use crate::team::Team;
-use alliance_tests::testkit::ROBOTS;
 
 /// A team member floods a topic that all robots receive, with the priority of the run's own messages.
 ///
@@ -132,12 +131,6 @@ fn messages_of_an_operator_reach_no_member() {
         agent.wait().expect(0);
     }
     assert_eq!(hash(&lab, "out"), hash(&lab, "quiet"));
-}
-
-pub fn connect(run: &Rendezvous, user: ConnectionRole) -> Session {
-    let config = cluster::session::client(&run.login(user).unwrap(), false);
-    let config = zenoh::Config::from_json5(&config).unwrap();
-    zenoh::open(config).wait().unwrap()
 }
 
 /// Returns the last event, "stalled" or "back", of each robot that has one.

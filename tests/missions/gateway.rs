@@ -3,28 +3,16 @@
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
+use alliance_tests::harness::{Lab, command_line, wait_until};
+use alliance_tests::operator::{announced, connect, gateway_of, hash};
+use alliance_tests::testkit::ROBOTS;
 use cluster::rendezvous::ConnectionRole;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use zenoh::Wait;
 
-use crate::flood::connect;
-use crate::harness::{Lab, Process, command_line, wait_until};
-use crate::hostile::{announced, hash};
-use alliance_tests::testkit::ROBOTS;
-
 /// The number of declarations of a hostile operator. The cost of a declaration grows with their number.
-const DECLARED: usize = 5_000;
-
-pub fn of(world: &Process) -> u32 {
-    let mut found = None;
-    wait_until("a gateway", || {
-        let mut children = world.children().into_iter();
-        found = children.find(|child| command_line(*child).is_some());
-        found.is_some()
-    });
-    found.unwrap()
-}
+const DECLARED: usize = 1_500;
 
 /// An operator fills the gateway's tables, and the gateway is killed. Another gateway takes its place with the same
 /// announcement, the run keeps its hash, and the gateway ends with its world.
@@ -49,14 +37,14 @@ fn an_operator_can_overload_the_gateway_but_not_the_run() {
         let key = format!("alliance/{}/view/{number}", run.run);
         subscribers.push(operator.declare_subscriber(key).callback(|_| ()).wait());
     }
-    let first = of(&world);
+    let first = gateway_of(&world);
     kill(Pid::from_raw(first as i32), Signal::SIGKILL).unwrap();
     world.wait_for_stderr("the gateway for operators has ended");
     drop((tokens, subscribers));
     operator.close().wait().unwrap();
     let mut second = first;
     wait_until("another gateway", || {
-        second = of(&world);
+        second = gateway_of(&world);
         second != first && lab.run(&["status"]).status.success()
     });
     assert!(world.is_running(), "the run was over too soon");

@@ -12,14 +12,13 @@
 
 use std::path::PathBuf;
 
-use missions::Registry;
-use missions::waste::data::WASTE;
+use alliance_tests::runs::{self, allocators, builtin, run, vocabulary};
+use missions::waste::data::{WASTE, default_scenario};
 use run_log::{Document, LogLevel};
 use scenario::{Scenario, Setup, StepOrder};
 use serde_json::{Map, Value, json};
 
-use crate::in_process::{run, setup};
-use crate::shared_service;
+use crate::allocators::service;
 
 /// Seed, simulated seconds, step order. The first run is short, the others run until the mission is complete.
 const RUNS: [(u64, f64, StepOrder); 5] = [
@@ -29,6 +28,16 @@ const RUNS: [(u64, f64, StepOrder); 5] = [
     (3, 3600.0, StepOrder::Simultaneous),
     (1, 3600.0, StepOrder::InOrder),
 ];
+
+/// Returns the default mission as `alliance run --seed … --limit … --step-order …` resolves it.
+fn setup(seed: u64, limit_s: f64, order: StepOrder) -> Setup {
+    let scenario = Scenario {
+        limit_s,
+        step_order: Some(order),
+        ..default_scenario()
+    };
+    runs::setup(scenario, seed)
+}
 
 pub fn pinned(setup: Setup) -> Value {
     let (_, recorder) = run(setup, LogLevel::Off);
@@ -43,59 +52,54 @@ pub fn pinned(setup: Setup) -> Value {
 
 #[test]
 fn golden_runs_are_unchanged() {
-    let mut runs = Map::new();
+    let mut pins = Map::new();
     for (seed, limit_s, order) in RUNS {
         let name = format!("seed {seed}, at most {limit_s} s, {}", order.as_str());
-        runs.insert(name, pinned(setup(seed, limit_s, order)));
+        pins.insert(name, pinned(setup(seed, limit_s, order)));
     }
-    assert_as_before("golden/waste-cleanup.json", runs);
+    assert_as_before("golden/waste-cleanup.json", pins);
 }
 
 /// Compares the default mission of each allocator but ALLIANCE with the golden file.
 #[test]
 fn golden_runs_of_allocators_are_unchanged() {
-    let mut runs = Map::new();
-    let allocators = Registry::built_in().vocabulary().allocators;
-    for allocator in allocators.iter().map(|spec| spec.name) {
-        if allocator != "alliance" {
-            let mut setup = setup(1, 3600.0, StepOrder::Simultaneous);
-            setup.scenario.allocator = Some(allocator.to_owned());
-            runs.insert(allocator.to_owned(), pinned(setup));
-        }
+    let mut pins = Map::new();
+    for allocator in allocators().filter(|name| *name != "alliance") {
+        let mut setup = setup(1, 3600.0, StepOrder::Simultaneous);
+        setup.scenario.allocator = Some(allocator.to_owned());
+        pins.insert(allocator.to_owned(), pinned(setup));
     }
-    assert_as_before("golden/allocators.json", runs);
+    assert_as_before("golden/allocators.json", pins);
 }
 
 #[test]
 fn golden_runs_of_service_by_every_allocator_are_unchanged() {
-    let mut runs = Map::new();
-    for allocator in Registry::built_in().vocabulary().allocators {
-        let mut scenario = shared_service::scenario(allocator.name, "");
+    let mut pins = Map::new();
+    for allocator in allocators() {
+        let mut scenario = service(allocator, "");
         scenario.limit_s = 400.0;
-        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-        runs.insert(allocator.name.to_owned(), pinned(setup));
+        pins.insert(allocator.to_owned(), pinned(runs::setup(scenario, 1)));
     }
-    assert_as_before("golden/allocators-service.json", runs);
+    assert_as_before("golden/allocators-service.json", pins);
 }
 
-/// Compares the built-in scenarios of all missions but waste with their golden files, each up to a time limit.
+/// Compares the built-in scenarios of all missions but waste with their golden files, each up to a time limit. A large
+/// team takes a thousand times as long per tick as a small one.
 #[test]
 fn golden_runs_of_other_missions_are_unchanged() {
-    const LIMIT_S: f64 = 1_200.0;
-    let vocabulary = Registry::built_in().vocabulary();
-    for mission in vocabulary
-        .missions
-        .iter()
-        .filter(|mission| **mission != WASTE)
-    {
-        let mut runs = Map::new();
-        for builtin in mission.scenarios() {
-            let scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary);
-            let mut setup = Setup::resolve(scenario.unwrap(), 1, None).unwrap().setup;
-            setup.scenario.limit_s = setup.scenario.limit_s.min(LIMIT_S);
-            runs.insert(builtin.name.to_owned(), pinned(setup));
+    let missions = vocabulary().missions;
+    for mission in missions.iter().filter(|mission| **mission != WASTE) {
+        let mut pins = Map::new();
+        for scenario in mission.vocabulary().scenarios {
+            let mut setup = runs::setup(builtin(scenario.name), 1);
+            let limit_s = match setup.scenario.robots.len() {
+                0..=10 => 1_200.0,
+                _ => 120.0,
+            };
+            setup.scenario.limit_s = setup.scenario.limit_s.min(limit_s);
+            pins.insert(scenario.name.to_owned(), pinned(setup));
         }
-        assert_as_before(&format!("golden/{}.json", mission.name()), runs);
+        assert_as_before(&format!("golden/{}.json", mission.name()), pins);
     }
 }
 

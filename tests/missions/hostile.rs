@@ -1,42 +1,32 @@
 //! A hostile client on the bus: its messages are counted and ignored.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::fs::DirEntry;
 use std::os::unix::net::UnixStream;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use alliance_tests::harness::{Finished, Lab};
+use alliance_tests::operator::{MEMORY_MIB, announced, connect, hash, peak_memory};
 use alliance_tests::testkit::ROBOTS;
-use cluster::rendezvous::{ConnectionRole, Rendezvous};
+use cluster::rendezvous::ConnectionRole;
 use missions::waste::data::WASTE;
 use proto::codec::{LIMIT_BYTES, encode};
 use proto::control::{ControlCommand, Request};
-use proto::event::TickEvents;
-use proto::join::{JoinRequest, PROTOCOL_VERSION};
 use proto::keys::{KeyExpressions, LAUNCHER_HOST};
-use proto::mission::items::{ItemsBulletin, Withdrawal};
-use proto::process::{ProcessNews, ProcessState};
-use proto::readings::{Actuation, Readings};
 use proto::secret::{SEAL_BYTES, Secret};
-use proto::team::{Broadcast, BroadcastContent, BroadcastKind};
-use proto::tick::{Outcome, Report, TickMessage, ToAgent};
+use proto::team::BroadcastKind;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use scenario::fault::{Fault, Order};
-use scenario::ids::RobotId;
-use scenario::time::SimTime;
 use zenoh::bytes::Encoding;
 use zenoh::qos::CongestionControl;
 use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
 
-use crate::harness::{Finished, Lab, wait_until};
-
 /// The number of messages of each kind during the missions.
-const EACH: usize = 10_000;
-
-/// The limit of resident memory in MiB. A process above it has kept hostile messages, which have ten times as many
-/// bytes.
-pub const MEMORY_MIB: u64 = 256;
+const EACH: usize = 2_000;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
@@ -53,7 +43,7 @@ enum Kind {
     Replayed,
     /// A well-formed message with a wrong seal.
     Forged,
-    /// A sealed message that no correct member sends: of an old incarnation, an old tick, another robot, or noise.
+    /// Sealed noise, which no correct member sends.
     Invalid,
 }
 
@@ -88,9 +78,7 @@ impl HostileClient {
     /// Joins the bus of the lab's only run and subscribes to everything.
     fn intrude(lab: &Lab) -> Self {
         let run = announced(lab);
-        let config = cluster::session::client(&run.login(ConnectionRole::Team).unwrap(), false);
-        let config = zenoh::Config::from_json5(&config).unwrap();
-        let session = zenoh::open(config).wait().unwrap();
+        let session = connect(&run, ConnectionRole::Team);
         let keys = KeyExpressions::new(&run.run);
         let captured = Arc::new(Mutex::new(BTreeMap::<String, Captured>::new()));
         let sink = Arc::clone(&captured);
@@ -229,17 +217,13 @@ impl HostileClient {
             Kind::Stale => self.real(key, false),
             Kind::Replayed => self.real(key, true),
             Kind::Forged => {
-                let mut message = self.invent(key, 1);
+                let mut message = self.well_formed(key);
                 message.extend(self.noise(SEAL_BYTES..SEAL_BYTES + 1));
                 message
             }
             Kind::Invalid => {
-                if self.rng.random_bool(0.5) {
-                    let noise = self.noise(0..200);
-                    return self.sealed(key, &noise);
-                }
-                let message = self.invent(key, 0);
-                self.sealed(key, &message)
+                let noise = self.noise(0..200);
+                self.sealed(key, &noise)
             }
         }
     }
@@ -265,92 +249,26 @@ impl HostileClient {
         found.unwrap_or_else(|| self.noise(1..100))
     }
 
-    /// Returns a well-formed message that would be harmful on that key, of that incarnation.
-    fn invent(&mut self, key: &str, incarnation: u32) -> Vec<u8> {
-        let robot = RobotId(self.rng.random_range(0..3));
-        let tick = self.rng.random_range(0..3);
-        if key == self.keys.join("blue") {
-            let request = JoinRequest {
-                version: PROTOCOL_VERSION,
-                robot: "nobody".to_owned(),
-                pid: 1,
-                nonce: self.rng.random(),
-            };
-            return encode(&request).unwrap();
-        }
+    /// Returns a message of the fuzzers' corpus that fits the key.
+    fn well_formed(&mut self, key: &str) -> Vec<u8> {
         if key == self.keys.control() {
             return encode(&self.request()).unwrap();
         }
-        if key == self.keys.event() {
-            let news = TickEvents {
-                tick,
-                events: Vec::new(),
-            };
-            return encode(&news).unwrap();
-        }
-        if key == self.keys.process(LAUNCHER_HOST) {
-            let news = ProcessNews {
-                number: u64::from(incarnation) * 1000,
-                robot: "blue".to_owned(),
-                pid: std::process::id(),
-                state: ProcessState::Stopped,
-            };
-            return encode(&news).unwrap();
-        }
-        if key.ends_with("/tick") {
-            let message = match self.rng.random_range(incarnation..4) {
-                1 => ToAgent::End(Outcome::Interrupted),
-                2 => ToAgent::Dismissed(incarnation),
-                _ => ToAgent::Tick(Box::new(TickMessage {
-                    incarnation,
-                    tick: u64::MAX * u64::from(incarnation),
-                    now: SimTime(0),
-                    last_counted: None,
-                    manifest: Vec::new(),
-                    ground_truth: Vec::new(),
-                    held: Vec::new(),
-                    readings: Readings::default(),
-                })),
-            };
-            // A member with the secret may end the run, so this message is excluded.
-            if incarnation == 0 && matches!(message, ToAgent::End(_)) {
-                return encode::<ToAgent>(&ToAgent::Dismissed(0)).unwrap();
-            }
-            return encode(&message).unwrap();
-        }
-        if key.ends_with("/report") {
-            let report = Report {
-                robot,
-                incarnation,
-                tick,
-                actuation: Actuation::default(),
-                broadcasts: 0,
-                broadcast_bytes: 0,
-                active: None,
-                allocation: Vec::new(),
-                motivations: Vec::new(),
-                changes: Vec::new(),
-                notes: Vec::new(),
-                receptions: Vec::new(),
-            };
-            return encode(&report).unwrap();
-        }
-        let broadcast = Broadcast {
-            sender: robot,
-            incarnation,
-            tick,
-            index: 0,
-            seq: 0,
-            sent: SimTime(0),
-            body: BroadcastContent::Bulletin(
-                ItemsBulletin::Withdrawal(Withdrawal {
-                    finder: robot,
-                    seen: SimTime(1 << 40),
-                })
-                .into_bulletin(None),
-            ),
+        let kinds = ["tick", "report", "process", "view", "join", "team"];
+        let kind = kinds
+            .into_iter()
+            .find(|kind| key.contains(&format!("/{kind}")));
+        let start = match kind {
+            Some("process") => "process_news",
+            Some("join") => "join_request",
+            Some("team") | None => "broadcast",
+            Some(kind) => kind,
         };
-        encode(&broadcast).unwrap()
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/decode");
+        let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap());
+        let fits = |file: &DirEntry| file.file_name().to_string_lossy().starts_with(start);
+        let files: Vec<DirEntry> = files.filter(fits).collect();
+        std::fs::read(files[self.rng.random_range(0..files.len())].path()).unwrap()
     }
 
     /// Seals bytes for a key with the secret of its sender.
@@ -413,38 +331,6 @@ fn keep(captured: &Mutex<BTreeMap<String, Captured>>, key: &str, bytes: &[u8]) {
         messages.latest.pop_front();
     }
     messages.latest.push_back(bytes.to_vec());
-}
-
-/// Returns the announcement of the lab's only live run.
-pub fn announced(lab: &Lab) -> Rendezvous {
-    let folder = lab.path("runtime").join("alliance");
-    let mut found = None;
-    wait_until("the run's announcement", || {
-        found = std::fs::read_dir(&folder).ok().and_then(|entries| {
-            let mut paths = entries.flatten().map(|entry| entry.path());
-            let path = paths.find(|path| path.extension().is_some_and(|end| end == "json"))?;
-            serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
-        });
-        found.is_some()
-    });
-    found.unwrap()
-}
-
-/// Returns the peak resident memory of a live process, in MiB.
-pub fn peak_memory(pid: u32) -> Option<u64> {
-    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    Some(line.trim().trim_end_matches(" kB").parse::<u64>().unwrap() / 1024)
-}
-
-pub fn hash(lab: &Lab, run: &str) -> String {
-    let text = std::fs::read_to_string(lab.path(run).join("run.json")).unwrap();
-    let run: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(run["outcome"], "complete");
-    assert_eq!(run["unscripted"], false);
-    run["hash"].as_str().unwrap().to_owned()
 }
 
 /// Runs a mission of separate processes and calls `attack` repeatedly.

@@ -1,43 +1,26 @@
-//! A run in one process writes the same bytes as a run by processes.
+//! The library of runs in one process. `parity.rs` compares its runs with runs by processes.
 
-use std::collections::BTreeSet;
-
+use alliance_tests::runs::{self, log_of, run};
 use in_process::{BodyCommand, Team, Workspaces};
 use missions::waste::data::default_scenario;
-use proto::tick::Outcome;
-use run_log::recorder::Recorder;
-use run_log::{
-    AllocationMessageRow, Document, EventRow, LogLevel, MemoryLog, MessageRow, RunLog, Table,
-};
+use run_log::{EventRow, LogLevel, MemoryLog};
 use scenario::ids::RobotId;
-use scenario::{Scenario, Setup, StepOrder};
+use scenario::{Scenario, Setup};
 
-use crate::harness::Lab;
-
-/// Returns the default mission as `alliance run --seed … --limit … --step-order …` resolves it.
-pub fn setup(seed: u64, limit_s: f64, order: StepOrder) -> Setup {
-    let mut scenario = Scenario {
-        limit_s,
+/// Returns the first minute of the default mission.
+fn setup(seed: u64) -> Setup {
+    let scenario = Scenario {
+        limit_s: 60.0,
         ..default_scenario()
     };
-    scenario.step_order = Some(order);
-    Setup::resolve(scenario, seed, None).unwrap().setup
-}
-
-pub fn run(setup: Setup, log: LogLevel) -> (Outcome, Recorder<MemoryLog>) {
-    Team::new(setup, log, MemoryLog::default())
-        .unwrap()
-        .run()
-        .unwrap()
+    runs::setup(scenario, seed)
 }
 
 #[test]
 fn teams_can_alternate_share_workspaces_and_return_events_without_a_log() {
-    let setups = [3, 4].map(|seed| setup(seed, 60.0, StepOrder::Simultaneous));
+    let setups = [3, 4].map(setup);
     let mut spaces = Workspaces::default();
-    let mut teams = setups
-        .clone()
-        .map(|setup| Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap());
+    let mut teams = setups.clone().map(|setup| runs::team(setup, LogLevel::Off));
     let mut events = [Vec::new(), Vec::new()];
     for team in &mut teams {
         assert!(team.take_events().is_empty());
@@ -59,121 +42,38 @@ fn teams_can_alternate_share_workspaces_and_return_events_without_a_log() {
         let (_, alone) = run(setup, LogLevel::Full);
         let (ended, _) = team.end(outcome).unwrap();
         assert_eq!(ended.hash, Some(alone.hash()));
-        let log = RunLog::from_memory(
-            &alone.into_sink(),
-            &missions::Registry::built_in().vocabulary(),
-        )
-        .unwrap();
-        let logged: Vec<_> = log
+        let logged: Vec<_> = log_of(alone)
             .rows::<EventRow>()
             .unwrap()
             .into_iter()
             .map(|row| {
-                (
-                    row.t_ms,
-                    row.kind,
-                    row.robot,
-                    row.subject,
-                    row.reason,
-                    row.detail,
-                )
+                let EventRow {
+                    t_ms,
+                    kind,
+                    robot,
+                    subject,
+                    reason,
+                    detail,
+                } = row;
+                (t_ms, kind, robot, subject, reason, detail)
             })
             .collect();
         let returned: Vec<_> = events
             .into_iter()
             .map(|event| {
+                let (subject, reason) = (event.subject, event.reason);
                 (
                     event.t_ms,
                     event.kind,
                     event.robot,
-                    event.subject,
-                    event.reason,
+                    subject,
+                    reason,
                     event.detail,
                 )
             })
             .collect();
         assert!(logged.len() > 10);
         assert_eq!(returned, logged);
-    }
-}
-
-#[test]
-fn one_process_and_many_write_the_same_bytes() {
-    // The programs write their build to run.json.
-    proto::program_build::set(launch::BUILD);
-    let lab = Lab::new();
-    for order in [StepOrder::Simultaneous, StepOrder::InOrder] {
-        for seed in 1..=3 {
-            let out = format!("{}-{seed}", order.as_str());
-            let (seed_text, order_text) = (seed.to_string(), order.as_str());
-            let arguments = [
-                "--limit",
-                "100",
-                "--seed",
-                &seed_text,
-                "--step-order",
-                order_text,
-            ];
-            lab.mission(&out, &arguments).expect(1);
-
-            let (outcome, recorder) = run(setup(seed, 100.0, order), LogLevel::Full);
-            assert_eq!(outcome, Outcome::TimeLimit);
-            assert_eq!(lab.log(&out).run.hash, Some(recorder.hash()), "{out}");
-            let memory = recorder.into_sink();
-            let read = |file: &str| std::fs::read(lab.path(&out).join(file)).unwrap();
-            for table in Table::ALL.into_iter().filter(|table| !table.is_optional()) {
-                assert!(
-                    read(table.file_name()) == memory.tables[&table],
-                    "{} of {out}",
-                    table.file_name()
-                );
-            }
-            let run_file = memory.documents[&Document::Run].as_bytes();
-            assert!(read("run.json") == run_file, "run.json of {out}");
-        }
-    }
-}
-
-#[test]
-fn one_process_and_many_write_the_same_allocation_messages() {
-    let lab = Lab::new();
-    for allocator in ["ble", "murdoch", "cbba", "acbba", "grape"] {
-        lab.mission(allocator, &["--limit", "40", "--allocator", allocator])
-            .expect(1);
-        let mut setup = setup(1, 40.0, StepOrder::Simultaneous);
-        setup.scenario.allocator = Some(allocator.to_owned());
-        let (_, recorder) = run(setup, LogLevel::Full);
-        let memory = recorder.into_sink();
-        let written = &memory.tables[&Table::AllocationMessages];
-        let path = lab.path(allocator).join("allocation_messages.csv");
-        assert!(&std::fs::read(path).unwrap() == written, "{allocator}");
-        let log = lab.log(allocator);
-        let rows: Vec<AllocationMessageRow> = log.rows().unwrap();
-        let sent: BTreeSet<(String, u64)> = rows
-            .iter()
-            .map(|row| (row.sender.clone(), row.seq))
-            .collect();
-        let messages: Vec<MessageRow> = log.rows().unwrap();
-        let received = messages.into_iter().filter(|row| row.kind == "allocation");
-        let received: BTreeSet<(String, u64)> = received
-            .filter_map(|row| Some((row.sender, row.seq?)))
-            .collect();
-        // The last messages are not received any more.
-        assert!(
-            !received.is_empty() && received.is_subset(&sent),
-            "{allocator}"
-        );
-        assert!(
-            rows.iter()
-                .any(|row| row.bid.is_some() || row.stamp.is_some()),
-            "{allocator}"
-        );
-        let replayed = lab.run(&["replay", allocator]).expect(0);
-        assert!(
-            replayed.answer().starts_with("identical"),
-            "{allocator}: {}",
-            replayed.stderr
-        );
     }
 }
 
@@ -188,9 +88,9 @@ fn a_driven_body_follows_its_commands_until_its_agent_drives_again() {
         },
     );
     let nearest = || {
-        let mut setup = setup(1, 60.0, StepOrder::Simultaneous);
+        let mut setup = setup(1);
         setup.scenario.allocator = Some("nearest".to_owned());
-        Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap()
+        runs::team(setup, LogLevel::Off)
     };
     let (mut team, mut free) = (nearest(), nearest());
     let step = |team: &mut Team<MemoryLog>, ticks: u64| {

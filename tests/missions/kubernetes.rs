@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::harness::Lab;
-use crate::python::{python, run};
+use alliance_tests::harness::Lab;
+use alliance_tests::python::{python, run};
 
 #[test]
 fn the_kubernetes_job_is_valid() {

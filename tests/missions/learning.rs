@@ -1,88 +1,12 @@
-//! L-ALLIANCE in whole missions: by processes and in one process, replayed, and under the faults of
-//! docs/ALLOCATORS.md, "Under the same faults".
+//! L-ALLIANCE in whole missions: its strategies, and its laws to the step.
 
-use alliance_tests::testkit::{KILL, PARTITION, RESTART, loss};
-use in_process::Team;
-use missions::Registry;
+use alliance_tests::runs::{log_of, parse, play, run, setup, vocabulary};
 use proto::tick::Outcome;
-use run_log::{EventRow, LogLevel, MemoryLog, MessageRow, MotivationRow, RunLog};
+use run_log::{EventRow, LogLevel, MessageRow, RunLog};
 use scenario::mission::FigureValue;
-use scenario::{Profile, Scenario, Setup};
+use scenario::{Profile, Setup};
 
 use crate::allocators::scenario;
-use crate::harness::Lab;
-
-const L_ALLIANCE: &str = "l-alliance";
-
-const BABBLE: &str =
-    "[[faults.timeline]]\nwhen = \"gold activates move-spill(top)\"\nfault.babble = \"gold\"\n";
-
-fn run(rest: &str, seed: u64) -> (Outcome, RunLog) {
-    let setup = Setup::resolve(scenario(L_ALLIANCE, rest), seed, None)
-        .unwrap()
-        .setup;
-    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
-    let (outcome, recorder) = team.run().unwrap();
-    let known = Registry::built_in().vocabulary();
-    let log = RunLog::from_memory(&recorder.into_sink(), &known).unwrap();
-    (outcome, log)
-}
-
-/// Compares the default mission without a fault and with a real SIGKILL.
-#[test]
-fn processes_and_one_process_write_the_same_bytes_and_replay_them() {
-    let lab = Lab::new();
-    std::fs::write(lab.path("kill.toml"), KILL).unwrap();
-    for (name, arguments) in [("whole", &[][..]), ("killed", &["kill.toml"][..])] {
-        let arguments = [arguments, &["--allocator", L_ALLIANCE]].concat();
-        let (many, one) = (format!("{name}-many"), format!("{name}-one"));
-        lab.mission(&many, &arguments).expect(0);
-        lab.run(&[&["run", "--in-process", "--out", &one], &arguments[..]].concat())
-            .expect(0);
-        for file in [
-            "motivations.csv",
-            "events.csv",
-            "poses.csv",
-            "messages.csv",
-            "ticks.csv",
-        ] {
-            let read = |run: &str| std::fs::read(lab.path(run).join(file)).unwrap();
-            assert!(read(&many) == read(&one), "{name}: {file}");
-        }
-        lab.run(&["replay", &many]).expect(0);
-        let log = lab.log(&many);
-        assert!(log.rows::<MotivationRow>().unwrap().len() > 1000);
-        // The allocator sends only heartbeats, in addition to the mission's messages.
-        let messages = log.each_row::<MessageRow>();
-        assert!(
-            messages
-                .map(|row| row.unwrap())
-                .all(|row| row.kind != "allocation")
-        );
-    }
-}
-
-/// Each fault leaves the mission complete and all invariants valid, including an identical replay.
-#[test]
-fn missions_complete_under_every_fault() {
-    let lab = Lab::new();
-    let cases = [
-        ("none", String::new()),
-        ("kill", KILL.to_owned()),
-        ("loss-30", loss(0.3)),
-        ("loss-60", loss(0.6)),
-        ("partition", PARTITION.to_owned()),
-        ("restart", RESTART.to_owned()),
-        ("babble", BABBLE.to_owned()),
-    ];
-    for (name, faults) in cases {
-        let file = format!("{name}.toml");
-        std::fs::write(lab.path(&file), format!("limit_s = 3600.0\n{faults}")).unwrap();
-        let options = ["--in-process", "--check", "--allocator", L_ALLIANCE];
-        lab.run(&[&["run", &file, "--out", name], &options[..]].concat())
-            .expect(0);
-    }
-}
 
 /// Missions complete with each strategy and ordering that uses learned times, and after active learning.
 #[test]
@@ -94,18 +18,10 @@ fn every_strategy_and_ordering_completes_the_mission() {
         "strategy = \"III\"\nordering = \"random\"",
         "learning_trials = 3",
     ] {
-        let (outcome, log) = run(&format!("[allocators.l-alliance]\n{values}\n"), 1);
+        let rest = format!("[allocators.l-alliance]\n{values}\n");
+        let (outcome, _) = play(scenario("l-alliance", &rest), 1);
         assert_eq!(outcome, Outcome::Complete, "{values}");
-        let delivered = log.run.result.mission.get("items.delivered");
-        assert_eq!(delivered, FigureValue::Count(24), "{values}");
     }
-}
-
-/// Law G5: a robot with all skills completes the mission alone.
-#[test]
-fn one_robot_alone_completes_the_mission() {
-    let (outcome, _) = run("robots = [{ name = \"blue\" }]\n", 1);
-    assert_eq!(outcome, Outcome::Complete);
 }
 
 /// Returns the log of robots `blue` and `gold` with one kind of work, of which each point takes `work_s`.
@@ -127,8 +43,7 @@ fn two(
          [[service.random]]\nn = {points}\n\
          [[robots]]\nname = 'blue'\nskills = {{ work = 1 }}\n[[robots]]\nname = 'gold'\nskills = {{ work = 1 }}\n"
     );
-    let known = Registry::built_in().vocabulary();
-    let scenario = Scenario::parse("two.toml", &text, &known).unwrap();
+    let scenario = parse(&text);
     let profile: String = ["blue", "gold"]
         .iter()
         .map(|robot| {
@@ -138,12 +53,10 @@ fn two(
         })
         .collect();
     let setup = Setup {
-        profile: Profile::parse("p.toml", &profile, &scenario, &known).unwrap(),
-        ..Setup::resolve(scenario, 1, None).unwrap().setup
+        profile: Profile::parse("p.toml", &profile, &scenario, &vocabulary()).unwrap(),
+        ..setup(scenario, 1)
     };
-    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
-    let (_, recorder) = team.run().unwrap();
-    RunLog::from_memory(&recorder.into_sink(), &known).unwrap()
+    log_of(run(setup, LogLevel::Full).1)
 }
 
 /// Returns the time of a robot's first activation, in ms.

@@ -3,24 +3,20 @@
 
 use std::sync::Arc;
 
-use alliance_tests::lies::{self, lie};
+use alliance_tests::harness::Lab;
+use alliance_tests::lies;
+use alliance_tests::runs::{self, allocators, log_of, vocabulary};
 use analysis::replay::replay;
 use in_process::{AnswerError, AnswerSource, Team, joins_of};
-use missions::Registry;
-use missions::waste::data::WASTE;
-use proptest::collection::vec;
-use proptest::prelude::*;
 use proto::mission::{Payload, SharedKnowledge};
 use proto::team::{
     Broadcast, BroadcastContent, Bulletin, BulletinKind, BulletinSubject, Heartbeat, TaskState,
 };
 use proto::tick::{Outcome, Report, TickMessage};
 use run_log::{EventRow, Input, LogLevel, MemoryLog, RunLog, RunOutcome};
+use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
-use scenario::{Scenario, Setup};
-
-use crate::harness::Lab;
 
 const LIAR: RobotId = RobotId(1);
 
@@ -43,19 +39,14 @@ impl AnswerSource for Liar {
 
 /// Returns a small mission, or the default one, in which the controller of gold lies for the whole run.
 fn setup(mission: usize, allocator: usize, limit_s: f64) -> Setup {
-    let known = Registry::built_in().vocabulary();
-    let missions: Vec<_> = known.missions.iter().collect();
-    let mission = missions[mission % missions.len()];
-    let mut scenario = if *mission == WASTE {
-        missions::waste::data::default_scenario()
-    } else {
-        mission.family(3, 2).expect("the mission has a family")
-    };
-    let names: Vec<&str> = known.allocators.iter().map(|known| known.name).collect();
-    scenario.allocator = Some(names[allocator % names.len()].to_owned());
+    let missions = vocabulary().missions;
+    let mission = missions.iter().cycle().nth(mission).unwrap();
+    let mut scenario = mission.family(3, 2).unwrap();
+    let allocators: Vec<&str> = allocators().collect();
+    scenario.allocator = Some(allocators[allocator % allocators.len()].to_owned());
     scenario.limit_s = limit_s;
     scenario.robots[LIAR.index()].controller = Some("liar".to_owned());
-    Setup::resolve(scenario, 1, None).unwrap().setup
+    runs::setup(scenario, 1)
 }
 
 /// Runs the setup with the lies. Checks that no other robot leaves the run and that a replay is identical.
@@ -70,8 +61,7 @@ fn run(setup: Setup, lies: Vec<Broadcast>) -> (Outcome, RunLog) {
     let team = Team::with_answer_source(setup, inputs, LogLevel::Full, memory, source).unwrap();
     let (outcome, recorder) = team.run().unwrap();
     let hash = recorder.hash();
-    let vocabulary = Registry::built_in().vocabulary();
-    let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary).unwrap();
+    let log = log_of(recorder);
     assert_only_the_liar_leaves(&log, &name);
     let (_, again) = replay(&log, LogLevel::Full, |_| {}).unwrap();
     assert_eq!(again.run.hash, Some(hash));
@@ -127,18 +117,16 @@ fn two_hundred_lying_processes_silence_no_other() {
     run_processes(0..200);
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
-
-    #[test]
-    fn no_content_silences_a_receiver(
-        lies in vec(lie(), 1..30),
-        mission in 0..4_usize,
-        allocator in 0..20_usize,
-    ) {
-        let (outcome, log) = run(setup(mission, allocator, 30.0), lies);
-        prop_assert!(matches!(outcome, Outcome::Complete | Outcome::TimeLimit), "{outcome:?}");
-        prop_assert!(outcome == Outcome::Complete || log.run.result.ticks == 600);
+#[test]
+fn no_content_silences_a_receiver() {
+    for seed in 0..40 {
+        let setup = setup(seed as usize, seed as usize, 30.0);
+        let (outcome, log) = run(setup, lies::lies(seed));
+        let is_over = outcome == Outcome::TimeLimit && log.run.result.ticks == 600;
+        assert!(
+            outcome == Outcome::Complete || is_over,
+            "{seed}: {outcome:?}"
+        );
     }
 }
 
@@ -186,10 +174,8 @@ fn a_sender_of_unknown_numbers_is_dismissed_and_the_others_complete() {
             .map(|seq| broadcast(seq, BroadcastContent::Heartbeat(honest.clone())))
             .collect();
         lies.push(broadcast(100, body));
-        let mut scenario: Scenario = missions::waste::data::default_scenario();
-        scenario.robots[LIAR.index()].controller = Some("liar".to_owned());
-        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-        let (outcome, log) = run(setup, lies);
+        // The default mission with ALLIANCE.
+        let (outcome, log) = run(setup(0, 0, 3600.0), lies);
         assert_eq!(outcome, Outcome::Complete);
         let gone: Vec<_> = log.rows::<EventRow>().unwrap();
         let gone = gone.iter().filter(|row| row.kind == "gone");

@@ -3,6 +3,8 @@
 use std::net::TcpListener;
 use std::time::Duration;
 
+use alliance_tests::harness::Lab;
+use alliance_tests::operator::{announced, connect, join};
 use cluster::rendezvous::{ConnectionRole, JoinEndpoint, Rendezvous};
 use cluster::session::Router;
 use proto::codec::encode;
@@ -10,8 +12,6 @@ use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use zenoh::{Config, Session, Wait};
-
-use crate::harness::Lab;
 
 const RUN: &str = "run";
 const OTHER: u32 = PROTOCOL_VERSION + 1;
@@ -23,24 +23,6 @@ fn session(config: &str) -> Session {
         .unwrap()
 }
 
-/// Returns the reply of the world, sealed for `nonce`, to a request of these bytes.
-#[track_caller]
-fn answer(session: &Session, secret: &Secret, request: Vec<u8>, nonce: u128) -> JoinReply {
-    let keys = KeyExpressions::new(RUN);
-    let replies = session
-        .get(keys.join("blue"))
-        .payload(request)
-        .wait()
-        .unwrap();
-    let reply = replies.recv().unwrap().into_result().unwrap();
-    secret
-        .open(
-            &keys.join_answer("blue", nonce),
-            &reply.payload().to_bytes(),
-        )
-        .unwrap()
-}
-
 #[test]
 fn the_world_refuses_an_agent_of_another_version() {
     let lab = Lab::new();
@@ -48,15 +30,8 @@ fn the_world_refuses_an_agent_of_another_version() {
         "cluster", "world", "--run", RUN, "--out", "out", "--limit", "5",
     ]);
     world.wait_for_stderr("waiting for blue, gold, green");
-    let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
-    let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
-    let (session, secret) = (
-        session(&cluster::session::client(
-            &run.login(ConnectionRole::Team).unwrap(),
-            false,
-        )),
-        Secret::of_robot(&run.token, "blue"),
-    );
+    let run = announced(&lab);
+    let session = connect(&run, ConnectionRole::Team);
     let refused = JoinReply::Refused(Refusal::Version {
         agent: OTHER,
         world: PROTOCOL_VERSION,
@@ -68,13 +43,18 @@ fn the_world_refuses_an_agent_of_another_version() {
         pid: 1,
         nonce: NONCE,
     };
-    let same_shape = secret
-        .seal(&KeyExpressions::new(RUN).join("blue"), &request)
-        .unwrap();
-    assert_eq!(answer(&session, &secret, same_shape, NONCE), refused);
+    assert_eq!(join(&session, &run, &request, None), refused);
     // All versions send the version number first, independent of the rest and of the seal.
+    let keys = KeyExpressions::new(RUN);
     let other_shape = encode(&(OTHER, [1_u8; 20])).unwrap();
-    assert_eq!(answer(&session, &secret, other_shape, 0), refused);
+    let replies = session.get(keys.join("blue")).payload(other_shape).wait();
+    let reply = replies.unwrap().recv().unwrap().into_result().unwrap();
+    let (secret, key) = (
+        Secret::of_robot(&run.token, "blue"),
+        keys.join_answer("blue", 0),
+    );
+    let answer: JoinReply = secret.open(&key, &reply.payload().to_bytes()).unwrap();
+    assert_eq!(answer, refused);
 
     // The robot can still join.
     let agents =
@@ -93,27 +73,16 @@ fn an_agent_of_another_build_is_reported() {
     ];
     let mut world = lab.start(&arguments);
     world.wait_for_stderr("waiting for blue, gold, green");
-    let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
-    let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
-    let login = run.login(ConnectionRole::Team).unwrap();
-    let session = session(&cluster::session::client(&login, false));
-    let (secret, key) = (
-        Secret::of_robot(&run.token, "blue"),
-        KeyExpressions::new(RUN).join("blue"),
-    );
+    let run = announced(&lab);
+    let session = connect(&run, ConnectionRole::Team);
     let request = JoinRequest {
         version: PROTOCOL_VERSION,
         robot: "blue".to_owned(),
         pid: 1,
         nonce: NONCE,
     };
-    let replies = session
-        .get(&key)
-        .payload(secret.seal(&key, &request).unwrap())
-        .attachment(secret.seal(&key, &"00000000deadbeef").unwrap())
-        .wait()
-        .unwrap();
-    assert!(replies.recv().is_ok());
+    let answer = join(&session, &run, &request, Some("00000000deadbeef"));
+    assert!(matches!(answer, JoinReply::Welcome(_)), "{answer:?}");
     world.wait_for_stderr("of another build");
 
     // The welcomed agent shows no token, so its place becomes free.

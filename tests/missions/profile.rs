@@ -2,6 +2,10 @@
 
 use std::fs::{read_dir, read_to_string, remove_file, write};
 
+use alliance_tests::harness::{Lab, command_line, wait_until};
+use alliance_tests::runs::{self, vocabulary};
+use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
+use alliance_tests::testkit::{KILL, RESTART};
 use in_process::Team;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
@@ -9,22 +13,17 @@ use proto::tick::Outcome;
 use run_log::{LogLevel, MemoryLog};
 use scenario::{LearnedTimes, Profile, Setup};
 
-use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
-use alliance_tests::testkit::{KILL, RESTART, ROBOTS};
-
 use crate::allocators::scenario;
-use crate::harness::{Lab, command_line, wait_until};
 
 const L_ALLIANCE: &str = "l-alliance";
 
 /// Returns the default mission before its first tick.
 fn team(faults: &str, seed: u64, profile: Profile) -> Team<MemoryLog> {
-    let resolved = Setup::resolve(scenario(L_ALLIANCE, faults), seed, None);
     let setup = Setup {
         profile,
-        ..resolved.unwrap().setup
+        ..runs::setup(scenario(L_ALLIANCE, faults), seed)
     };
-    Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap()
+    runs::team(setup, LogLevel::Off)
 }
 
 fn learned(seed: u64) -> Profile {
@@ -71,8 +70,7 @@ fn processes_and_one_process_learn_the_same_and_a_replay_needs_no_file() {
         // The log of the run contains the profile at its start.
         let setup = lab.log(&many).run.setup;
         assert_eq!(setup.profile, before, "{name}");
-        let known = missions::Registry::built_in().vocabulary();
-        let after = Profile::parse("many.toml", &text, &setup.scenario, &known).unwrap();
+        let after = Profile::parse("many.toml", &text, &setup.scenario, &vocabulary()).unwrap();
         assert_ne!(after, before, "{name}");
         // A crashed robot loses the times that it learned in this run.
         let gold = |profile: &Profile| profile.robots.get("gold").cloned();
@@ -112,35 +110,6 @@ fn a_restarted_robot_begins_with_its_profile_again() {
 }
 
 #[test]
-fn a_separate_world_reads_the_profile() {
-    let lab = Lab::new();
-    let text = learned(1).to_toml();
-    for name in ["p.toml", "again.toml"] {
-        write(lab.path(name), &text).unwrap();
-    }
-    let arguments = ["--limit", "50", "--allocator", L_ALLIANCE, "--profile"];
-    let world = lab.start(
-        &[
-            &["cluster", "world", "--out", "by-hand"],
-            &arguments[..],
-            &["p.toml"],
-        ]
-        .concat(),
-    );
-    let agents = ROBOTS.map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
-    for agent in agents {
-        agent.wait().expect(0);
-    }
-    world.wait().expect(1);
-    let in_process = ["run", "--in-process", "--out", "expected"];
-    lab.run(&[&in_process, &arguments[..], &["again.toml"]].concat())
-        .expect(1);
-    lab.assert_same_bytes("by-hand", "expected");
-    assert_eq!(read_to_string(lab.path("p.toml")).unwrap(), text);
-    assert_ne!(read_to_string(lab.path("again.toml")).unwrap(), text);
-}
-
-#[test]
 fn an_interrupted_run_writes_the_file_and_a_killed_world_leaves_it() {
     let lab = Lab::new();
     let text = learned(1).to_toml();
@@ -162,7 +131,7 @@ fn an_interrupted_run_writes_the_file_and_a_killed_world_leaves_it() {
     };
     let run = start("interrupted", "interrupted.toml");
     run.signal(Signal::SIGINT);
-    run.wait().expect(1);
+    run.wait().expect(130);
     let now = read_to_string(lab.path("interrupted.toml")).unwrap();
     assert!(now.starts_with("# Learned times"), "{now}");
 

@@ -1,22 +1,15 @@
 //! The push mission as in docs/missions/push.md, from the logs of whole runs.
 
-use analysis::invariants::Invariants;
-use in_process::Team;
-use missions::Registry;
-use missions::push::data::{BAR_STUCK, family};
+use alliance_tests::runs::{builtin, play};
+use missions::push::data::BAR_STUCK;
 use proto::tick::Outcome;
-use run_log::{EventRow, LogLevel};
+use run_log::EventRow;
+use scenario::Scenario;
 use scenario::fault::{Fault, MissionFault, Order};
-use scenario::{Scenario, Setup};
-
-use crate::in_process::run;
-use crate::recompute::log_of;
 
 /// Returns the scenario of Parker's box with these faults only.
 fn parker_box(faults: &[(f64, Fault)]) -> Scenario {
-    let vocabulary = Registry::built_in().vocabulary();
-    let builtin = vocabulary.builtin("parker-box").unwrap();
-    let mut scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary).unwrap();
+    let mut scenario = builtin("parker-box");
     let orders = faults.iter().map(|(at_s, fault)| Order {
         at_s: Some(*at_s),
         ..Order::now(fault.clone())
@@ -38,10 +31,9 @@ const KILLED_S: f64 = 75.0;
 const ADDED_S: f64 = 120.0;
 
 fn events(scenario: &Scenario, expected: Outcome) -> Vec<EventRow> {
-    let setup = Setup::resolve(scenario.clone(), 1, None).unwrap().setup;
-    let (outcome, recorder) = run(setup, LogLevel::Full);
+    let (outcome, log) = play(scenario.clone(), 1);
     assert_eq!(outcome, expected);
-    log_of(recorder).rows().unwrap()
+    log.rows().unwrap()
 }
 
 /// A stroke: its end time in s, the robot, the end of the bar, and the distance in m.
@@ -103,19 +95,6 @@ fn two_robots_push_their_ends_alternately() {
     let at = |end: &str| all.iter().filter(|stroke| stroke.end == end).count();
     assert!((18..=21).contains(&at("left")), "{}", at("left"));
     assert!((18..=21).contains(&at("right")), "{}", at("right"));
-}
-
-/// The bar never turns by more than a stroke, and its center stays on its line.
-#[test]
-fn the_bar_stays_in_its_lane() {
-    let setup = Setup::resolve(parker_box(&[]), 1, None).unwrap().setup;
-    let mut team = Team::new(setup, LogLevel::Off, run_log::MemoryLog::default()).unwrap();
-    while team.tick().unwrap().is_none() {
-        let bar = team.simulation().world().bars()[0];
-        assert!((bar.from.x - bar.to.x).abs() < 0.4, "{bar:?}");
-        assert!((bar.center().y - 3.0).abs() < 0.05, "{bar:?}");
-        assert!((bar.from.distance(bar.to) - 2.4).abs() < 1e-4, "{bar:?}");
-    }
 }
 
 /// Blue is killed halfway. Red takes over the other end after the silence of τ and 8 s of impatience, and then pushes
@@ -225,42 +204,4 @@ fn a_stuck_bar_is_given_up_and_resumed() {
         .count();
     assert_eq!(between, 0);
     assert!(strokes(&all).iter().any(|stroke| stroke.at_s > 100.0));
-}
-
-#[test]
-fn without_its_bar_sensor_a_robot_leaves_both_ends_to_the_other_robot() {
-    let text = "[[faults.timeline]]\nat_s = 30.0\nfault.sensor = { robot = 'blue', device = 'bar', mode = 'dead' }\n";
-    let vocabulary = Registry::built_in().vocabulary();
-    let faults = Scenario::parse(
-        "f.toml",
-        &format!("[push]\n[[push.bars]]\nx_m = 2\ny_m = 3\ngoal_x_m = 9\n{text}"),
-        &vocabulary,
-    );
-    let mut scenario = parker_box(&[]);
-    scenario.faults = faults.unwrap().faults;
-    let all = strokes(&events(&scenario, Outcome::Complete));
-    let later = || all.iter().filter(|stroke| stroke.at_s > 40.0);
-    assert!(later().all(|stroke| stroke.robot == "red"));
-    assert!(later().any(|stroke| stroke.end == "right"));
-}
-
-/// Checks that with six bars and a kill the invariants hold in each tick and every bar arrives.
-#[test]
-fn a_large_push_mission_survives_a_crash() {
-    let mut scenario = family(12, 6);
-    scenario.faults.timeline = vec![Order {
-        at_s: Some(20.0),
-        ..Order::now(Fault::Kill("r3".to_owned()))
-    }];
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    let mut invariants = Invariants::new(&setup);
-    let mut team = Team::new(setup, LogLevel::Off, run_log::MemoryLog::default()).unwrap();
-    let outcome = loop {
-        let outcome = team.tick().unwrap();
-        invariants.check_simulation(team.simulation()).unwrap();
-        if let Some(outcome) = outcome {
-            break outcome;
-        }
-    };
-    assert_eq!(outcome, Outcome::Complete);
 }

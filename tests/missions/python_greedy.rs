@@ -3,13 +3,14 @@
 
 use std::collections::BTreeMap;
 
+use alliance_tests::runs::setup;
 use in_process::{Team, joins_of};
 use missions::Registry;
 use proto::team::{BroadcastContent, TaskState};
 use proto::telemetry::{AllocationRow, BehaviorState};
+use proto::tick::Outcome;
 use robot_agent::allocator::{Allocator, Choice, Decision, Input, NoParameters, SelfState};
 use run_log::{LogLevel, MemoryLog};
-use scenario::Setup;
 use scenario::fault::Faults;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
@@ -135,19 +136,13 @@ fn greedy_in_rust_has_the_hashes_of_greedy_in_python() {
         scenario.allocator = Some("greedy".to_owned());
         let timeline = serde_json::json!({ "timeline": expected.faults });
         scenario.faults = serde_json::from_value::<Faults>(timeline).unwrap();
-        let setup = Setup::resolve(scenario, seed.parse().unwrap(), None)
-            .unwrap()
-            .setup;
+        let setup = setup(scenario, seed.parse().unwrap());
         let joins = joins_of(&setup);
         let level = LogLevel::Off;
         let mut team =
             Team::with_registry(&registry, setup, joins, level, MemoryLog::default()).unwrap();
-        let outcome = loop {
-            if let Some(outcome) = team.tick().unwrap() {
-                break outcome;
-            }
-        };
-        let (ended, _) = team.end(outcome).unwrap();
+        let outcome = team.continue_for(u64::MAX, Outcome::TimeLimit, |_| {});
+        let (ended, _) = team.end(outcome.unwrap()).unwrap();
         assert!(ended.faults.iter().all(|fault| fault.hits > 0), "{run}");
         assert_eq!(ended.hash.as_ref(), Some(hash), "{run}");
     }

@@ -4,68 +4,45 @@
 //! `Still` stands still and reports that it is idle. `Listener` turns by the messages that it receives under link
 //! faults.
 //!
-//! The Python program also reads and writes every message of the fuzz corpora, and its lists of fields equal those of
-//! serde.
+//! The Python program also reads and writes every message of the fuzz corpora.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use glam::Vec2;
+use alliance_tests::harness::Lab;
+use alliance_tests::python::python;
+use alliance_tests::runs;
 use in_process::{Team, joins_of};
 use missions::Registry;
-use proto::codec::encode;
-use proto::join::{JoinReply, JoinRequest};
-use proto::mission::SharedKnowledge;
-use proto::mission::items::{Fact, Gripper, ItemsAction, ItemsKnowledge, LooseItem};
-use proto::readings::Actuation;
-use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
-use proto::telemetry::{AllocationRow, BehaviorState, Note, NoteKind, Reason, StateChange};
-use proto::tick::{Report, TaskOffer, ToAgent};
-use robot_agent::allocator::{
-    Allocator, AllocatorKind, AllocatorRunner, Choice, ConfigError, ConfiguredAllocator, Decision,
-    Input, NoParameters, OwnBehavior, RouteCost, RunningAllocator, SelfState,
-};
-use robot_agent::mission::{AgentMission, ControllerInput, Perception, StepOutput};
+use proto::team::{Broadcast, BroadcastContent};
+use robot_agent::allocator::{Allocator, AllocatorKind, Decision, Input, NoParameters, SelfState};
+use robot_agent::mission::{ControllerInput, MissionController, Perception, StepOutput};
 use run_log::{LogLevel, MemoryLog, MessageRow};
-use scenario::ids::{BehaviorId, RobotId, TaskId};
-use scenario::time::SimTime;
+use scenario::ids::BehaviorId;
 use scenario::{AllocatorSpec, Setup};
 use serde::Deserialize;
-
-use crate::harness::Lab;
-use crate::python::python;
-use crate::shapes::Shapes;
 
 /// The Python modules that the program needs.
 const MODULES: [&str; 2] = ["zenoh", "xxhash"];
 
 #[derive(Clone, Debug)]
 struct Still {
-    behaviors: Vec<OwnBehavior>,
     /// The turn rate, or `None` for a controller that ignores messages.
     turn_rad_s: Option<f32>,
-    position: Option<Vec2>,
     is_laden: bool,
 }
 
-impl RouteCost for Still {
-    fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
-        None
-    }
-}
-
-impl AgentMission for Still {
+impl MissionController for Still {
     fn perceive(
         &mut self,
         input: &ControllerInput<'_>,
         received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
-        self.position = input.readings.pose.map(|pose| pose.position);
         self.is_laden = input.readings.mission.items().holding == Some(true);
-        perception.applicable.resize(self.behaviors.len(), false);
+        perception.applicable.resize(input.behaviors.len(), false);
         if let Some(turn_rad_s) = &mut self.turn_rad_s {
             let heartbeats = received
                 .iter()
@@ -77,37 +54,12 @@ impl AgentMission for Still {
         }
     }
 
-    fn choices(&self, _: &ControllerInput<'_>, _: &[bool], choices: &mut Vec<Choice>) {
-        choices.extend(self.behaviors.iter().map(|behavior| Choice {
-            behavior: behavior.id,
-            task: behavior.task,
-            round: SimTime::ZERO,
-            applicable: false,
-            cost_s: None,
-            reward: 1.0,
-            priority: behavior.priority,
-            max_robots: behavior.max_robots,
-        }));
-    }
-
     fn act(&mut self, _: &ControllerInput<'_>, _: Option<BehaviorId>, output: &mut StepOutput) {
         output.actuation.turn_rad_s = self.turn_rad_s.unwrap_or(0.0);
     }
 
-    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge) {
-        *knowledge = SharedKnowledge::Nothing;
-    }
-
-    fn position(&self) -> Option<Vec2> {
-        self.position
-    }
-
     fn is_laden(&self) -> bool {
         self.is_laden
-    }
-
-    fn checkpoint(&self) -> Box<dyn AgentMission> {
-        Box::new(self.clone())
     }
 }
 
@@ -124,42 +76,18 @@ impl Allocator for Idle {
     fn step(&mut self, _: &Input<'_>, _: &mut Decision) {}
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Stills {
-    Still,
-    Listener,
-}
-
-impl AllocatorKind for Stills {
-    fn spec(&self) -> AllocatorSpec {
-        AllocatorSpec {
-            name: match self {
-                Self::Still => "still",
-                Self::Listener => "listener",
-            },
-            about: "stands",
-            ..AllocatorSpec::alliance()
-        }
-    }
-
-    fn prepare(&self, _: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
-        Ok(Arc::new(*self))
-    }
-}
-
-impl ConfiguredAllocator for Stills {
-    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
-        Box::new(AllocatorRunner::<Idle>::new(me, &NoParameters {}))
-    }
-
-    fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
-        Some(Box::new(Still {
-            behaviors: OwnBehavior::of_robot(robot, setup),
-            turn_rad_s: matches!(self, Self::Listener).then_some(0.0),
-            position: None,
-            is_laden: false,
-        }))
-    }
+/// Returns a controller that stands still, or turns with this first rate.
+fn still(name: &'static str, turn_rad_s: Option<f32>) -> AllocatorKind {
+    let spec = AllocatorSpec {
+        name,
+        about: "stands",
+        ..AllocatorSpec::alliance()
+    };
+    let new = move |_: &NoParameters, _, _: &Setup| Still {
+        turn_rad_s,
+        is_laden: false,
+    };
+    AllocatorKind::with_controller::<Idle, _>(spec, |_| Ok(NoParameters {}), new)
 }
 
 /// The settings of the runs, and the hashes by seed.
@@ -178,10 +106,9 @@ fn expected() -> BTreeMap<String, Expected> {
 
 #[test]
 fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
-    let controllers = [Stills::Still, Stills::Listener].map(|controller| Arc::new(controller) as _);
-    let registry = controllers
-        .into_iter()
-        .fold(Registry::built_in(), Registry::with_controller);
+    let registry = Registry::built_in()
+        .with_controller(still("still", None))
+        .with_controller(still("listener", Some(0.0)));
     for (controller, expected) in expected() {
         assert_eq!(expected.hashes.len(), 3);
         for (seed, hash) in &expected.hashes {
@@ -193,9 +120,7 @@ fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
             );
             table.insert("limit_s".to_owned(), expected.limit_s.into());
             let scenario = scenario::Scenario::from_table(&table, &registry.vocabulary());
-            let setup = Setup::resolve(scenario.unwrap(), *seed, None)
-                .unwrap()
-                .setup;
+            let setup = runs::setup(scenario.unwrap(), *seed);
             let joins = joins_of(&setup);
             let team =
                 Team::with_registry(&registry, setup, joins, LogLevel::Off, MemoryLog::default());
@@ -270,83 +195,6 @@ fn listener_in_plain_python_has_the_same_hash_under_link_faults() {
     }
 }
 
-fn informed() -> ToAgent {
-    let offer = TaskOffer {
-        robot: RobotId(1),
-        behavior: BehaviorId(2),
-        task: TaskId(3),
-        utility: 0.5,
-    };
-    ToAgent::Informed(Box::default(), vec![offer])
-}
-
-/// Returns a report with a value in each of its lists.
-fn busy() -> Report {
-    let action = ItemsAction {
-        gripper: Gripper::Pick,
-        report: true,
-    };
-    Report {
-        actuation: Actuation {
-            action: action.into(),
-            ..Actuation::default()
-        },
-        allocation: vec![AllocationRow {
-            task: TaskId(0),
-            behavior: BehaviorId(0),
-            utility: 1.0,
-            holder: None,
-            state: BehaviorState::Active,
-        }],
-        changes: vec![StateChange {
-            set: BehaviorId(0),
-            from: BehaviorState::Hibernating,
-            to: BehaviorState::Active,
-            reason: Reason::ResetBy(RobotId(2)),
-        }],
-        notes: vec![Note {
-            kind: NoteKind::Detour,
-            detail: "left".to_owned(),
-        }],
-        ..Report::default()
-    }
-}
-
-/// Returns a heartbeat with the position of a loose item.
-fn knowing() -> Broadcast {
-    let item = LooseItem {
-        at: Vec2::ONE,
-        present: true,
-    };
-    let fact = Fact {
-        value: item,
-        seen_by: RobotId(0),
-        seen: SimTime(50),
-    };
-    let knowledge = ItemsKnowledge {
-        loose: vec![fact],
-        ..ItemsKnowledge::default()
-    };
-    Broadcast {
-        sender: RobotId(0),
-        incarnation: 1,
-        tick: 1,
-        index: 0,
-        seq: 0,
-        sent: SimTime(50),
-        body: BroadcastContent::Heartbeat(Heartbeat {
-            state: TaskState::Idle,
-            since: SimTime::ZERO,
-            set: None,
-            task: None,
-            progress: 0,
-            position: None,
-            carrying: false,
-            shared_knowledge: SharedKnowledge::Items(knowledge),
-        }),
-    }
-}
-
 fn script() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("python/agent.py")
 }
@@ -397,61 +245,4 @@ fn the_python_agent_reads_and_writes_every_message_of_the_corpus() {
         let stderr = String::from_utf8_lossy(&checked.stderr);
         assert!(checked.status.success(), "{of}: {stderr}");
     }
-}
-
-#[test]
-fn the_field_lists_of_the_python_agent_equal_those_of_serde() {
-    let Some(python) = python(&MODULES) else {
-        return;
-    };
-    let output = Command::new(&python)
-        .arg(script())
-        .arg("--types")
-        .output()
-        .unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    let listed: BTreeMap<String, Vec<String>> = serde_json::from_slice(&output.stdout).unwrap();
-
-    let mut shapes = Shapes::default();
-    for (of, files) in corpus() {
-        for file in files {
-            let bytes = std::fs::read(file).unwrap();
-            match of {
-                "ToAgent" => shapes.see::<ToAgent>(&bytes),
-                "Report" => shapes.see::<Report>(&bytes),
-                "Broadcast" => shapes.see::<Broadcast>(&bytes),
-                "JoinRequest" => shapes.see::<JoinRequest>(&bytes),
-                _ => shapes.see::<JoinReply>(&bytes),
-            }
-        }
-    }
-    // These parts occur in no message of the corpus.
-    shapes.see::<ToAgent>(&encode(&informed()).unwrap());
-    shapes.see::<Report>(&encode(&busy()).unwrap());
-    shapes.see::<Broadcast>(&encode(&knowing()).unwrap());
-    let seen = shapes.lists();
-    for (name, parts) in &seen {
-        // A fact is generic. The program has one type for each value.
-        let of_program: Vec<_> = match name.as_str() {
-            "Fact" => listed
-                .iter()
-                .filter(|(name, _)| name.starts_with("Fact"))
-                .map(|(_, parts)| parts)
-                .collect(),
-            _ => listed.get(name).into_iter().collect(),
-        };
-        assert!(!of_program.is_empty(), "the program has no type {name}");
-        for listed in of_program {
-            assert_eq!(listed, parts, "{name}");
-        }
-    }
-    let unseen = listed
-        .keys()
-        .filter(|name| !seen.contains_key(*name) && !name.starts_with("Fact"));
-    assert_eq!(
-        unseen.collect::<Vec<_>>(),
-        Vec::<&String>::new(),
-        "no message contains this type"
-    );
 }

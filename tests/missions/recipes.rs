@@ -6,10 +6,9 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use alliance_tests::harness::Lab;
 use alliance_tests::needs::cannot_run;
-
-use crate::harness::Lab;
-use crate::python::{python, run};
+use alliance_tests::python::{python, run};
 
 fn recipe(name: &str) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();

@@ -1,54 +1,58 @@
 //! Compares every row of motivations.csv with the independent calculation of `alliance_tests::recompute` from the
 //! received messages in the log.
 
-use missions::Registry;
-use run_log::RunFile;
-use std::collections::BTreeSet;
-use std::path::Path;
-
-use alliance_tests::mishaps::{self, Rates};
+use alliance_tests::fault_fuzzer::{self, Coverage, Fuzz};
 use alliance_tests::recompute::{Comparison, compare, recompute};
-use in_process::Team as InProcess;
-use run_log::recorder::Recorder;
-use run_log::{Document, EventRow, LogLevel, MemoryLog, MessageRow, MotivationRow, RunLog};
-use scenario::{Preset, Scenario, Setup, StepOrder};
+use alliance_tests::runs::{builtin, log_of, parse, run, setup, vocabulary};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use run_log::{EventRow, LogLevel, MessageRow, MotivationRow};
+use scenario::{HistoryOrigin, Preset, Setup, StepOrder, SwitchSection};
 
 const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
 const ORDERS: [StepOrder; 2] = [StepOrder::Simultaneous, StepOrder::InOrder];
 
-/// Returns all built-in scenarios with ALLIANCE, every preset and every step order. Large teams run for a shorter
-/// time.
-fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
-    let mut setups = Vec::new();
-    for builtin in Registry::built_in().vocabulary().builtins() {
-        for preset in PRESETS {
-            for order in ORDERS {
-                let mut scenario = Scenario::parse(
-                    builtin.name,
-                    builtin.text,
-                    &Registry::built_in().vocabulary(),
-                )
-                .unwrap();
-                let is_large = scenario.robots.len() > 10;
-                scenario.limit_s = if is_large { limit_s / 25.0 } else { limit_s };
-                scenario.allocator = None;
-                scenario.alliance.preset = preset;
-                scenario.step_order = Some(order);
-                setups.push(Setup::resolve(scenario, seed, None).unwrap().setup);
-            }
-        }
-    }
-    setups
-}
+/// Messages arrive late, in another order and twice.
+const LINKS: &str = "[[faults.timeline]]\nfault.delay = { delay_s = 0.2, jitter_s = 1.0 }\n\
+    [[faults.timeline]]\nfault.duplicate = { p = 0.2 }\n\
+    [[faults.timeline]]\nfault.reorder = { p = 0.2 }\n";
 
-pub fn log_of(recorder: Recorder<MemoryLog>) -> RunLog {
-    let memory = recorder.into_sink();
-    let run = RunFile::parse(
-        memory.documents[&Document::Run].as_bytes(),
-        &Registry::built_in().vocabulary(),
-    )
-    .unwrap();
-    RunLog::from_tables(Path::new("memory"), run, memory.tables)
+/// Returns all built-in scenarios with ALLIANCE and every preset, in turn with both step orders, and with random
+/// switches. Large teams run for a shorter time.
+fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut flag = || Some(rng.random_bool(0.5));
+    let known = vocabulary();
+    let names = known.builtins().map(|builtin| builtin.name);
+    let all = names.flat_map(|name| PRESETS.map(|preset| (name, preset)));
+    all.zip(ORDERS.into_iter().cycle())
+        .map(|((name, preset), order)| {
+            let mut scenario = builtin(name);
+            let is_large = scenario.robots.len() > 10;
+            scenario.limit_s = if is_large { limit_s / 50.0 } else { limit_s };
+            scenario.allocator = None;
+            scenario.alliance.preset = preset;
+            let origin = flag().map(|is_late| match is_late {
+                true => HistoryOrigin::Progress,
+                false => HistoryOrigin::MissionStart,
+            });
+            scenario.alliance.switches = SwitchSection {
+                waiting: flag(),
+                waiting_counts: flag(),
+                wish_when_suppressed: flag(),
+                reset_stops_active: flag(),
+                history_origin: origin,
+                arbitration: flag(),
+                release_message: flag(),
+                idle_heartbeat: flag(),
+                ..SwitchSection::default()
+            };
+            scenario.faults.timeline = parse(LINKS).faults.timeline;
+            scenario.step_order = Some(order);
+            setup(scenario, seed)
+        })
+        .collect()
 }
 
 #[track_caller]
@@ -75,38 +79,36 @@ fn name_of(setup: &Setup) -> String {
 }
 
 #[test]
-fn every_motivation_row_of_every_scenario_preset_and_step_order_agrees() {
-    for setup in all_setups(150.0, 1) {
+fn every_motivation_row_agrees_under_crashes_stalls_and_link_faults() {
+    let mut resets = 0;
+    let mut counts = ["gone", "joined", "stalled", "back", "lost"].map(|kind| (kind, 0));
+    let setups = all_setups(120.0, 2);
+    let runs = setups.len();
+    for (seed, setup) in (1..).zip(setups) {
         let name = name_of(&setup);
-        let team = InProcess::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
-        let (_, recorder) = team.run().unwrap();
-        assert_no_mismatch(&recompute(&log_of(recorder)).unwrap(), &name);
-    }
-}
-
-#[test]
-fn every_motivation_row_agrees_under_crashes_stalls_and_message_loss() {
-    let rates = Rates {
-        loss: 0.2,
-        death: 0.002,
-        stall: 0.002,
-        back: 0.01,
-        order: 0.0,
-    };
-    for (seed, setup) in (1..).zip(all_setups(400.0, 2)) {
-        let name = name_of(&setup);
-        let log = log_of(mishaps::run(&setup, rates, seed).unwrap());
+        let fuzz = Fuzz {
+            seed,
+            ticks: u64::MAX,
+            calm: 0.9,
+            loss: 0.2,
+        };
+        let recorder = fault_fuzzer::run(&setup, fuzz, &mut Coverage::new());
+        let log = log_of(recorder.unwrap());
         assert_no_mismatch(&recompute(&log).unwrap(), &name);
 
-        // The run must contain all these events.
         let events: Vec<EventRow> = log.rows().unwrap();
-        let kinds: BTreeSet<&str> = events.iter().map(|row| row.kind.as_str()).collect();
-        for kind in ["gone", "joined", "stalled", "back", "lost"] {
-            assert!(kinds.contains(kind), "no '{kind}' in {name}");
+        for (kind, count) in &mut counts {
+            *count += usize::from(events.iter().any(|row| row.kind == *kind));
         }
-        let joins = events.iter().filter(|row| row.kind == "joined").count();
-        assert!(joins > setup.scenario.robots.len(), "{name}");
+        let rows = log.each_row::<MotivationRow>().map(|row| row.unwrap());
+        resets += rows.filter(|row| !row.impatience_reset).count();
     }
+    // Short runs may lack some events.
+    assert!(
+        counts.iter().all(|(_, count)| 4 * count > 3 * runs),
+        "{counts:?} of {runs}"
+    );
+    assert!(resets > 300, "{resets}");
 }
 
 /// The comparison must detect errors, otherwise it proves nothing.
@@ -114,8 +116,7 @@ fn every_motivation_row_agrees_under_crashes_stalls_and_message_loss() {
 fn a_wrong_row_and_a_missing_message_are_detected() {
     let setup = all_setups(100.0, 1).swap_remove(0);
     let alliance = setup.alliance.clone();
-    let team = InProcess::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
-    let log = log_of(team.run().unwrap().1);
+    let log = log_of(run(setup, LogLevel::Full).1);
     let motivations: Vec<MotivationRow> = log.rows().unwrap();
     let messages: Vec<MessageRow> = log.rows().unwrap();
     let events: Vec<EventRow> = log.rows().unwrap();

@@ -4,9 +4,8 @@
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 
+use alliance_tests::harness::Lab;
 use scenario::testkit::entry;
-
-use crate::harness::Lab;
 
 /// Returns a refused command and its error, for a snapshot. Checks that the command creates no process and no folder.
 #[track_caller]
@@ -94,32 +93,6 @@ fn wrong_scenarios_and_parameter_files_are_refused_in_one_line() {
         }
     }
     insta::assert_snapshot!(answers);
-}
-
-/// Checks wrong sizes, unknown skills, impossible tasks and missing devices.
-#[test]
-fn wrong_service_and_foraging_scenarios_are_refused_in_one_line() {
-    const SERVICE: &str = "[service]\nkinds = [{ name = 'dust', work_s = { min = 6, max = 10 } }, \
-        { name = 'floor', work_s = { min = 6, max = 10 } }]\nrandom = [{ n = 4 }]\n";
-    let gold = |skills: &str| format!("{SERVICE}[[robots]]\nname = 'gold'\nskills = {skills}\n");
-    let fault =
-        |fault: &str| format!("{SERVICE}[faults]\ntimeline = [{{ fault.{fault}, at_s = 3 }}]\n");
-    let texts = [
-        SERVICE.replace("n = 4", "n = 20000"),
-        SERVICE.replace("max = 10 } }]", "max = 1 } }]"),
-        gold("{ dust = 1, flor = 1 }"),
-        gold("{ dust = 1 }"),
-        gold("{ dust = 1, floor = 1 }\ndevices = ['gripper']"),
-        fault("sensor = { robot = 'blue', device = 'eye', mode = 'dead' }"),
-        fault("skill = { robot = 'blue', skill = 'dusk', share = 0.3 }"),
-        "[waste]\nduration_s = 5\n".to_owned(),
-    ];
-    let lab = Lab::new();
-    let answers = texts.map(|text| {
-        std::fs::write(lab.path("s.toml"), &text).unwrap();
-        text + "\n" + &refusal(&lab, &["run", "s.toml", "--out", "out"])
-    });
-    insta::assert_snapshot!(answers.concat());
 }
 
 #[test]

@@ -2,15 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use missions::Registry;
+use alliance_tests::runs::{builtin, parse, play};
 use missions::service::data::ServiceSection;
 use proto::tick::Outcome;
-use run_log::{EventRow, LogLevel, MessageRow, MotivationRow};
-use scenario::fault::{Fault, Order, SkillFault};
-use scenario::{Scenario, Setup};
-
-use crate::in_process::run;
-use crate::recompute::log_of;
+use run_log::{EventRow, MessageRow, MotivationRow};
+use scenario::Scenario;
+use scenario::fault::{Fault, Order};
 
 /// The robots with the skill for each kind of work in `janitorial`.
 const ABLE: [(&str, [&str; 2]); 3] = [
@@ -20,9 +17,7 @@ const ABLE: [(&str, [&str; 2]); 3] = [
 ];
 
 fn janitorial() -> Scenario {
-    let vocabulary = Registry::built_in().vocabulary();
-    let builtin = vocabulary.builtin("janitorial").unwrap();
-    Scenario::parse(builtin.name, builtin.text, &vocabulary).unwrap()
+    builtin("janitorial")
 }
 
 fn kind_of(scenario: &Scenario, point: &str) -> String {
@@ -33,10 +28,9 @@ fn kind_of(scenario: &Scenario, point: &str) -> String {
 }
 
 fn events(scenario: &Scenario, expected: Outcome) -> Vec<EventRow> {
-    let setup = Setup::resolve(scenario.clone(), 1, None).unwrap().setup;
-    let (outcome, recorder) = run(setup, LogLevel::Full);
+    let (outcome, log) = play(scenario.clone(), 1);
     assert_eq!(outcome, expected);
-    log_of(recorder).rows().unwrap()
+    log.rows().unwrap()
 }
 
 /// Checks that each point is done in its period by a robot with the skill, and that no robot begins other work.
@@ -68,13 +62,9 @@ fn check(scenario: &Scenario, events: &[EventRow]) {
 }
 
 #[test]
-fn each_kind_of_work_is_done_in_every_period() {
+fn robots_with_the_skill_do_the_work_of_every_period_after_any_crash() {
     let scenario = janitorial();
     check(&scenario, &events(&scenario, Outcome::Complete));
-}
-
-#[test]
-fn robots_with_the_skill_take_over_the_work_of_a_crashed_robot() {
     for victim in ["gold", "blue", "green"] {
         let mut scenario = janitorial();
         scenario.faults.timeline.push(Order {
@@ -93,77 +83,6 @@ fn robots_with_the_skill_take_over_the_work_of_a_crashed_robot() {
         assert_eq!(late.len(), 2, "{late:?} work after the crash of {victim}");
         assert!(!late.contains(victim));
     }
-}
-
-/// Returns the work of each point in s, from its arrival events.
-fn works_s(events: &[EventRow]) -> BTreeMap<&str, f64> {
-    let arrived = events.iter().filter(|event| event.kind == "arrived");
-    let work = arrived.map(|event| {
-        let seconds = event.detail.split(' ').next().unwrap();
-        (event.subject.as_str(), seconds.parse().unwrap())
-    });
-    work.collect()
-}
-
-/// A robot with a degraded skill takes longer for that kind of work only, while the fault lasts.
-#[test]
-fn a_degraded_skill_takes_longer_until_it_heals() {
-    let (from, duration) = (300.0, 450.0);
-    let share = 0.3;
-    let mut scenario = janitorial();
-    scenario.faults.timeline.push(Order {
-        at_s: Some(from),
-        for_s: Some(duration),
-        ..Order::now(Fault::Skill(SkillFault {
-            robot: "gold".to_owned(),
-            skill: "dust".to_owned(),
-            share,
-        }))
-    });
-    let events = events(&scenario, Outcome::Expired);
-    let of_fault = events.iter().filter(|event| event.subject == "f1");
-    let phases: Vec<&str> = of_fault.map(|event| event.kind.as_str()).collect();
-    assert_eq!(phases, ["armed", "applied", "hit", "healed"]);
-
-    let work_s = works_s(&events);
-    let mut seen = BTreeSet::new();
-    for (place, begun) in events.iter().enumerate() {
-        if begun.kind != "begun" || begun.robot != "gold" {
-            continue;
-        }
-        // Work that other robots have begun is shorter and does not count.
-        let mut before = events[..place].iter();
-        let of_point = before.rfind(|event| event.subject == begun.subject);
-        if of_point.is_none_or(|event| event.kind != "arrived") {
-            continue;
-        }
-        let mut later = events[place + 1..].iter();
-        let next = later.find(|event| event.robot == "gold" && event.subject == begun.subject);
-        let done = next.filter(|event| event.kind == "done");
-        let Some(done) = done else { continue };
-        let (from_s, to_s) = (begun.t_ms.as_secs_f64(), done.t_ms.as_secs_f64());
-        let is_worse = from_s >= from && to_s < from + duration;
-        let is_well = to_s < from || from_s >= from + duration;
-        if is_worse == is_well {
-            continue;
-        }
-        let kind = kind_of(&scenario, &begun.subject);
-        let robot = &scenario.robots[0];
-        let is_degraded = is_worse && kind == "dust";
-        let skill = robot.skill(&kind).unwrap() * if is_degraded { share } else { 1.0 };
-        let expected_s = work_s[begun.subject.as_str()] / skill;
-        let step_s = scenario.step_ms as f64 / 1000.0;
-        let took_s = to_s - from_s + step_s;
-        assert!(
-            (took_s - expected_s).abs() <= step_s + 1e-6,
-            "{} took {took_s} s, expected {expected_s} s",
-            begun.subject
-        );
-        seen.insert((kind, is_degraded));
-    }
-    let garbage = ("garbage".to_owned(), false);
-    let dust = |is_degraded| ("dust".to_owned(), is_degraded);
-    assert_eq!(seen, BTreeSet::from([garbage, dust(false), dust(true)]));
 }
 
 /// The takeover time to the step, from the log alone: ALLIANCE.md §4 from the last received message of the crashed
@@ -185,12 +104,10 @@ fn takeovers_occur_at_the_time_of_the_closed_form() {
             ..Order::now(Fault::Kill(victim.to_owned()))
         });
         let step_s = scenario.step_ms as f64 / 1000.0;
-        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-        let params = setup.alliance.robots[successor].sets[task].clone();
-        let threshold = setup.alliance.threshold;
-        let (outcome, recorder) = run(setup, LogLevel::Full);
+        let (outcome, log) = play(scenario, 1);
         assert_eq!(outcome, Outcome::TimeLimit);
-        let log = log_of(recorder);
+        let alliance = &log.run.setup.alliance;
+        let (params, threshold) = (&alliance.robots[successor].sets[task], alliance.threshold);
 
         let messages: Vec<MessageRow> = log.rows().unwrap();
         let last = messages.iter().rfind(|row| {
@@ -254,9 +171,7 @@ const TWO_AND_TWO: &str = "allocator = 'l-alliance'\nlimit_s = 2000\n\
 /// finishes it, until the fault ends. The robot does not stop to begin the task (docs/missions/service.md).
 #[test]
 fn with_l_alliance_a_degraded_robot_yields_to_the_other_robot() {
-    let vocabulary = Registry::built_in().vocabulary();
-    let scenario = Scenario::parse("s.toml", TWO_AND_TWO, &vocabulary).unwrap();
-    let events = events(&scenario, Outcome::Complete);
+    let events = events(&parse(TWO_AND_TWO), Outcome::Complete);
     let floor = events.iter().filter(|event| event.subject == "p1");
     let done = floor.filter(|event| event.kind == "done");
     let done: Vec<(u64, &str)> = done
@@ -289,7 +204,6 @@ fn with_l_alliance_a_degraded_robot_yields_to_the_other_robot() {
 /// radio.
 #[test]
 fn an_idle_robot_makes_way() {
-    let vocabulary = Registry::built_in().vocabulary();
     for (x_m, y_m) in [(6.0, 4.5), (0.25, 0.25)] {
         for allocator in ["nearest", "nearest-silent", "alliance"] {
             let text = format!(
@@ -303,8 +217,7 @@ fn an_idle_robot_makes_way() {
                  [[service.points]]\nkind = 'dust'\nx_m = {x_m}\ny_m = {y_m}\n\
                  [[service.points]]\nkind = 'garbage'\nx_m = {x_m}\ny_m = {y_m}\n"
             );
-            let scenario = Scenario::parse("way.toml", &text, &vocabulary).unwrap();
-            let events = events(&scenario, Outcome::Complete);
+            let events = events(&parse(&text), Outcome::Complete);
             let done: Vec<_> = events.iter().filter(|event| event.kind == "done").collect();
             assert_eq!(done.len(), 2, "{allocator} at {x_m}, {y_m}");
         }

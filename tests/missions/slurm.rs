@@ -9,22 +9,21 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
+use alliance_tests::harness::{Lab, wait_until};
 use alliance_tests::needs::cannot_run;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
-use crate::harness::{Lab, wait_until};
-
 const PLAN: &str = "
 limit_s = 120.0
-seeds = 160
+seeds = 64
 [grid]
 allocator = ['alliance', 'cbba']
 ";
 
 const SHARDS: usize = 8;
 
-const RUNS: usize = 320 / SHARDS;
+const RUNS: usize = 128 / SHARDS;
 
 /// The daemons of Slurm, which end in reverse order of their start.
 struct Cluster<'l> {

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fs;
 
+use alliance_tests::harness::Lab;
+use alliance_tests::python::{python, run};
 use analysis::compare::statistics::bootstrap::means;
 use analysis::compare::statistics::friedman::friedman;
 use analysis::compare::statistics::holm::holm;
@@ -14,9 +16,6 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde_json::{Value, json};
-
-use crate::harness::Lab;
-use crate::python::{python, run};
 
 const CASES: usize = 200;
 

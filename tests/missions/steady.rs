@@ -1,34 +1,30 @@
 //! The allocation of memory in steady state: a tick without events reuses the memory of earlier ticks.
 
+use alliance_tests::runs::{self, log_of, run};
 use missions::observe::data::{OBSERVE, ObserveSection};
 use missions::service::data::SERVICE;
 use missions::waste::data::{WasteSection, family};
 use std::collections::BTreeSet;
 
-use in_process::Team;
-use run_log::{EventRow, LogLevel, MemoryLog};
+use run_log::{EventRow, LogLevel};
 use scenario::Setup;
 use scenario::time::SimTime;
 
-use crate::negotiation::NEGOTIATORS;
-use crate::recompute::log_of;
-
 /// The number of ticks before the measurement. By then all robots have sent and received each kind of message.
 const WARM: u64 = 1_200;
-const END: u64 = 4_000;
+const END: u64 = 3_000;
 
 fn setup(robots: usize, spills: usize, allocator: &str) -> Setup {
     let mut scenario = family(robots, spills);
     WasteSection::of_mut(&mut scenario).border_known = true;
     scenario.allocator = Some(allocator.to_owned());
     scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
-    Setup::resolve(scenario, 1, None).unwrap().setup
+    runs::setup(scenario, 1)
 }
 
 /// Returns the ticks that have a row in events.csv.
 fn ticks_with_events(setup: &Setup) -> BTreeSet<u64> {
-    let team = Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap();
-    let rows: Vec<EventRow> = log_of(team.run().unwrap().1).rows().unwrap();
+    let rows: Vec<EventRow> = log_of(run(setup.clone(), LogLevel::Full).1).rows().unwrap();
     let step_ms = setup.scenario.step_ms;
     rows.iter().map(|row| row.t_ms.0 / step_ms).collect()
 }
@@ -37,7 +33,7 @@ fn ticks_with_events(setup: &Setup) -> BTreeSet<u64> {
 fn a_tick_without_events_allocates_no_memory() {
     // In the larger team each robot has some teammates in radio range.
     for (robots, spills) in [(3, 2), (30, 20)] {
-        for allocator in ["alliance", "l-alliance"].into_iter().chain(NEGOTIATORS) {
+        for allocator in ["alliance", "l-alliance", "ble", "murdoch"] {
             assert_steady(robots, setup(robots, spills, allocator));
         }
     }
@@ -51,7 +47,7 @@ fn a_service_tick_without_events_allocates_no_memory() {
             let mut scenario = SERVICE.family(robots, points).unwrap();
             scenario.allocator = Some(allocator.to_owned());
             scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
-            assert_steady(robots, Setup::resolve(scenario, 1, None).unwrap().setup);
+            assert_steady(robots, runs::setup(scenario, 1));
         }
     }
 }
@@ -64,7 +60,7 @@ fn an_observe_tick_without_events_allocates_no_memory() {
         let section: &mut ObserveSection = scenario.mission.values_mut().unwrap();
         section.duration_s = (SimTime((END + 1) * scenario.step_ms)).as_secs_f64();
         scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
-        assert_steady(robots, Setup::resolve(scenario, 1, None).unwrap().setup);
+        assert_steady(robots, runs::setup(scenario, 1));
     }
 }
 
@@ -72,14 +68,14 @@ fn an_observe_tick_without_events_allocates_no_memory() {
 fn a_push_tick_without_events_allocates_no_memory() {
     let mut scenario = missions::push::data::family(12, 6);
     scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let setup = runs::setup(scenario, 1);
     assert_steady(12, setup);
 }
 
 fn assert_steady(robots: usize, setup: Setup) {
     let allocator = setup.scenario.allocator.clone();
     let event_ticks = ticks_with_events(&setup);
-    let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
+    let mut team = runs::team(setup, LogLevel::Off);
     let (mut quiet, mut allocating) = (0_u64, Vec::new());
     for tick in 0..END {
         let measured = allocation_counter::measure(|| {

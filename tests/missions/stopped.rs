@@ -1,12 +1,9 @@
 //! Stopped and continued agents.
 
-use std::time::Duration;
-
+use alliance_tests::harness::{Lab, wait_until};
+use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
 use run_log::{EventRow, MotivationRow, RunLog};
-
-use crate::harness::{Lab, wait_until};
-use crate::team::Team;
 
 /// Returns the simulated times of a robot's events of a kind, in ms.
 fn times(log: &RunLog, kind: &str, robot: &str) -> Vec<u64> {
@@ -70,47 +67,6 @@ fn the_team_continues_without_a_stopped_agent_which_later_returns_and_works() {
         result["result"]["robots"]["gold"]["incarnations"], 1,
         "the incarnation must be the same"
     );
-}
-
-#[test]
-fn an_agent_stopped_and_continued_fifty_times_keeps_its_incarnation() {
-    let lab = Lab::new();
-    // Enough items for all fifty stops to occur during the work.
-    let long = lab.mission_of(100);
-    let mut team = Team::start(
-        &lab,
-        &[
-            &long,
-            "--speed",
-            "40x",
-            "--stall-after",
-            "3600",
-            "--limit",
-            "20000",
-        ],
-    );
-    team.wait_for_row("events.csv", &[",activated,"]);
-    let stalls = |lab: &Lab, kind: &str| {
-        let events = std::fs::read_to_string(lab.path("run/events.csv")).unwrap();
-        events
-            .lines()
-            .filter(|line| line.contains(&format!(",{kind},green,")))
-            .count()
-    };
-    for round in 1..=50 {
-        team.signal("green", Signal::SIGSTOP);
-        wait_until("the stall", || stalls(&lab, "stalled") == round);
-        team.signal("green", Signal::SIGCONT);
-        wait_until("the return", || stalls(&lab, "back") == round);
-        team.run_for(Duration::from_millis(20));
-    }
-    let finished = team.wait().expect(0);
-    let result: serde_json::Value = serde_json::from_str(&finished.stdout).unwrap();
-    assert_eq!(result["result"]["items"]["delivered"], 100);
-    assert_eq!(result["result"]["robots"]["green"]["incarnations"], 1);
-    let log = lab.log("run");
-    assert_eq!(times(&log, "stalled", "green").len(), 50);
-    assert_eq!(times(&log, "back", "green").len(), 50);
 }
 
 #[test]

@@ -1,15 +1,11 @@
 //! The events of a mission from its log: robot, order and reason. The tests of scenarios assert orders and causes,
 //! not times.
 
-use missions::Registry;
+use alliance_tests::runs::{self, builtin, log_of, run};
 use missions::waste::data::WasteSection;
-use std::path::Path;
-
-use run_log::{Document, EventRow, LogLevel, MessageRow, MotivationRow, PoseRow, RunFile, RunLog};
+use run_log::{EventRow, LogLevel, MessageRow, MotivationRow, PoseRow, RunFile, RunLog};
 use scenario::time::SimTime;
-use scenario::{BehaviorParams, Scenario, Setup};
-
-use crate::in_process::run;
+use scenario::{BehaviorParams, Setup};
 
 pub const METHODICAL: &str = "find-locations-methodical";
 pub const WANDER: &str = "find-locations-wander";
@@ -36,27 +32,13 @@ pub struct Report<'a> {
 }
 
 pub fn setup(name: &str, seed: u64) -> Setup {
-    let vocabulary = Registry::built_in().vocabulary();
-    let file = vocabulary.builtin(name).unwrap();
-    let scenario = Scenario::parse(name, file.text, &vocabulary).unwrap();
-    Setup::resolve(scenario, seed, None).unwrap().setup
+    runs::setup(builtin(name), seed)
 }
 
 impl Story {
     /// Runs a mission in this process and reads its log.
     pub fn play(setup: Setup) -> Self {
-        let (_, recorder) = run(setup, LogLevel::Full);
-        let memory = recorder.into_sink();
-        let run = RunFile::parse(
-            memory.documents[&Document::Run].as_bytes(),
-            &Registry::built_in().vocabulary(),
-        )
-        .unwrap();
-        Self::read(RunLog::from_tables(
-            Path::new("in memory"),
-            run,
-            memory.tables,
-        ))
+        Self::read(log_of(run(setup, LogLevel::Full).1))
     }
 
     pub fn read(log: RunLog) -> Self {

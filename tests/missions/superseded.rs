@@ -5,15 +5,14 @@
 
 use std::sync::{Arc, Mutex};
 
-use cluster::rendezvous::{ConnectionRole, Rendezvous};
+use alliance_tests::harness::{Lab, wait_until};
+use alliance_tests::operator::{announced, connect, join};
+use cluster::rendezvous::ConnectionRole;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
 use proto::keys::KeyExpressions;
-use proto::readings::Actuation;
 use proto::secret::Secret;
 use proto::tick::{Report, ToAgent};
 use zenoh::Wait;
-
-use crate::harness::{Lab, wait_until};
 
 const RUN: &str = "run";
 
@@ -35,16 +34,12 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
         "0.2",
     ]);
     world.wait_for_stderr("waiting for blue, gold, green");
-    let announcement = std::fs::read(lab.path("runtime/alliance/run.json")).unwrap();
-    let run: Rendezvous = serde_json::from_slice(&announcement).unwrap();
+    let run = announced(&lab);
     let (keys, secret) = (
         KeyExpressions::new(RUN),
         Secret::of_robot(&run.token, "gold"),
     );
-    let config = cluster::session::client(&run.login(ConnectionRole::Team).unwrap(), false);
-    let session = zenoh::open(zenoh::Config::from_json5(&config).unwrap())
-        .wait()
-        .unwrap();
+    let session = connect(&run, ConnectionRole::Team);
 
     let received = Arc::new(Mutex::new(Vec::new()));
     let (sink, opener, key) = (Arc::clone(&received), secret.clone(), keys.tick("gold"));
@@ -63,16 +58,7 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
         pid: std::process::id(),
         nonce: 1,
     };
-    let request = secret.seal(&keys.join("gold"), &request).unwrap();
-    let replies = session
-        .get(keys.join("gold"))
-        .payload(request)
-        .wait()
-        .unwrap();
-    let reply = replies.recv().unwrap().into_result().unwrap();
-    let answer = secret
-        .open(&keys.join_answer("gold", 1), &reply.payload().to_bytes())
-        .unwrap();
+    let answer = join(&session, &run, &request, None);
     let JoinReply::Welcome(welcome) = answer else {
         panic!("{answer:?}");
     };
@@ -105,16 +91,7 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
     let late = Report {
         robot: welcome.robot,
         incarnation: 1,
-        tick: 0,
-        actuation: Actuation::default(),
-        broadcasts: 0,
-        broadcast_bytes: 0,
-        active: None,
-        allocation: Vec::new(),
-        motivations: Vec::new(),
-        changes: Vec::new(),
-        notes: Vec::new(),
-        receptions: Vec::new(),
+        ..Report::default()
     };
     let late = secret.seal(&keys.report("gold"), &late).unwrap();
     session.put(keys.report("gold"), late).wait().unwrap();
@@ -138,6 +115,7 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
         ended.stderr
     );
 
+    lab.run(&["clock", "speed", "max"]).expect(0);
     world.wait();
     for agent in teammates {
         agent.wait().expect(0);

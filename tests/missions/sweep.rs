@@ -4,13 +4,12 @@ use std::fs;
 use std::io::Write;
 use std::process::Command;
 
+use alliance_tests::harness::{Lab, wait_until};
 use alliance_tests::needs::cannot_run;
 use alliance_tests::testkit::{Row, journal_rows, results, rows};
 use nix::sys::signal::Signal;
 use scenario::testkit::entry;
 use serde_json::Value;
-
-use crate::harness::{Lab, wait_until};
 
 /// A short mission in 24 variants, some of which complete.
 const PLAN: &str = "
@@ -134,14 +133,14 @@ fn a_sweep_has_a_row_for_each_run_and_each_run_can_be_repeated() {
 
 #[test]
 fn a_killed_or_interrupted_sweep_continues_and_ends_with_the_same_bytes() {
-    const RUNS: usize = 8 * 25;
+    const RUNS: usize = 8 * 12;
     let lab = Lab::new();
     // The sweep is long enough to be killed in the middle.
-    let plan = PLAN.replace("to = 5", "to = 27");
+    let plan = PLAN.replace("to = 5", "to = 14");
     fs::write(lab.path("plan.toml"), plan).unwrap();
     lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
     let arguments = ["sweep", "plan.toml", "--out", "torn", "--jobs", "1"];
-    for (signal, rows) in [(Signal::SIGKILL, 2), (Signal::SIGINT, 20)] {
+    for (signal, rows) in [(Signal::SIGKILL, 2), (Signal::SIGINT, 10)] {
         let sweep = lab.start(&arguments);
         wait_until("rows", || journal_rows(&lab.path("torn")) >= rows);
         sweep.signal(signal);
@@ -152,7 +151,7 @@ fn a_killed_or_interrupted_sweep_continues_and_ends_with_the_same_bytes() {
         );
         assert!(!lab.path("torn/results.csv").exists());
         if signal == Signal::SIGINT {
-            let stderr = &finished.expect(1).stderr;
+            let stderr = &finished.expect(130).stderr;
             assert!(stderr.contains("done before"), "{stderr}");
             assert_eq!(printed_command(stderr, "  alliance "), arguments);
         }

@@ -161,7 +161,7 @@ fn assert_the_later_of_two_robots_waits_until_the_first_acquiesces(story: &Story
 
 #[test]
 fn the_observations_hold_with_many_seeds() {
-    for seed in 1..=8 {
+    for seed in 1..=4 {
         println!("seed {seed}");
         assert_observations(&Story::play(setup(NAME, seed)));
     }

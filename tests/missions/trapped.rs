@@ -151,7 +151,7 @@ fn waited_for_psi(story: &Story, report: &Report<'_>) -> bool {
 
 #[test]
 fn the_observations_hold_with_many_seeds() {
-    for seed in 1..=8 {
+    for seed in 1..=4 {
         println!("seed {seed}");
         assert_observations(&Story::play(setup(NAME, seed)));
     }

@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use alliance_tests::harness::{Lab, wait_until};
 use alliance_tests::testkit::{Row, files, journal_rows, rows};
 use nix::sys::signal::Signal;
 use scenario::testkit::entry;
-
-use crate::harness::{Lab, wait_until};
 
 const PLAN: &str = "
 question = 'How impatient should the robots be?'
@@ -140,7 +139,7 @@ fn a_killed_or_interrupted_tuning_continues_and_ends_with_the_same_bytes() {
         );
         assert!(!lab.path("torn/tuned.toml").exists());
         if signal == Signal::SIGINT {
-            let stderr = &finished.expect(1).stderr;
+            let stderr = &finished.expect(130).stderr;
             assert!(stderr.contains("of them done before"), "{stderr}");
             assert!(
                 stderr.contains("alliance tune plan.toml --out torn --jobs 1"),

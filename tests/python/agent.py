@@ -3,7 +3,6 @@ reports that it is idle.
 
     agent.py [--robot NAME] [--run ID]       control the robot; or start it by `alliance run --controller still='python3 agent.py'`
              [--controller listener]               turn by the received messages, so that they affect the run's hash
-    agent.py --types                         print all message types between world and agents as JSON
     agent.py --check TYPE FILE…              decode and encode messages
 
 Needs the packages eclipse-zenoh and xxhash.
@@ -25,7 +24,7 @@ import time
 import xxhash
 import zenoh
 
-VERSION = 11
+VERSION = 12
 
 # The structs with their fields in order, "NAME TYPE". TYPE is a number type, bool, str, bytes or another type; [T] is a list, ?T an option.
 STRUCTS = {
@@ -614,9 +613,6 @@ def live(robot, run, controller):
 
 
 def main(words):
-    if words[:1] == ["--types"]:
-        print(json.dumps({name: [field for field, _ in parts] for name, parts in (STRUCTS | ENUMS).items()}))
-        return 0
     if words[:1] == ["--check"]:
         for file in words[2:]:
             data = pathlib.Path(file).read_bytes()

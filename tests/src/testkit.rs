@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use scenario::fault::{Fault, Order};
+
 /// The robots of the default mission, by rank.
 pub const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 
@@ -19,7 +21,18 @@ pub const PARTITION: &str = "[[faults.timeline]]\nat_s = 60.0\nfor_s = 60.0\n\
 /// Returns a fault that drops this share of all messages.
 #[must_use]
 pub fn loss(share: f64) -> String {
-    format!("[[faults.timeline]]\nat_s = 0.0\nfault.drop = {{ p = {share} }}\n")
+    format!("[[faults.timeline]]\nat_s = 0.0\nfault.drop = {{ p = {share:?} }}\n")
+}
+
+/// Returns a loss of 30 % of all messages and a kill of `victim` at `at_s`.
+#[must_use]
+pub fn loss_and_kill(victim: &str, at_s: f64) -> Vec<Order> {
+    let loss = toml::from_str("fault.drop = { p = 0.3 }\nat_s = 0.0").unwrap();
+    let kill = Order {
+        at_s: Some(at_s),
+        ..Order::now(Fault::Kill(victim.to_owned()))
+    };
+    vec![loss, kill]
 }
 
 /// A row of a CSV table by column name.

@@ -14,15 +14,15 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use proto::secret::random;
 use proto::tick::Outcome;
 use run_log::LogLevel;
-use scenario::Setup;
 use scenario::ids::RobotId;
-use scenario::names::is_name;
-use terminal::stderr_line;
+use scenario::limits::read_name;
+use scenario::{Problem, Setup};
+use terminal::fail;
 
 use cluster::network::{Network, NetworkArgs};
 
 use crate::gateway;
-use crate::mission::MissionWorld;
+use crate::mission::WorldKind;
 use crate::mission_args::{Known, MissionArgs, positive_time};
 use crate::pace::Speed;
 use crate::process::{Options, serve};
@@ -59,7 +59,7 @@ pub struct WorldArgs {
     #[command(flatten)]
     run: RunArgs,
     /// Id of the run, one word [default: scenario and process id]
-    #[arg(long = "run", value_name = "ID", value_parser = run_id)]
+    #[arg(long = "run", value_name = "ID", value_parser = read_name)]
     id: Option<String>,
     #[command(flatten)]
     network: NetworkArgs,
@@ -82,17 +82,17 @@ impl RunArgs {
     /// Fails if the requested folder already contains a run or its name is not UTF-8, or if no folder can be created.
     pub fn folder(&self, setup: &Setup) -> anyhow::Result<PathBuf> {
         if let Some(folder) = &self.out {
+            let option = format!("--out {}", folder.display());
             if folder.to_str().is_none() {
-                bail!(
-                    "--out {}: the name is not valid UTF-8; use another folder",
-                    folder.display()
-                );
+                let what = "the name is not valid UTF-8";
+                bail!(Problem::with_source(option, what, "use another folder"));
             }
             if folder.join("run.json").exists() {
-                bail!(
-                    "--out {}: already holds a run; name a new folder",
-                    folder.display()
-                );
+                bail!(Problem::with_source(
+                    option,
+                    "already holds a run",
+                    "name a new folder"
+                ));
             }
             return Ok(folder.clone());
         }
@@ -151,17 +151,15 @@ impl WorldArgs {
         if self.gateway {
             return match gateway::run() {
                 Ok(()) => ExitCode::SUCCESS,
-                Err(error) => {
-                    stderr_line!("gateway: {error:#}");
-                    ExitCode::from(3)
-                }
+                Err(error) => fail("gateway", &error, 3),
             };
         }
         let prepared = self.mission.setup(known).and_then(|setup| {
             self.refuse_process_faults(&setup)?;
             let network = self.network.network(&setup.scenario)?;
             if network.is_some() && self.id.is_some() && !self.launched {
-                bail!("--run with --listen: a run over a network has a random id, so that it rejects messages of earlier runs; omit --run");
+                let what = "a run over a network has a random id, so that it rejects messages of earlier runs";
+                bail!(Problem::with_source("--run with --listen", what, "omit --run"));
             }
             let mission = known.worlds.find(&setup.scenario)?;
             Ok((self.run.folder(&setup)?, setup, mission, network))
@@ -169,30 +167,30 @@ impl WorldArgs {
         let (folder, setup, mission, network) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                stderr_line!("world: {error:#}");
-                return ExitCode::from(2);
+                return fail("world", &error, 2);
             }
         };
         let told_truth = known.vocabulary.ground_truth_robots(&setup.scenario);
         match self.serve(setup, mission, folder, told_truth, network) {
             Ok(Outcome::Complete) => ExitCode::SUCCESS,
             Ok(_) => ExitCode::from(1),
-            Err(error) => {
-                stderr_line!("world: {error:#}");
-                ExitCode::from(3)
-            }
+            Err(error) => fail("world", &error, 3),
         }
     }
 
     /// Rejects faults of processes if no launcher started this world: only a launcher starts and signals processes.
-    fn refuse_process_faults(&self, setup: &Setup) -> anyhow::Result<()> {
+    fn refuse_process_faults(&self, setup: &Setup) -> Result<(), Problem> {
         let timeline = &setup.scenario.faults.timeline;
         match timeline.iter().find(|order| order.fault.affects_process()) {
-            Some(order) if !self.launched => bail!(
-                "scenario '{}': its fault '{}' needs a launcher; start it with `alliance run`",
-                setup.scenario.name,
-                order.fault
-            ),
+            Some(order) if !self.launched => {
+                let source = format!("scenario '{}'", setup.scenario.name);
+                let what = format!("its fault '{}' needs a launcher", order.fault);
+                Err(Problem::with_source(
+                    source,
+                    what,
+                    "start it with `alliance run`",
+                ))
+            }
             _ => Ok(()),
         }
     }
@@ -200,7 +198,7 @@ impl WorldArgs {
     fn serve(
         &self,
         setup: Setup,
-        mission: MissionWorld,
+        mission: WorldKind,
         folder: PathBuf,
         told_truth: Vec<RobotId>,
         network: Option<Network>,
@@ -289,14 +287,6 @@ fn log_level() -> impl TypedValueParser<Value = LogLevel> {
             .find(|level| level.as_str() == name)
             .expect("the parser accepts only names of log levels")
     })
-}
-
-fn run_id(text: &str) -> Result<String, String> {
-    if is_name(text) {
-        Ok(text.to_owned())
-    } else {
-        Err("use letters, digits, '-' and '_', at most 32".to_owned())
-    }
 }
 
 #[cfg(test)]

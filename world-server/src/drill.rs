@@ -4,28 +4,28 @@ use glam::Vec2;
 use proto::mission::{Action, SensorReading};
 use proto::tick::Outcome;
 use scenario::ids::RobotId;
-use scenario::testkit;
 use scenario::time::SimTime;
+use scenario::{Scenario, Setup, testkit};
 
-use crate::mission::{FigureValue, MissionWorld, StepEvents, Validity, WorldMission};
+use crate::mission::{FigureValue, MissionWorld, StepEvents, Validity, WorldKind};
 use crate::world::Floor;
-/// The drill. Robots start at the middle of the left wall.
-/// The drill: robots begin in the middle of the left wall.
-pub(crate) const DRILL: MissionWorld = MissionWorld {
-    data: testkit::DRILL,
-    start_area: |scenario| {
-        let middle = scenario.room.height_m / 2.0;
-        [Vec2::new(0.0, middle - 1.5), Vec2::new(0.6, middle + 1.5)]
-    },
-    starts: |_| Vec::new(),
-    bars: |_| Vec::new(),
-    new: |_, _| Box::new(Drill),
-};
+
+pub(crate) const DRILL: WorldKind = WorldKind::new::<Drill>(testkit::DRILL);
 
 #[derive(Clone, Debug)]
 struct Drill;
 
-impl WorldMission for Drill {
+impl MissionWorld for Drill {
+    fn new(_: &Setup, _: &Floor) -> Self {
+        Self
+    }
+
+    /// Robots start at the middle of the left wall.
+    fn start_area(scenario: &Scenario) -> [Vec2; 2] {
+        let middle = scenario.room.height_m / 2.0;
+        [Vec2::new(0.0, middle - 1.5), Vec2::new(0.6, middle + 1.5)]
+    }
+
     fn act(&mut self, _: RobotId, _: &Action, _: &mut Floor, _: &mut StepEvents) {}
 
     fn sense(&self, _: RobotId, _: &Floor, sensed: &mut SensorReading) -> Validity {
@@ -44,9 +44,5 @@ impl WorldMission for Drill {
 
     fn state_hash(&self) -> u64 {
         0
-    }
-
-    fn clone_boxed(&self) -> Box<dyn WorldMission> {
-        Box::new(self.clone())
     }
 }

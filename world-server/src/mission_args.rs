@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
+use scenario::limits::TIME;
 use scenario::time::seconds;
 use scenario::{
-    ParameterFile, Profile, Scenario, Setup, StepOrder, Vocabulary, decode_text, name_remedy,
+    ParameterFile, Problem, Profile, Scenario, Setup, StepOrder, Vocabulary, decode_text,
+    name_remedy,
 };
 use terminal::stderr_line;
 
@@ -125,16 +127,19 @@ pub fn read_scenario(requested: &str, known: &Known) -> anyhow::Result<Scenario>
             bail!("{requested}: no such file");
         }
         let builtins = known.vocabulary.builtins().map(|builtin| builtin.name);
-        bail!(
-            "'{requested}' is neither a built-in scenario nor a file; {}",
-            name_remedy(requested, builtins)
-        );
+        let what = format!("'{requested}' is neither a built-in scenario nor a file");
+        bail!(Problem::of_value(what, name_remedy(requested, builtins)));
     }
     let bytes = std::fs::read(path).with_context(|| requested.to_owned())?;
     let text = decode_text(requested, bytes)?;
     let has_content = |line: &str| !matches!(line.trim_start().chars().next(), None | Some('#'));
     if !text.lines().any(has_content) {
-        bail!("{requested}: the scenario is empty; state at least its mission, such as [service]");
+        let remedy = "state at least its mission, such as [service]";
+        bail!(Problem::with_source(
+            requested,
+            "the scenario is empty",
+            remedy
+        ));
     }
     Ok(Scenario::parse(requested, &text, &known.vocabulary)?)
 }
@@ -145,6 +150,7 @@ fn read_profile(
     vocabulary: &Vocabulary,
 ) -> anyhow::Result<Profile> {
     let name = path.display().to_string();
+    let option = format!("--profile {name}");
     let mut robots = scenario.robots.iter();
     if !robots.any(|robot| vocabulary.learns(scenario.decider_of(robot))) {
         let learners = vocabulary
@@ -152,14 +158,17 @@ fn read_profile(
             .iter()
             .filter(|spec| spec.learns_times);
         let learners: Vec<&str> = learners.map(|spec| spec.name).collect();
-        bail!(
-            "--profile {name}: the robots' allocator is {}, which learns nothing; use one that learns: {}",
-            scenario.allocator_list(),
-            learners.join(", ")
-        );
+        let allocators = scenario.allocator_list();
+        let what = format!("the robots' allocator is {allocators}, which learns nothing");
+        let remedy = format!("use one that learns: {}", learners.join(", "));
+        bail!(Problem::with_source(option, what, remedy));
     }
     if path.is_dir() {
-        bail!("--profile {name}: that is a folder; name a file");
+        bail!(Problem::with_source(
+            option,
+            "that is a folder",
+            "name a file"
+        ));
     }
     match std::fs::read(path) {
         Ok(bytes) => {
@@ -167,7 +176,7 @@ fn read_profile(
             Ok(Profile::parse(&name, &text, scenario, vocabulary)?)
         }
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(Profile::default()),
-        Err(error) => Err(error).with_context(|| format!("--profile {name}")),
+        Err(error) => Err(error).with_context(|| option),
     }
 }
 
@@ -185,13 +194,9 @@ fn step_order(text: &str) -> Result<StepOrder, String> {
 }
 
 /// Parses a time above 0, such as `60`, `60s` or `2min`, and returns it in seconds.
-pub(crate) fn positive_time(text: &str) -> Result<f64, String> {
+pub(crate) fn positive_time(text: &str) -> Result<f64, Problem> {
     let span_s = seconds(text)?;
-    if span_s > 0.0 && span_s <= 1e9 {
-        Ok(span_s)
-    } else {
-        Err("use a time above 0, at most 1e9 s".to_owned())
-    }
+    TIME.check((), span_s).map(|()| span_s)
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ use crate::gateway::supervisor::{Gateway, StartedGateway};
 use crate::interruption::InterruptionHandler;
 use crate::invocation;
 use crate::latest::link_latest;
-use crate::mission::MissionWorld;
+use crate::mission::WorldKind;
 use crate::pace::{Pace, Speed};
 use crate::server::{Bus, Ended, Publishers, Seals, Server, lock};
 use crate::simulation::Simulation;
@@ -78,7 +78,7 @@ pub struct RunResult {
 /// interruption handlers of an experiment.
 pub async fn serve(
     setup: Setup,
-    mission: MissionWorld,
+    mission: WorldKind,
     options: &Options,
     handlers: Vec<Box<dyn InterruptionHandler>>,
 ) -> Result<RunResult, WorldError> {
@@ -318,34 +318,26 @@ async fn answer(
         .await
 }
 
-/// Subscribes to the broadcasts of a team with external controllers, or to the messages of allocators for a full log. The
-/// world records the broadcasts of external controllers and checks the receptions that they report. A robot publishes its
-/// broadcasts before the report that lists them, over one connection.
+/// Subscribes to the broadcasts of a team with external controllers, and for a full log. The world records the broadcasts of
+/// external controllers and checks the receptions that they report. For a full log it records the messages of allocators,
+/// and counts all broadcasts. A robot publishes its broadcasts before the report that lists them, over one connection.
 async fn overhear(
     session: &Session,
     keys: &KeyExpressions,
     seals: &Arc<Seals>,
     server: &Arc<Mutex<Server>>,
 ) -> zenoh::Result<()> {
-    let key = {
+    {
         let server = lock(server);
         let simulation = server.simulation();
-        if !simulation
-            .setup()
-            .scenario
-            .external_controllers()
-            .is_empty()
-        {
-            keys.team_all()
-        } else if simulation.records_allocation_messages() {
-            keys.team("*", "allocation")
-        } else {
+        let scenario = &simulation.setup().scenario;
+        if scenario.external_controllers().is_empty() && !simulation.records_allocation_messages() {
             return Ok(());
         }
-    };
+    }
     let (shared, opener) = (Arc::clone(server), Arc::clone(seals));
     session
-        .declare_subscriber(key)
+        .declare_subscriber(keys.team_all())
         .callback(move |sample| {
             let key = sample.key_expr().as_str();
             let broadcast = opener.open_broadcast(key, &sample.payload().to_bytes());

@@ -3,7 +3,7 @@
 use anyhow::bail;
 use clap::parser::ArgMatches;
 use clap::{Arg, ArgGroup, Args, Command, FromArgMatches, Id};
-use scenario::{MAX_ROBOTS, Scenario, Vocabulary};
+use scenario::{MAX_ROBOTS, Problem, Scenario, Vocabulary};
 
 /// The number of robots if only `--size` is given.
 const DEFAULT_ROBOTS: usize = 3;
@@ -38,7 +38,7 @@ pub fn with_size_options(mut command: Command, vocabulary: &Vocabulary) -> Comma
         let mut group = ArgGroup::new(WORDS).arg(SIZE);
         let mut words = Vec::new();
         for mission in vocabulary.missions.iter() {
-            if let Some(word) = mission.size_option() {
+            if let Some(word) = mission.vocabulary().size_option {
                 // Not in the help, because each has the same meaning as --size.
                 command = command.arg(amount(word).hide(true));
                 group = group.arg(word);
@@ -73,7 +73,9 @@ impl SizeArgs {
         let mut missions = vocabulary.missions.iter();
         let mission = match (requested, word) {
             (Some(requested), _) => missions.find(|mission| mission.scenario_name() == requested),
-            (None, Some(word)) => missions.find(|mission| mission.size_option() == Some(word)),
+            (None, Some(word)) => {
+                missions.find(|mission| mission.vocabulary().size_option == Some(word))
+            }
             (None, None) => missions.next(),
         };
         let robots = self.robots.unwrap_or(DEFAULT_ROBOTS);
@@ -85,20 +87,16 @@ impl SizeArgs {
             let of_any_size = vocabulary.missions.iter();
             let of_any_size = of_any_size.filter(|mission| mission.family(1, 1).is_some());
             let names: Vec<&str> = of_any_size.map(|mission| mission.scenario_name()).collect();
-            bail!(
-                "--robots and --size: '{}' has a fixed size; use them with '{}'",
-                requested.unwrap_or_default(),
-                names.join("' and '")
-            );
+            let what = format!("'{}' has a fixed size", requested.unwrap_or_default());
+            let remedy = format!("use them with '{}'", names.join("' and '"));
+            bail!(Problem::with_source("--robots and --size", what, remedy));
         };
         if let Some(word) = word
-            && mission.size_option() != Some(word)
+            && mission.vocabulary().size_option != Some(word)
         {
-            bail!(
-                "--{word}: '{}' has another size option; use --{}",
-                mission.scenario_name(),
-                mission.size_option().unwrap_or(SIZE)
-            );
+            let what = format!("'{}' has another size option", mission.scenario_name());
+            let remedy = format!("use --{}", mission.vocabulary().size_option.unwrap_or(SIZE));
+            bail!(Problem::with_source(format!("--{word}"), what, remedy));
         }
         Ok(Some(sized))
     }

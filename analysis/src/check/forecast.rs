@@ -2,11 +2,13 @@
 //! exact except for the ticks in which messages arrive.
 
 use scenario::ids::TaskId;
-use scenario::{BehaviorParams, BehaviorSpec, HistoryOrigin, Robot, Setup, Switches};
+use scenario::{BehaviorParams, BehaviorSpec, HistoryOrigin, Robot, Setup};
+use serde::Serialize;
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Forecast {
     pub robot: String,
+    #[serde(rename = "behavior_set")]
     pub set: String,
     pub task: String,
     /// Time from motivation 0 to the threshold while no robot is on the task.
@@ -16,6 +18,7 @@ pub struct Forecast {
     /// λ: the time after which an active set gives up.
     pub gives_up_s: f64,
     /// The mission's estimate of the time for one unit of work.
+    #[serde(rename = "unit_of_work_s")]
     pub work_s: f64,
     /// One entry per set of a teammate that does the same task.
     pub takeovers: Vec<Takeover>,
@@ -23,9 +26,10 @@ pub struct Forecast {
 
 /// The times until a robot takes a task over from a teammate, counted from the teammate's first message on the task, s. If the
 /// history starts at progress, each report of progress counts as a first message.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Takeover {
     pub teammate: String,
+    #[serde(rename = "behavior_set")]
     pub set: String,
     /// The time if the teammate stops sending after its first message.
     pub silent_s: f64,
@@ -105,62 +109,24 @@ struct Rival<'a> {
 impl Rival<'_> {
     fn takeover(&self, setup: &Setup, params: &BehaviorParams) -> Takeover {
         let switches = &setup.alliance.switches;
-        let (tau_s, phi_s) = (
-            params.ceased_after_s,
-            params.willing_to_affect_toward_s(self.name),
-        );
-        let rise = |slow_s: f64| {
-            let slow = params.slow_impatience_toward(self.name);
-            rise_time_s(
-                setup.alliance.threshold,
-                slow,
-                params.fast_impatience,
-                slow_s,
-            )
-        };
-
-        let silent = rise(tau_s.min(phi_s));
-        let failing_s = self.failing_s(switches, params, &rise);
-        let starts_again = switches.history_origin == HistoryOrigin::Progress;
-        let is_left_alone = starts_again && rise(phi_s) > self.work_s;
-        Takeover {
-            teammate: self.name.to_owned(),
-            set: self.set.to_owned(),
-            // At the threshold, the robot waits until it considers the teammate lost.
-            silent_s: if switches.waiting {
-                silent.max(tau_s)
-            } else {
-                silent
-            },
-            failing_s,
-            working_s: (!is_left_alone).then_some(failing_s),
-        }
-    }
-
-    fn failing_s(
-        &self,
-        switches: &Switches,
-        params: &BehaviorParams,
-        rise: &impl Fn(f64) -> f64,
-    ) -> f64 {
         let tau_s = params.ceased_after_s;
         let phi_s = params.willing_to_affect_toward_s(self.name);
         let (psi_s, lambda_s) = (
             self.params.before_yielding_s,
             self.params.before_giving_up_s,
         );
+        let slow = params.slow_impatience_toward(self.name);
+        let (threshold, fast) = (setup.alliance.threshold, params.fast_impatience);
+        let rise = |slow_s: f64| rise_time_s(threshold, slow, fast, slow_s);
+
         // Without a release message, the teammate's last heartbeat slows the others for τ. It also occupies the task unless a
         // later heartbeat reports that the teammate is idle.
         let slows_s = if switches.release_message { 0.0 } else { tau_s };
-        let occupies_s = if switches.idle_heartbeat {
-            0.0
-        } else {
-            slows_s
+        let occupies_s = match switches.idle_heartbeat {
+            true => 0.0,
+            false => slows_s,
         };
         let wishes_s = rise(phi_s.min(lambda_s + slows_s));
-        if !switches.waiting {
-            return wishes_s;
-        }
         let leaves_s = if switches.waiting_counts && switches.reset_stops_active {
             // The request is the robot's first message on the task and deactivates the teammate.
             wishes_s.min(lambda_s)
@@ -168,6 +134,23 @@ impl Rival<'_> {
             wishes_s.max(psi_s).min(lambda_s)
         };
         let waits_out_s = wishes_s + params.before_yielding_s + tau_s;
-        wishes_s.max(leaves_s + occupies_s).min(waits_out_s)
+        let silent_s = rise(tau_s.min(phi_s));
+        let (silent_s, failing_s) = match switches.waiting {
+            // At the threshold, the robot waits until it considers the teammate lost.
+            true => (
+                silent_s.max(tau_s),
+                wishes_s.max(leaves_s + occupies_s).min(waits_out_s),
+            ),
+            false => (silent_s, wishes_s),
+        };
+        let starts_again = switches.history_origin == HistoryOrigin::Progress;
+        let is_left_alone = starts_again && rise(phi_s) > self.work_s;
+        Takeover {
+            teammate: self.name.to_owned(),
+            set: self.set.to_owned(),
+            silent_s,
+            failing_s,
+            working_s: (!is_left_alone).then_some(failing_s),
+        }
     }
 }

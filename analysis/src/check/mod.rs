@@ -18,6 +18,7 @@ use terminal::stderr_line;
 use world_server::mission_args::{Known, MissionArgs};
 use world_server::size::SizeArgs;
 
+use crate::exit_status;
 use forecast::{Forecast, forecasts};
 use warnings::{Warning, warnings};
 
@@ -81,22 +82,16 @@ impl CheckCommand {
     /// Runs the command. Exit status: 0 with or without warnings, 2 for invalid input.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
-        match self.setup(known) {
-            Ok((setup, starts)) => {
-                let check = Check::new(&setup, &starts);
-                if self.json {
-                    let json = show::json(&setup, &check);
-                    let text = format_args!("{json:#}\n");
-                    return terminal::print_result("alliance check", text, ExitCode::SUCCESS);
-                }
-                stderr_line!("{}", show::text(&setup, &check).trim_end_matches('\n'));
-                ExitCode::SUCCESS
+        let checked = self.setup(known).map(|(setup, starts)| {
+            let check = Check::new(&setup, &starts);
+            if self.json {
+                let text = format_args!("{:#}\n", show::json(&setup, &check));
+                return terminal::print_result("alliance check", text, ExitCode::SUCCESS);
             }
-            Err(error) => {
-                stderr_line!("alliance check: {error:#}");
-                ExitCode::from(2)
-            }
-        }
+            stderr_line!("{}", show::text(&setup, &check).trim_end_matches('\n'));
+            ExitCode::SUCCESS
+        });
+        exit_status("check", checked, 2)
     }
 
     /// Resolves the scenario and the start positions. Other options of a run do not change the result.

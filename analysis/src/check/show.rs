@@ -118,49 +118,13 @@ fn seconds(time: f64) -> String {
 
 /// Returns the result as JSON. A `working_s` of null means never.
 pub fn json(setup: &Setup, check: &Check) -> Value {
-    let takeover = |takeover: &Takeover| {
-        json!({
-            "teammate": takeover.teammate,
-            "behavior_set": takeover.set,
-            "silent_s": takeover.silent_s,
-            "failing_s": takeover.failing_s,
-            "working_s": takeover.working_s,
-        })
-    };
-    let sets: Vec<Value> = check
-        .forecasts
-        .iter()
-        .map(|forecast| {
-            json!({
-                "robot": forecast.robot,
-                "behavior_set": forecast.set,
-                "task": forecast.task,
-                "activates_s": forecast.activates_s,
-                "yields_s": forecast.yields_s,
-                "gives_up_s": forecast.gives_up_s,
-                "unit_of_work_s": forecast.work_s,
-                "takeovers": forecast.takeovers.iter().map(takeover).collect::<Vec<_>>(),
-            })
-        })
-        .collect();
-    let warnings: Vec<Value> = check
-        .warnings
-        .iter()
-        .map(|warning| {
-            json!({
-                "kind": warning.kind.as_str(),
-                "behavior_set": warning.set,
-                "robots": warning.robots,
-                "text": warning.text,
-            })
-        })
-        .chain(check.contradictions.iter().map(
-            |text| json!({ "kind": "scenario", "behavior_set": null, "robots": [], "text": text }),
-        ))
-        .collect();
+    let warnings = check.warnings.iter().map(|warning| json!(warning));
+    let contradictions = check.contradictions.iter().map(
+        |text| json!({ "kind": "scenario", "behavior_set": null, "robots": [], "text": text }),
+    );
     json!({
         "scenario": setup.scenario.name,
-        "sets": sets,
-        "warnings": warnings,
+        "sets": check.forecasts,
+        "warnings": warnings.chain(contradictions).collect::<Vec<_>>(),
     })
 }

@@ -1,16 +1,15 @@
 //! Forecasts and warnings against values calculated by hand.
 
-use missions::Registry;
 use missions::waste::data::{BehaviorKind, default_setup};
-use scenario::{Scenario, Setup};
+use scenario::Setup;
 
 use super::forecast::{Forecast, rise_time_s};
-use super::warnings::WarningKind;
+use super::warnings::WarningKind::{self, *};
 use super::*;
+use crate::testkit;
 
 fn setup(text: &str) -> Setup {
-    let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
-    Setup::resolve(scenario, 1, None).unwrap().setup
+    testkit::setup(testkit::scenario(text))
 }
 
 fn of(setup: &Setup, robot: &str, set: &str) -> Forecast {
@@ -70,66 +69,42 @@ fn takeover(parameters: &str, switches: &str) -> (f64, f64, Option<f64>) {
 #[test]
 fn takeovers_match_hand_calculation() {
     // A unit of work takes 26 s. Silent: slow for τ = 5 s, 5 + 95/5 = 24 s.
-    let far = "before_yielding_s = 1000.0\nbefore_giving_up_s = 2000.0";
+    let literal = "waiting = false\nhistory_origin = 'mission-start'";
+    let request = "waiting_counts = true\nreset_stops_active = true";
+    let (psi, lambda) = (1000.0, 2000.0);
+    // φ, ψ, λ, switches, and the times until the takeover.
     let table = [
         // Gold is at θ after 44 s and waits until blue yields.
-        (
-            "willing_to_affect_s = 30.0\nbefore_yielding_s = 80.0\nbefore_giving_up_s = 90.0",
-            "",
-            (24.0, 80.0, None),
-        ),
+        (30.0, 80.0, 90.0, "", (24.0, 80.0, None)),
         // Blue has been active for longer than its ψ by then.
-        (
-            "willing_to_affect_s = 30.0\nbefore_yielding_s = 40.0\nbefore_giving_up_s = 90.0",
-            "",
-            (24.0, 44.0, None),
-        ),
+        (30.0, 40.0, 90.0, "", (24.0, 44.0, None)),
         // Blue gives up at 50 s, when gold is at 50: 50 + 50/5.
-        (
-            "willing_to_affect_s = 300.0\nbefore_yielding_s = 40.0\nbefore_giving_up_s = 50.0",
-            "",
-            (24.0, 60.0, None),
-        ),
+        (300.0, 40.0, 50.0, "", (24.0, 60.0, None)),
         // Without a release message, gold continues slowly for τ: 55 + 45/5.
         (
-            "willing_to_affect_s = 300.0\nbefore_yielding_s = 40.0\nbefore_giving_up_s = 50.0",
+            300.0,
+            40.0,
+            50.0,
             "release_message = false",
             (24.0, 64.0, None),
         ),
         // Gold reaches θ at the slow rate. The wait is bounded by its ψ + τ, and blue's ψ is less.
-        (
-            &format!("willing_to_affect_s = 300.0\n{far}"),
-            "",
-            (24.0, 1000.0, None),
-        ),
+        (300.0, psi, lambda, "", (24.0, 1000.0, None)),
         // Without waiting, gold activates beside blue at 44 s, also if blue is working: the history is literal.
-        (
-            &format!("willing_to_affect_s = 30.0\n{far}"),
-            "waiting = false\nhistory_origin = 'mission-start'",
-            (24.0, 44.0, Some(44.0)),
-        ),
+        (30.0, psi, lambda, literal, (24.0, 44.0, Some(44.0))),
         // The request itself deactivates blue.
-        (
-            "willing_to_affect_s = 30.0\nbefore_yielding_s = 80.0\nbefore_giving_up_s = 90.0",
-            "waiting_counts = true\nreset_stops_active = true",
-            (24.0, 44.0, None),
-        ),
+        (30.0, 80.0, 90.0, request, (24.0, 44.0, None)),
         // Patience ends before a unit of work: φ = 1 s, 1 + 99/5 = 20.8 s.
-        (
-            "willing_to_affect_s = 1.0\nbefore_yielding_s = 15.0\nbefore_giving_up_s = 90.0",
-            "",
-            (20.8, 20.8, Some(20.8)),
-        ),
+        (1.0, 15.0, 90.0, "", (20.8, 20.8, Some(20.8))),
     ];
-    for (parameters, switches, expected) in table {
-        let (silent, failing, working) = takeover(parameters, switches);
+    for (phi, psi, lambda, switches, expected) in table {
+        let parameters = format!(
+            "willing_to_affect_s = {phi:?}\nbefore_yielding_s = {psi:?}\nbefore_giving_up_s = {lambda:?}"
+        );
+        let (silent, failing, working) = takeover(&parameters, switches);
         assert_near(silent, expected.0);
         assert_near(failing, expected.1);
-        assert_eq!(
-            working.is_some(),
-            expected.2.is_some(),
-            "{parameters} {switches}"
-        );
+        assert_eq!(working.is_some(), expected.2.is_some(), "{parameters}");
         assert_near(working.unwrap_or_default(), expected.2.unwrap_or_default());
     }
 }
@@ -224,47 +199,39 @@ fn the_default_mission_has_no_warnings() {
 
 #[test]
 fn each_rule_gives_its_warning() {
-    let top = "[alliance.sets.'move-spill(top)']\n";
-    let spill = "move-spill(top)".to_owned();
-    let report = "report-progress".to_owned();
+    let top = |line: &str| format!("[alliance.sets.'move-spill(top)']\n{line}");
+    let of = |robot: &str, line: &str| {
+        format!("[alliance.robots.{robot}.sets.'move-spill(top)']\n{line}")
+    };
+    let brief = "before_giving_up_s = 20.0\nwilling_to_affect_s = 10.0";
+    let two = "[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'";
+    let (spill, report) = ("move-spill(top)", "report-progress");
     let table = [
+        (top("before_yielding_s = 20.0"), (YieldsTooEarly, spill, 3)),
+        (top(brief), (GivesUpTooEarly, spill, 3)),
         (
-            format!("{top}before_yielding_s = 20.0"),
-            (WarningKind::YieldsTooEarly, spill.clone(), 3),
-        ),
-        (
-            format!("{top}before_giving_up_s = 20.0\nwilling_to_affect_s = 10.0"),
-            (WarningKind::GivesUpTooEarly, spill.clone(), 3),
-        ),
-        (
-            format!("{top}before_giving_up_s = 100.0"),
-            (WarningKind::PatienceUnused, spill.clone(), 3),
+            top("before_giving_up_s = 100.0"),
+            (PatienceUnused, spill, 3),
         ),
         // Blue's λ against the others' φ toward it.
         (
-            "[alliance.robots.blue.sets.'move-spill(top)']\nbefore_giving_up_s = 100.0".to_owned(),
-            (WarningKind::PatienceUnused, spill.clone(), 1),
+            of("blue", "before_giving_up_s = 100.0"),
+            (PatienceUnused, spill, 1),
         ),
-        (
-            format!("{top}ceased_after_s = 1.9"),
-            (WarningKind::SilenceTooShort, spill.clone(), 3),
-        ),
+        (top("ceased_after_s = 1.9"), (SilenceTooShort, spill, 3)),
         // Green sends heartbeats less often than blue and gold expect them.
         (
-            "[alliance.robots.green.sets.'move-spill(top)']\nbroadcast_rate_hz = 0.21".to_owned(),
-            (WarningKind::SilenceTooShort, spill, 2),
+            of("green", "broadcast_rate_hz = 0.21"),
+            (SilenceTooShort, spill, 2),
         ),
         (
             "[waste]\nreport_period_s = 23.0".to_owned(),
-            (WarningKind::ReportsLate, report.clone(), 3),
+            (ReportsLate, report, 3),
         ),
-        (
-            "[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'".to_owned(),
-            (WarningKind::ReportsLate, report, 2),
-        ),
+        (two.to_owned(), (ReportsLate, report, 2)),
     ];
-    for (text, expected) in table {
-        assert_eq!(broken(&text), [expected], "{text}");
+    for (text, (kind, set, robots)) in table {
+        assert_eq!(broken(&text), [(kind, set.to_owned(), robots)], "{text}");
     }
 }
 
@@ -276,12 +243,8 @@ fn a_heartbeat_period_is_rounded_up_to_steps() {
             "step_ms = 500\n[alliance.defaults]\nbroadcast_rate_hz = 1.1112\nceased_after_s = {tau}"
         )
     };
-    assert!(
-        broken(&text("1.9"))
-            .iter()
-            .all(|warning| warning.0 == WarningKind::SilenceTooShort)
-    );
-    assert!(!broken(&text("1.9")).is_empty());
+    let short = broken(&text("1.9"));
+    assert!(!short.is_empty() && short.iter().all(|warning| warning.0 == SilenceTooShort));
     assert_eq!(broken(&text("2.0")), []);
 }
 
@@ -289,11 +252,7 @@ fn a_heartbeat_period_is_rounded_up_to_steps() {
 fn a_single_robot_has_no_takeovers() {
     let setup = setup("[[robots]]\nname = 'solo'");
     let check = Check::new(&setup, &[]);
-    assert!(
-        check
-            .forecasts
-            .iter()
-            .all(|forecast| forecast.takeovers.is_empty())
-    );
+    let mut forecasts = check.forecasts.iter();
+    assert!(forecasts.all(|forecast| forecast.takeovers.is_empty()));
     assert!(show::text(&setup, &check).contains('-'));
 }

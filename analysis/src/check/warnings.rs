@@ -3,20 +3,23 @@
 use std::collections::{BTreeMap, HashMap};
 
 use scenario::{BehaviorParams, Setup};
+use serde::Serialize;
 
 use super::forecast::Forecast;
 
 /// A warning about a behavior set of one or more robots.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Warning {
     pub kind: WarningKind,
+    #[serde(rename = "behavior_set")]
     pub set: String,
     pub robots: Vec<String>,
     /// The values and their consequence.
     pub text: String,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum WarningKind {
     /// ψ is shorter than a unit of work.
     YieldsTooEarly,
@@ -28,19 +31,6 @@ pub enum WarningKind {
     SilenceTooShort,
     /// The report period is too short for ψ and λ.
     ReportsLate,
-}
-
-impl WarningKind {
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::YieldsTooEarly => "yields-too-early",
-            Self::GivesUpTooEarly => "gives-up-too-early",
-            Self::PatienceUnused => "patience-unused",
-            Self::SilenceTooShort => "silence-too-short",
-            Self::ReportsLate => "reports-late",
-        }
-    }
 }
 
 /// Returns all warnings, by set in catalog order, then by rule.
@@ -78,45 +68,36 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(WarningKind, String)> {
     let (psi_s, lambda_s) = (set.before_yielding_s, set.before_giving_up_s);
     let work_s = forecast.work_s;
     let mut found = Vec::new();
+    let mut warn = |kind: WarningKind, text: String| found.push((kind, text));
+    let early = |name: &str, time_s: f64, verb: &str| {
+        let time_s = rounded(time_s);
+        format!(
+            "{name} = {time_s} s is shorter than a unit of work, about {work_s:.0} s: the robot {verb} before it completes anything"
+        )
+    };
     if psi_s < work_s {
-        found.push((
-            WarningKind::YieldsTooEarly,
-            format!(
-                "psi = {} s is shorter than a unit of work, about {work_s:.0} s: the robot yields before it completes anything",
-                rounded(psi_s)
-            ),
-        ));
+        warn(WarningKind::YieldsTooEarly, early("psi", psi_s, "yields"));
     }
     if lambda_s < work_s {
-        found.push((
-            WarningKind::GivesUpTooEarly,
-            format!(
-                "lambda = {} s is shorter than a unit of work, about {work_s:.0} s: the robot gives up before it completes anything",
-                rounded(lambda_s)
-            ),
-        ));
+        let text = early("lambda", lambda_s, "gives up");
+        warn(WarningKind::GivesUpTooEarly, text);
     }
 
-    let rivals = || {
+    let longest_s = |of: &dyn Fn(&BehaviorParams) -> f64| {
         let takeovers = forecast.takeovers.iter();
-        takeovers.map(|takeover| params(&takeover.teammate, &takeover.set))
+        let rivals = takeovers.map(|takeover| params(&takeover.teammate, &takeover.set));
+        rivals.map(of).fold(0.0, f64::max)
     };
-    let patience_s = rivals()
-        .map(|theirs| theirs.willing_to_affect_toward_s(&forecast.robot))
-        .fold(0.0, f64::max);
+    let patience_s = longest_s(&|theirs| theirs.willing_to_affect_toward_s(&forecast.robot));
     if lambda_s < patience_s {
-        found.push((
-            WarningKind::PatienceUnused,
-            format!(
-                "lambda = {} s is shorter than phi = {} s of teammates toward the robot: a failing robot gives up before they lose patience",
-                rounded(lambda_s),
-                rounded(patience_s)
-            ),
-        ));
+        let text = format!(
+            "lambda = {} s is shorter than phi = {} s of teammates toward the robot: a failing robot gives up before they lose patience",
+            rounded(lambda_s),
+            rounded(patience_s)
+        );
+        warn(WarningKind::PatienceUnused, text);
     }
-    let period_s = rivals()
-        .map(|theirs| heartbeat_period_s(setup, theirs))
-        .fold(0.0, f64::max);
+    let period_s = longest_s(&|theirs| heartbeat_period_s(setup, theirs));
     let tau_s = set.ceased_after_s;
     if tau_s < 2.0 * period_s {
         let missed = if tau_s <= period_s {
@@ -124,14 +105,14 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(WarningKind, String)> {
         } else {
             "the robot considers a teammate lost after one missing heartbeat"
         };
-        found.push((
-            WarningKind::SilenceTooShort,
-            format!(
-                "tau = {tau_s} s is less than two heartbeat periods of teammates, {period_s} s each: {missed}"
-            ),
-        ));
+        let text = format!(
+            "tau = {tau_s} s is less than two heartbeat periods of teammates, {period_s} s each: {missed}"
+        );
+        warn(WarningKind::SilenceTooShort, text);
     }
-    found.extend(report_period(setup, forecast));
+    if let Some(text) = report_period(setup, forecast) {
+        warn(WarningKind::ReportsLate, text);
+    }
     found
 }
 
@@ -152,24 +133,24 @@ fn heartbeat_period_s(setup: &Setup, params: &BehaviorParams) -> f64 {
 
 /// Warns if a recurring task must be late: because it takes too long, or because all robots may be at continuing tasks when it
 /// becomes due.
-fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(WarningKind, String)> {
+fn report_period(setup: &Setup, forecast: &Forecast) -> Option<String> {
     let scenario = &setup.scenario;
     let catalog = &setup.catalog;
     let set = catalog.find_behavior(&forecast.set)?;
     let mission = catalog.mission;
-    let period_s = mission.recurrence_s(scenario, &catalog.sets[set.index()])?;
+    let behavior = &catalog.sets[set.index()];
+    let period_s = mission
+        .behavior_properties(scenario, behavior)
+        .recurrence_s?;
     let takes_s = forecast.activates_s + forecast.work_s;
     if takes_s > period_s {
-        return Some((
-            WarningKind::ReportsLate,
-            format!(
-                "the task takes about {takes_s:.0} s after it becomes due, more than its period of {period_s} s"
-            ),
+        return Some(format!(
+            "the task takes about {takes_s:.0} s after it becomes due, more than its period of {period_s} s"
         ));
     }
     let moving = || {
         let sets = catalog.sets.iter();
-        sets.filter(move |set| mission.is_long_running(set))
+        sets.filter(move |set| mission.behavior_properties(scenario, set).is_long_running)
     };
     let places: u64 = moving()
         .map(|set| u64::from(catalog.tasks[set.task.index()].max_robots))
@@ -184,13 +165,10 @@ fn report_period(setup: &Setup, forecast: &Forecast) -> Option<(WarningKind, Str
     let lambda_s = longest(|params| params.before_giving_up_s);
     let psi_s = longest(|params| params.before_yielding_s);
     (lambda_s > period_s).then(|| {
-        (
-            WarningKind::ReportsLate,
-            format!(
-                "all robots may be at other tasks when the task becomes due, every {period_s} s; this robot continues until psi = {} s if a teammate requests its task, otherwise until lambda = {} s",
-                rounded(psi_s),
-                rounded(lambda_s)
-            ),
+        format!(
+            "all robots may be at other tasks when the task becomes due, every {period_s} s; this robot continues until psi = {} s if a teammate requests its task, otherwise until lambda = {} s",
+            rounded(psi_s),
+            rounded(lambda_s)
         )
     })
 }

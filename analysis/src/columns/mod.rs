@@ -1,54 +1,133 @@
-//! Tables of results by column, as CSV and Parquet.
+//! Tables of results and of logs by column, as CSV and Parquet.
 
 pub mod parquet;
 
 use std::path::Path;
 
+use run_log::{CellKind, CellValue, DeclaredRow, MissionRow};
+use scenario::mission::columns::{self, ColumnKind};
+
 use crate::new_file::write_atomically;
 
+/// A function that returns the value in a row; `None` if it is missing.
+type Value<R> = Box<dyn for<'r> Fn(&'r R) -> Option<CellValue<'r>>>;
+
+/// A column with its type and the source of its values.
+pub struct Column<R> {
+    pub name: String,
+    pub kind: CellKind,
+    /// True if a value may be missing.
+    pub is_optional: bool,
+    pub value: Value<R>,
+}
+
+/// Returns the columns of a table of the log, in the order of the CSV.
+pub fn declared<R: DeclaredRow>() -> Vec<Column<R>> {
+    let columns = R::COLUMNS.iter().map(|column| Column {
+        name: column.name.to_owned(),
+        kind: column.kind,
+        is_optional: column.is_optional,
+        value: Box::new(column.value),
+    });
+    columns.collect()
+}
+
+/// Returns the columns of mission.csv, as the mission declares them.
+pub fn of_mission(declared: &'static [columns::Column]) -> Vec<Column<MissionRow>> {
+    let time = Column {
+        name: "t_ms".to_owned(),
+        kind: CellKind::Whole64,
+        is_optional: false,
+        value: Box::new(|row: &MissionRow| Some(CellValue::Whole(row.t_ms.0))),
+    };
+    let columns = declared.iter().map(|column| {
+        let (name, is_real) = (column.name, column.kind == ColumnKind::Real);
+        Column {
+            name: name.to_owned(),
+            kind: if is_real {
+                CellKind::Double
+            } else {
+                CellKind::Whole64
+            },
+            is_optional: is_real || column.kind == ColumnKind::Time,
+            value: Box::new(move |row: &MissionRow| match row.get(name)? {
+                value if is_real => Some(CellValue::Double(value)),
+                value => Some(CellValue::Whole(value as u64)),
+            }),
+        }
+    });
+    [time].into_iter().chain(columns).collect()
+}
+
+/// Rows of results. All rows have the same columns.
 #[derive(Default)]
 pub struct Table {
-    pub columns: Vec<Column>,
+    names: Vec<String>,
+    rows: Vec<Vec<Entry>>,
 }
 
-pub struct Column {
-    pub name: String,
-    pub values: Values,
-}
-
-/// Values by row; `None` for an empty cell.
-pub enum Values {
-    Integers(Vec<Option<i64>>),
-    Numbers(Vec<Option<f64>>),
-    Flags(Vec<Option<bool>>),
-    Texts(Vec<Option<String>>),
-}
-
-use Values::{Flags, Integers, Numbers, Texts};
-
-/// A cell of a row.
+/// A cell of a row; `None` for an empty cell. A column of numbers may contain whole numbers.
+#[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
-    Text(String),
-    Whole(usize),
+    Text(Option<String>),
+    Whole(Option<i64>),
     Number(Option<f64>),
     Flag(bool),
 }
 
 impl Entry {
+    pub fn text(text: impl ToString) -> Self {
+        Self::Text(Some(text.to_string()))
+    }
+
+    pub fn number(number: impl Into<Option<f64>>) -> Self {
+        Self::Number(number.into())
+    }
+
+    /// Returns a count, which is far below 2^63.
+    #[must_use]
+    pub fn count(count: usize) -> Self {
+        Self::Whole(Some(count as i64))
+    }
+
     /// Returns a value and the ends of its interval.
     #[must_use]
     pub fn with_interval(found: Option<(f64, (f64, f64))>) -> [Self; 3] {
-        let number = |of: fn((f64, (f64, f64))) -> f64| Self::Number(found.map(of));
-        [
-            number(|found| found.0),
-            number(|found| found.1.0),
-            number(|found| found.1.1),
-        ]
+        let [value, from, to] = match found {
+            Some((value, (from, to))) => [value, from, to].map(Some),
+            None => [None; 3],
+        };
+        [value, from, to].map(Self::Number)
+    }
+
+    /// Returns the value for a column of that type.
+    fn value(&self, kind: CellKind) -> Option<CellValue<'_>> {
+        match self {
+            Self::Text(text) => text.as_deref().map(CellValue::Text),
+            Self::Whole(number) if kind == CellKind::Double => {
+                number.map(|number| CellValue::Double(number as f64))
+            }
+            // Parquet files get the same 64 bits as a signed number again.
+            Self::Whole(number) => number.map(|number| CellValue::Whole(number as u64)),
+            Self::Number(number) => number.map(CellValue::Double),
+            Self::Flag(flag) => Some(CellValue::Flag(*flag)),
+        }
+    }
+
+    /// Returns the value as text; empty for an empty cell.
+    fn csv(&self) -> String {
+        let shown = match self {
+            Self::Text(text) => text.clone(),
+            Self::Whole(number) => number.map(|number| number.to_string()),
+            Self::Number(number) => number.map(|number| number.to_string()),
+            Self::Flag(flag) => Some(flag.to_string()),
+        };
+        shown.unwrap_or_default()
     }
 }
 
 impl Table {
-    /// Creates a table from rows. All rows need the same names with the same types.
+    /// Creates a table from rows with the same names.
     #[must_use]
     pub fn of_rows<'n, R: IntoIterator<Item = (&'n str, Entry)>>(
         rows: impl IntoIterator<Item = R>,
@@ -60,75 +139,74 @@ impl Table {
         table
     }
 
-    /// Appends a row. All rows need the same names with the same types.
     pub fn add<'n>(&mut self, row: impl IntoIterator<Item = (&'n str, Entry)>) {
-        let is_first = self.rows() == 0;
-        for (place, (name, entry)) in row.into_iter().enumerate() {
-            if is_first {
-                let values = match &entry {
-                    Entry::Text(_) => Texts(Vec::new()),
-                    Entry::Whole(_) => Integers(Vec::new()),
-                    Entry::Number(_) => Numbers(Vec::new()),
-                    Entry::Flag(_) => Flags(Vec::new()),
-                };
-                let name = name.to_owned();
-                self.columns.push(Column { name, values });
-            }
-            match (&mut self.columns[place].values, entry) {
-                (Texts(values), Entry::Text(text)) => values.push(Some(text)),
-                // Counts of runs and seeds are far below 2^63.
-                (Integers(values), Entry::Whole(count)) => values.push(Some(count as i64)),
-                (Numbers(values), Entry::Number(number)) => values.push(number),
-                (Flags(values), Entry::Flag(flag)) => values.push(Some(flag)),
-                _ => debug_assert!(false, "{name} changes its type"),
-            }
+        let (names, row): (Vec<&str>, Vec<Entry>) = row.into_iter().unzip();
+        if self.rows.is_empty() {
+            self.names = names.into_iter().map(str::to_owned).collect();
         }
+        debug_assert_eq!(self.names.len(), row.len());
+        self.rows.push(row);
     }
 
     #[must_use]
     pub fn rows(&self) -> usize {
-        self.columns.first().map_or(0, |first| match &first.values {
-            Integers(values) => values.len(),
-            Numbers(values) => values.len(),
-            Flags(values) => values.len(),
-            Texts(values) => values.len(),
-        })
+        self.rows.len()
     }
 
     /// Returns the table as CSV with a header line. Numbers have the shortest form that reads back unchanged.
     pub fn csv(&self) -> anyhow::Result<Vec<u8>> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(self.columns.iter().map(|column| &column.name))?;
-        for row in 0..self.rows() {
-            writer.write_record(self.columns.iter().map(|column| column.values.text(row)))?;
+        writer.write_record(&self.names)?;
+        for row in &self.rows {
+            writer.write_record(row.iter().map(Entry::csv))?;
         }
         Ok(writer.into_inner()?)
     }
 
+    /// Returns the table as a Parquet file. Equal rows give equal bytes.
+    pub fn parquet(&self) -> anyhow::Result<Vec<u8>> {
+        let columns = self.names.iter().enumerate().map(|(place, name)| {
+            let kind = self.kind(place);
+            Column {
+                name: name.clone(),
+                kind,
+                is_optional: true,
+                value: Box::new(move |row: &Vec<Entry>| row[place].value(kind)),
+            }
+        });
+        let columns: Vec<Column<Vec<Entry>>> = columns.collect();
+        let mut bytes = Vec::new();
+        let mut file = parquet::create(&mut bytes, "runs", &columns, None)?;
+        parquet::write_group(&mut file, &columns, &self.rows)?;
+        file.close()?;
+        Ok(bytes)
+    }
+
+    /// Returns the type of a column. Whole numbers among others are numbers.
+    fn kind(&self, place: usize) -> CellKind {
+        let cells = || self.rows.iter().map(|row| &row[place]);
+        for cell in cells() {
+            match cell {
+                Entry::Text(_) => return CellKind::Text,
+                Entry::Flag(_) => return CellKind::Flag,
+                Entry::Number(Some(_)) => return CellKind::Double,
+                Entry::Number(None) | Entry::Whole(_) => {}
+            }
+        }
+        match cells().any(|cell| matches!(cell, Entry::Whole(_))) {
+            true => CellKind::Whole64,
+            false => CellKind::Double,
+        }
+    }
+
     /// Writes the table into a folder as `name.csv`.
     pub fn write_csv(&self, folder: &Path, name: &str) -> anyhow::Result<()> {
-        write_atomically(folder, &format!("{name}.csv"), &self.csv()?)
+        write_atomically(&folder.join(format!("{name}.csv")), &self.csv()?)
     }
 
     /// Writes the table into a folder as `name.csv` and `name.parquet`.
     pub fn write(&self, folder: &Path, name: &str) -> anyhow::Result<()> {
         self.write_csv(folder, name)?;
-        let bytes = parquet::to_parquet(&self.columns)?;
-        write_atomically(folder, &format!("{name}.parquet"), &bytes)
-    }
-}
-
-impl Values {
-    /// Returns a value as text; empty for an empty cell.
-    fn text(&self, row: usize) -> String {
-        fn show<T: ToString>(value: Option<&T>) -> String {
-            value.map_or_else(String::new, T::to_string)
-        }
-        match self {
-            Integers(values) => show(values[row].as_ref()),
-            Numbers(values) => show(values[row].as_ref()),
-            Flags(values) => show(values[row].as_ref()),
-            Texts(values) => show(values[row].as_ref()),
-        }
+        write_atomically(&folder.join(format!("{name}.parquet")), &self.parquet()?)
     }
 }

@@ -89,10 +89,10 @@ impl BlockAnalysis {
     #[must_use]
     pub fn can_differ(&self, metric: &Metric) -> bool {
         let of_metric = self.pairs.iter().filter(|(paired, _)| paired == metric);
-        let pairs: Vec<&Pair> = of_metric.flat_map(|(_, pairs)| pairs).collect();
-        let tested: Vec<&&Pair> = pairs.iter().filter(|pair| pair.p.is_some()).collect();
-        let most = tested.iter().map(|pair| pair.n).max();
-        most.is_none_or(|most| least_p(most, tested.len()) < SIGNIFICANT)
+        let tested = of_metric.flat_map(|(_, pairs)| pairs);
+        let tested = tested.filter(|pair| pair.p.is_some());
+        let most = tested.clone().map(|pair| pair.n).max();
+        most.is_none_or(|most| least_p(most, tested.count()) < SIGNIFICANT)
     }
 }
 
@@ -125,11 +125,8 @@ impl Ranking {
     #[must_use]
     pub fn p(&self, first: usize, second: usize) -> f64 {
         let ranks = &self.friedman.mean_ranks;
-        nemenyi(
-            ranks[first] - ranks[second],
-            ranks.len(),
-            self.friedman.blocks,
-        )
+        let difference = ranks[first] - ranks[second];
+        nemenyi(difference, ranks.len(), self.friedman.blocks)
     }
 }
 
@@ -164,15 +161,13 @@ impl Analysis {
     pub fn pair(&self, block: usize, metric: &Metric, first: usize, second: usize) -> Option<Pair> {
         let mut by_metric = self.blocks[block].pairs.iter();
         let (_, pairs) = by_metric.find(|(paired, _)| paired == metric)?;
-        let found = pairs.iter().find(|pair| {
-            (pair.first.min(pair.second), pair.first.max(pair.second))
-                == (first.min(second), first.max(second))
-        })?;
-        Some(if found.first == first {
-            *found
-        } else {
-            found.turned()
-        })
+        pairs
+            .iter()
+            .find_map(|pair| match (pair.first, pair.second) {
+                both if both == (first, second) => Some(*pair),
+                both if both == (second, first) => Some(pair.turned()),
+                _ => None,
+            })
     }
 }
 
@@ -193,123 +188,97 @@ impl Pair {
 }
 
 fn analyse(data: &ComparisonData, block: &Block) -> BlockAnalysis {
+    let metrics = paired(block).into_iter();
+    let pairs = metrics.map(|metric| (metric.clone(), pairs(data, block, &metric)));
     BlockAnalysis {
         summaries: summaries(data, block),
-        pairs: paired(block)
-            .into_iter()
-            .map(|metric| {
-                let pairs = pairs(data, block, &metric);
-                (metric, pairs)
-            })
-            .collect(),
+        pairs: pairs.collect(),
     }
 }
 
 fn summaries(data: &ComparisonData, block: &Block) -> Vec<Vec<Option<Summary>>> {
-    let columns: Vec<Vec<f64>> = block
-        .cells
-        .iter()
-        .flat_map(|cell| (0..data.metrics.len()).map(|metric| cell.values_of(metric)))
-        .collect();
-    let borrowed: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-    let resampled = means(&borrowed);
-    let all: Vec<Option<Summary>> = columns
-        .into_iter()
-        .zip(resampled)
-        .enumerate()
-        .map(|(place, (mut values, resampled))| {
-            let mean = mean(&values)?;
-            let n = values.len();
-            let cell = &block.cells[place / data.metrics.len()];
-            let is_share = data.metrics[place % data.metrics.len()] == Metric::Completion;
-            let interval = if is_share && !cell.is_constant {
-                // The values are 1 and 0, so their sum is the number of completed runs.
-                wilson(values.iter().sum::<f64>() as usize, n)
-            } else {
-                resampled.interval(LEVEL)?
-            };
-            values.sort_by(f64::total_cmp);
-            let shares = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
-            Some(Summary {
-                n,
-                mean,
-                interval,
-                quantiles: shares.map(|share| quantile(&values, share)),
-            })
+    let cells = block.cells.iter();
+    let columns =
+        cells.flat_map(|cell| (0..data.metrics.len()).map(|metric| cell.values_of(metric)));
+    let columns: Vec<Vec<f64>> = columns.collect();
+    let resampled = means(&columns);
+    let all = columns.into_iter().zip(resampled).enumerate();
+    let all = all.map(|(place, (mut values, resampled))| {
+        let mean = mean(&values)?;
+        let n = values.len();
+        let cell = &block.cells[place / data.metrics.len()];
+        let is_share = data.metrics[place % data.metrics.len()] == Metric::Completion;
+        let interval = if is_share && !cell.is_constant {
+            // The values are 1 and 0, so their sum is the number of completed runs.
+            wilson(values.iter().sum::<f64>() as usize, n)
+        } else {
+            resampled.interval(LEVEL)?
+        };
+        values.sort_by(f64::total_cmp);
+        let shares = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
+        Some(Summary {
+            n,
+            mean,
+            interval,
+            quantiles: shares.map(|share| quantile(&values, share)),
         })
-        .collect();
+    });
+    let all: Vec<Option<Summary>> = all.collect();
     all.chunks(data.metrics.len()).map(<[_]>::to_vec).collect()
 }
 
 fn pairs(data: &ComparisonData, block: &Block, metric: &Metric) -> Vec<Pair> {
     let place = data.metric_index(metric);
     let count = block.cells.len();
-    let members: Vec<(usize, usize)> = (0..count)
-        .flat_map(|first| (first + 1..count).map(move |second| (first, second)))
-        .collect();
-    let both: Vec<(Vec<f64>, Vec<f64>)> = members
-        .iter()
+    let members =
+        (0..count).flat_map(|first| (first + 1..count).map(move |second| (first, second)));
+    let members: Vec<(usize, usize)> = members.collect();
+    let both = members.iter();
+    let both: Vec<(Vec<f64>, Vec<f64>)> = both
         .map(|&(first, second)| block.cells[first].paired(&block.cells[second], place))
         .collect();
-    let differences: Vec<Vec<f64>> = both
+    let differences = both
         .iter()
-        .map(|(first, second)| {
-            second
-                .iter()
-                .zip(first)
-                .map(|(second, first)| metric.steps(*second) - metric.steps(*first))
-                .collect()
-        })
-        .collect();
+        .map(|(first, second)| metric.differences(second, first));
+    let differences: Vec<Vec<f64>> = differences.collect();
     let scale = metric.steps_per_unit();
-    let columns: Vec<&[f64]> = differences.iter().map(Vec::as_slice).collect();
-    let slices: Vec<(&[f64], &[f64])> = both
-        .iter()
-        .map(|(first, second)| (first.as_slice(), second.as_slice()))
-        .collect();
-    let of_means = means(&columns);
+    let of_means = means(&differences);
     let is_share = *metric == Metric::Completion;
     // Medians of zeros and ones are not informative.
     let of_medians = if is_share {
         Vec::new()
     } else {
-        median_differences(&slices)
+        median_differences(&both)
     };
-    let mut pairs: Vec<Pair> = members
-        .iter()
-        .enumerate()
-        .map(|(number, &(first, second))| {
-            let differences = &differences[number];
-            let mean = mean(differences).map(|mean| mean / scale);
-            let is_exact = block.cells[first].is_constant && block.cells[second].is_constant;
-            let interval = of_means[number].interval(LEVEL);
-            let (effect, p) = if is_share {
-                let count = |sign: f64| {
-                    differences
-                        .iter()
-                        .filter(|difference| **difference == sign)
-                        .count() as u64
-                };
-                (mean.unwrap_or(0.0), mcnemar(count(-1.0), count(1.0)))
-            } else {
-                let found = wilcoxon(differences);
-                (found.effect, found.p)
-            };
-            Pair {
-                first,
-                second,
-                n: differences.len(),
-                mean: mean.zip(interval.map(|(from, to)| (from / scale, to / scale))),
-                median: of_medians.get(number).and_then(|resampled| {
-                    let (first, second) = slices[number];
-                    Some((median(second)? - median(first)?, resampled.interval(LEVEL)?))
-                }),
-                effect,
-                p: Some(p).filter(|_| !differences.is_empty() && !is_exact),
-                adjusted: None,
-            }
-        })
-        .collect();
+    let pairs = members.iter().enumerate();
+    let pairs = pairs.map(|(number, &(first, second))| {
+        let differences = &differences[number];
+        let mean = mean(differences).map(|mean| mean / scale);
+        let is_exact = block.cells[first].is_constant && block.cells[second].is_constant;
+        let interval = of_means[number].interval(LEVEL);
+        let (effect, p) = if is_share {
+            let count =
+                |sign: f64| differences.iter().filter(|found| **found == sign).count() as u64;
+            (mean.unwrap_or(0.0), mcnemar(count(-1.0), count(1.0)))
+        } else {
+            let found = wilcoxon(differences);
+            (found.effect, found.p)
+        };
+        Pair {
+            first,
+            second,
+            n: differences.len(),
+            mean: mean.zip(interval.map(|(from, to)| (from / scale, to / scale))),
+            median: of_medians.get(number).and_then(|resampled| {
+                let (first, second) = &both[number];
+                Some((median(second)? - median(first)?, resampled.interval(LEVEL)?))
+            }),
+            effect,
+            p: Some(p).filter(|_| !differences.is_empty() && !is_exact),
+            adjusted: None,
+        }
+    });
+    let mut pairs: Vec<Pair> = pairs.collect();
     let p: Vec<f64> = pairs.iter().filter_map(|pair| pair.p).collect();
     let tested = pairs.iter_mut().filter(|pair| pair.p.is_some());
     for (pair, adjusted) in tested.zip(holm(&p)) {
@@ -330,27 +299,22 @@ fn rankings(data: &ComparisonData) -> Vec<Ranking> {
         Some(only) if primary.len() == 1 => only.name(),
         _ => PRIMARY.to_owned(),
     };
-    let mut found = Vec::new();
-    found.extend(
-        ranking(data, |block| block.primary.clone()).map(|ranking| Ranking {
-            name,
-            is_primary: true,
-            first: "best",
-            ..ranking
-        }),
-    );
-    for metric in &RANKED {
-        found.extend(ranking(data, |_| metric.clone()).map(|ranking| Ranking {
+    let primary = ranking(data, |block| block.primary.clone()).map(|ranking| Ranking {
+        name,
+        is_primary: true,
+        first: "best",
+        ..ranking
+    });
+    let further = RANKED.iter().filter_map(|metric| {
+        let ranking = ranking(data, |_| metric.clone())?;
+        let more = usize::from(metric.more_is_better());
+        Some(Ranking {
             name: metric.name(),
-            first: if metric.more_is_better() {
-                "most"
-            } else {
-                "least"
-            },
+            first: ["least", "most"][more],
             ..ranking
-        }));
-    }
-    found
+        })
+    });
+    primary.into_iter().chain(further).collect()
 }
 
 /// Ranks the allocators in each block by their means.
@@ -359,7 +323,7 @@ fn ranking(data: &ComparisonData, metric_of: impl Fn(&Block) -> Metric) -> Optio
     let mut blocks = Vec::new();
     for (number, block) in data.blocks.iter().enumerate() {
         let metric = metric_of(block);
-        let sign = if metric.more_is_better() { -1.0 } else { 1.0 };
+        let sign = metric.sign();
         let means =
             (0..block.cells.len()).map(|rival| Some(sign * data.mean(number, rival, &metric)?));
         let means: Option<Vec<f64>> = means.collect();
@@ -383,9 +347,8 @@ fn ranking(data: &ComparisonData, metric_of: impl Fn(&Block) -> Metric) -> Optio
 #[cfg(test)]
 mod tests {
     use super::super::answer::{answer, best, ties};
-    use super::super::data::tests::{comparison, data, data_with};
+    use super::super::data::tests::{data, data_with, far_by, own};
     use super::*;
-    use crate::sweep::comparison::{Comparison, OwnFigure};
 
     const JOBS: NonZeroUsize = NonZeroUsize::new(3).unwrap();
 
@@ -412,31 +375,28 @@ mod tests {
             (summary.n, summary.mean, summary.interval),
             (1, 30.0, (30.0, 30.0))
         );
-        let completion =
-            analysis.blocks[0].summaries[0][data.metric_index(&Metric::Completion)].unwrap();
+        let completion = data.metric_index(&Metric::Completion);
+        let completion = analysis.blocks[0].summaries[0][completion].unwrap();
         assert_eq!(completion.interval, wilson(12, 12));
 
         let pair = analysis.pair(0, &Metric::Par2, 0, 2).unwrap();
-        assert_eq!(
-            (pair.n, pair.mean, pair.median),
-            (12, Some((5.0, (5.0, 5.0))), Some((5.0, (5.0, 5.0))))
-        );
+        let five = Some((5.0, (5.0, 5.0)));
+        assert_eq!((pair.n, pair.mean, pair.median), (12, five, five));
         assert_eq!(pair.effect, 1.0);
         assert!(pair.is_significant() && pair.adjusted >= pair.p);
         let turned = analysis.pair(0, &Metric::Par2, 2, 0).unwrap();
         assert_eq!(
-            (turned.mean, turned.effect, turned.p),
-            (Some((-5.0, (-5.0, -5.0))), -1.0, pair.p)
+            (turned.mean, turned.p),
+            (Some((-5.0, (-5.0, -5.0))), pair.p)
         );
+        assert_eq!(turned.effect, -1.0);
         let nothing = analysis.pair(3, &Metric::Par2, 0, 2).unwrap();
-        assert_eq!(
-            (nothing.n, nothing.mean, nothing.is_significant()),
-            (0, None, false)
-        );
+        assert_eq!((nothing.n, nothing.mean), (0, None));
+        assert!(!nothing.is_significant());
 
         let ranking = &analysis.rankings[0];
         assert_eq!(
-            (ranking.friedman.blocks, &ranking.omitted_blocks[..]),
+            (ranking.friedman.blocks, &*ranking.omitted_blocks),
             (3, &[3][..])
         );
         assert_eq!(ranking.friedman.mean_ranks, [2.0, 1.0, 3.0]);
@@ -447,11 +407,8 @@ mod tests {
     fn the_number_of_workers_does_not_change_the_result() {
         let data = sample();
         let pairs = |jobs| {
-            Analysis::new(&data, jobs)
-                .blocks
-                .into_iter()
-                .map(|block| block.pairs)
-                .collect::<Vec<_>>()
+            let blocks = Analysis::new(&data, jobs).blocks.into_iter();
+            blocks.map(|block| block.pairs).collect::<Vec<_>>()
         };
         assert_eq!(pairs(JOBS), pairs(NonZeroUsize::MIN));
     }
@@ -481,17 +438,10 @@ mod tests {
         let data = data(|_, rival, _| Some(30.0 + rival as f64), 8);
         let analysis = Analysis::new(&data, JOBS);
         let pair = analysis.pair(0, &Metric::Par2, 0, 2).unwrap();
-        assert_eq!(
-            (pair.n, pair.effect, pair.p, pair.adjusted),
-            (1, 1.0, None, None)
-        );
-        assert!(pair.is_significant());
-        assert!(
-            !analysis
-                .pair(0, &Metric::Completion, 0, 2)
-                .unwrap()
-                .is_significant()
-        );
+        assert_eq!((pair.n, pair.effect, pair.p), (1, 1.0, None));
+        assert!(pair.is_significant() && pair.adjusted.is_none());
+        let completed = analysis.pair(0, &Metric::Completion, 0, 2).unwrap();
+        assert!(!completed.is_significant());
         let completion = data.metric_index(&Metric::Completion);
         let summary = analysis.blocks[0].summaries[0][completion].unwrap();
         assert_eq!((summary.n, summary.interval), (1, (1.0, 1.0)));
@@ -533,16 +483,8 @@ mod tests {
     /// A mission that ranks its runs by another figure is judged by it, not by the equal times.
     #[test]
     fn a_mission_is_judged_by_its_own_figure() {
-        let own = OwnFigure {
-            name: "seen".to_owned(),
-            figure: "seen".to_owned(),
-            more_is_better: true,
-            meaning: String::new(),
-        };
-        let comparison = Comparison {
-            objectives: vec![None, None, Some(own.clone()), Some(own.clone())],
-            ..comparison()
-        };
+        let own = own("seen", "seen");
+        let comparison = far_by(&own);
         let data = data_with(
             |block, rival, seed| {
                 let varied = 40.0 + (seed * seed % 7) as f64 + 2.5 * rival as f64;

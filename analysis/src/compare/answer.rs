@@ -23,25 +23,17 @@ pub struct Answer {
 
 #[must_use]
 pub fn answer(data: &ComparisonData, analysis: &Analysis, verdicts: &[Verdict]) -> Answer {
-    let mut details: Vec<String> = Vec::new();
-    details.extend(
-        analysis
-            .primary()
-            .and_then(|ranking| reference(data, ranking)),
-    );
+    let ranking = analysis.primary();
+    let reference = ranking.and_then(|ranking| reference(data, ranking));
     let classes = data.classes().into_iter();
-    details.extend(classes.filter_map(|class| under(data, analysis, class)));
-    details.extend(incomplete(data));
-    details.extend(no_chance(data));
-    details.extend(no_data(data));
+    let classes = classes.filter_map(|class| under(data, analysis, class));
+    let notes = [incomplete(data), no_chance(data), no_data(data)];
+    let notes = notes.into_iter().flatten();
+    let (best, complete) = (best_of_all(data, analysis), completeness(data));
     Answer {
-        sentences: vec![
-            best_of_all(data, analysis),
-            completeness(data),
-            significance(data, analysis),
-        ],
+        sentences: vec![best, complete, significance(data, analysis)],
         claims: claims(verdicts),
-        details,
+        details: reference.into_iter().chain(classes).chain(notes).collect(),
     }
 }
 
@@ -59,10 +51,8 @@ fn best_of_all(data: &ComparisonData, analysis: &Analysis) -> String {
     let ranks = &ranking.friedman.mean_ranks;
     let order = rivals(data, ranking);
     let first = order[0];
-    let near = order[1..]
-        .iter()
-        .filter(|place| ranks[**place] - ranks[first] < ranking.critical);
-    let near: Vec<usize> = near.copied().collect();
+    let mut near = order[1..].to_vec();
+    near.retain(|place| ranks[*place] - ranks[first] < ranking.critical);
     let others = match near.len() {
         0 => "all others are significantly worse".to_owned(),
         _ if ranking.friedman.p >= SIGNIFICANT => format!(
@@ -87,10 +77,9 @@ fn best_of_all(data: &ComparisonData, analysis: &Analysis) -> String {
 
 /// Returns the allocators that compete, best first.
 fn rivals(data: &ComparisonData, ranking: &Ranking) -> Vec<usize> {
-    let order = ranking.order().into_iter();
+    let mut order = ranking.order();
+    order.retain(|place| Some(*place) != data.reference);
     order
-        .filter(|place| Some(*place) != data.reference)
-        .collect()
 }
 
 /// Explains a rank of the reference behind the best allocator.
@@ -113,12 +102,10 @@ fn completeness(data: &ComparisonData) -> String {
     let place = data.metric_index(&Metric::Completion);
     let outcomes = || cells().flat_map(|cell| cell.values[place].iter().flatten());
     let (runs, complete) = (outcomes().count(), outcomes().sum::<f64>() as usize);
+    let all = counted(runs, "counted run");
     let mut text = match runs - complete {
         0 => "Every counted run completed its mission".to_owned(),
-        incomplete => format!(
-            "{incomplete} of {} did not complete their mission",
-            counted(runs, "counted run")
-        ),
+        incomplete => format!("{incomplete} of {all} did not complete their mission"),
     };
     let worst = (0..data.allocators.len()).map(|rival| (incomplete_of(data, rival), rival));
     if let Some((most, rival)) = worst.max_by_key(|(count, rival)| (*count, usize::MAX - rival))
@@ -128,10 +115,8 @@ fn completeness(data: &ComparisonData) -> String {
     }
     let empty = cells().filter(|cell| cell.counted() == 0).count();
     if empty > 0 {
-        text += &format!(
-            "; no data in {empty} of {}",
-            counted(cells().count(), "cell")
-        );
+        let all = counted(cells().count(), "cell");
+        text += &format!("; no data in {empty} of {all}");
     }
     text + "."
 }
@@ -147,23 +132,18 @@ fn incomplete_of(data: &ComparisonData, rival: usize) -> usize {
 /// States in how many blocks some allocator is significantly worse than the best, or that the seeds are too few.
 fn significance(data: &ComparisonData, analysis: &Analysis) -> String {
     let blocks = 0..data.blocks.len();
-    let compared: Vec<usize> = blocks
-        .filter(|block| !data.are_equal(*block, &data.blocks[*block].primary))
-        .collect();
-    if compared.is_empty() {
+    let compared = blocks.filter(|block| !data.are_equal(*block, &data.blocks[*block].primary));
+    let (can, cannot): (Vec<usize>, Vec<usize>) =
+        compared.partition(|block| can_differ(data, analysis, *block));
+    if can.is_empty() && cannot.is_empty() {
         return "In no block do the allocators differ.".to_owned();
     }
-    let (can, cannot): (Vec<usize>, Vec<usize>) = compared
-        .into_iter()
-        .partition(|block| can_differ(data, analysis, *block));
-    if can.is_empty() && !cannot.is_empty() {
+    if can.is_empty() {
         let seeds = data.blocks[0].cells[0].runs;
         return format!(
-            "{} too few to show any difference within a block: with {} at least {} are needed, so the page shows none and claims no equality.",
-            match seeds {
-                1 => "1 seed is".to_owned(),
-                seeds => format!("{seeds} seeds are"),
-            },
+            "{} {} too few to show any difference within a block: with {} at least {} are needed, so the page shows none and claims no equality.",
+            counted(seeds, "seed"),
+            if seeds == 1 { "is" } else { "are" },
             counted(data.allocators.len(), "allocator"),
             seeds_needed(data.allocators.len())
         );
@@ -177,10 +157,8 @@ fn significance(data: &ComparisonData, analysis: &Analysis) -> String {
         counted(can.len(), "block")
     );
     if !cannot.is_empty() {
-        text += &format!(
-            "; {} more have too few runs to show a difference",
-            cannot.len()
-        );
+        let count = cannot.len();
+        text += &format!("; {count} more have too few runs to show a difference");
     }
     text + "."
 }
@@ -192,14 +170,12 @@ fn can_differ(data: &ComparisonData, analysis: &Analysis, block: usize) -> bool 
 /// Names the best allocator of each mission under a class of faults, and those without a significant difference to it.
 fn under(data: &ComparisonData, analysis: &Analysis, class: &str) -> Option<String> {
     let blocks = (0..data.blocks.len()).filter(|block| data.blocks[*block].faults == class);
-    let sentences: Vec<String> = blocks
-        .filter_map(|block| best_in(data, analysis, block))
-        .collect();
+    let sentences = blocks.filter_map(|block| best_in(data, analysis, block));
     let class = match class {
         "" => "Best".to_owned(),
         class => format!("Best under {class}"),
     };
-    (!sentences.is_empty()).then(|| format!("{class}: {}.", sentences.join("; ")))
+    listed(&class, sentences)
 }
 
 /// Names the best allocator of a block. Returns `None` without data, and if all allocators are equal.
@@ -235,7 +211,7 @@ fn best_in(data: &ComparisonData, analysis: &Analysis, block: usize) -> Option<S
 #[must_use]
 pub fn best(data: &ComparisonData, block: usize) -> Option<usize> {
     let primary = &data.blocks[block].primary;
-    let sign = if primary.more_is_better() { -1.0 } else { 1.0 };
+    let sign = primary.sign();
     let rivals = (0..data.allocators.len()).filter(|place| Some(*place) != data.reference);
     let means = rivals.filter_map(|place| Some((place, sign * data.mean(block, place, primary)?)));
     means
@@ -248,25 +224,30 @@ pub fn best(data: &ComparisonData, block: usize) -> Option<usize> {
 pub fn ties(analysis: &Analysis, data: &ComparisonData, block: usize, best: usize) -> Vec<usize> {
     let worse = worse(analysis, data, block, best);
     let primary = &data.blocks[block].primary;
-    (0..data.allocators.len())
-        .filter(|place| *place != best && Some(*place) != data.reference && !worse.contains(place))
-        .filter(|place| {
-            let pair = analysis.pair(block, primary, best, *place);
-            pair.is_some_and(|pair| pair.n > 0)
-        })
-        .collect()
+    let mut others = others(data, best);
+    others.retain(|place| {
+        let pair = analysis.pair(block, primary, best, *place);
+        !worse.contains(place) && pair.is_some_and(|pair| pair.n > 0)
+    });
+    others
 }
 
 /// Returns the allocators that are significantly worse than the best.
 fn worse(analysis: &Analysis, data: &ComparisonData, block: usize, best: usize) -> Vec<usize> {
     let primary = &data.blocks[block].primary;
-    let sign = if primary.more_is_better() { -1.0 } else { 1.0 };
-    (0..data.allocators.len())
-        .filter(|place| *place != best && Some(*place) != data.reference)
-        .filter(|place| {
-            let pair = analysis.pair(block, primary, best, *place);
-            pair.is_some_and(|pair| pair.is_significant() && sign * pair.effect > 0.0)
-        })
+    let sign = primary.sign();
+    let mut others = others(data, best);
+    others.retain(|place| {
+        let pair = analysis.pair(block, primary, best, *place);
+        pair.is_some_and(|pair| pair.is_significant() && sign * pair.effect > 0.0)
+    });
+    others
+}
+
+/// Returns the competing allocators except the best.
+fn others(data: &ComparisonData, best: usize) -> Vec<usize> {
+    let all = 0..data.allocators.len();
+    all.filter(|place| *place != best && Some(*place) != data.reference)
         .collect()
 }
 
@@ -276,9 +257,9 @@ fn incomplete(data: &ComparisonData) -> Option<String> {
     let mut found = Vec::new();
     for (place, name) in data.allocators.iter().enumerate() {
         let cells = data.blocks.iter().map(|block| &block.cells[place]);
-        let runs: usize = cells
-            .map(|cell| cell.values[completion].iter().flatten().count())
-            .sum();
+        let runs = cells
+            .flat_map(|cell| cell.values[completion].iter().flatten())
+            .count();
         let incomplete = incomplete_of(data, place);
         if incomplete == 0 {
             continue;
@@ -293,35 +274,29 @@ fn incomplete(data: &ComparisonData) -> Option<String> {
         };
         found.push(format!("{name} {} of {runs}{never}", runs - incomplete));
     }
-    (!found.is_empty()).then(|| {
-        format!(
-            "Completed runs of the allocators that did not always complete: {}.",
-            found.join("; ")
-        )
-    })
+    let head = "Completed runs of the allocators that did not always complete";
+    listed(head, found.into_iter())
+}
+
+/// Returns parts of a sentence after its head, or `None` without parts.
+fn listed(head: &str, parts: impl Iterator<Item = String>) -> Option<String> {
+    let parts: Vec<String> = parts.collect();
+    (!parts.is_empty()).then(|| format!("{head}: {}.", parts.join("; ")))
 }
 
 /// Lists the cells in which the seed has no effect.
 fn no_chance(data: &ComparisonData) -> Option<String> {
     let constant = data.blocks.iter().filter_map(|block| {
         let cells = block.cells.iter().zip(&data.allocators);
-        let names: Vec<&str> = cells
-            .filter(|(cell, _)| cell.is_constant)
-            .map(|(_, name)| name.as_str())
-            .collect();
+        let constant = cells.filter(|(cell, _)| cell.is_constant);
+        let names: Vec<&str> = constant.map(|(_, name)| name.as_str()).collect();
         match names.len() {
             0 => None,
             all if all == block.cells.len() => Some(block.name()),
             _ => Some(format!("{} ({})", block.name(), names.join(", "))),
         }
     });
-    let constant: Vec<String> = constant.collect();
-    (!constant.is_empty()).then(|| {
-        format!(
-            "All seeds give the same run, which counts once: {}.",
-            constant.join("; ")
-        )
-    })
+    listed("All seeds give the same run, which counts once", constant)
 }
 
 fn no_data(data: &ComparisonData) -> Option<String> {
@@ -330,13 +305,8 @@ fn no_data(data: &ComparisonData) -> Option<String> {
         let none = cells.filter(|(cell, _)| cell.counted() == 0);
         none.map(|(_, name)| format!("{name} in {}", block.name()))
     });
-    let cells: Vec<String> = cells.collect();
-    (!cells.is_empty()).then(|| {
-        format!(
-            "No data, because the fault never hit or every run failed: {}.",
-            cells.join("; ")
-        )
-    })
+    let head = "No data, because the fault never hit or every run failed";
+    listed(head, cells)
 }
 
 fn claims(verdicts: &[Verdict]) -> Option<String> {
@@ -344,11 +314,8 @@ fn claims(verdicts: &[Verdict]) -> Option<String> {
         return None;
     }
     let of = |outcome: Outcome| {
-        let names: Vec<&str> = verdicts
-            .iter()
-            .filter(|verdict| verdict.outcome == outcome)
-            .map(|verdict| verdict.name.as_str())
-            .collect();
+        let verdicts = verdicts.iter().filter(|verdict| verdict.outcome == outcome);
+        let names: Vec<&str> = verdicts.map(|verdict| verdict.name.as_str()).collect();
         match names.len() {
             0 => format!("none {}", outcome.as_str()),
             count => format!("{count} {} ({})", outcome.as_str(), names.join(", ")),
@@ -367,11 +334,8 @@ fn claims(verdicts: &[Verdict]) -> Option<String> {
 }
 
 fn names(data: &ComparisonData, places: &[usize]) -> String {
-    let names: Vec<&str> = places
-        .iter()
-        .map(|place| data.allocators[*place].as_str())
-        .collect();
-    names.join(", ")
+    let names = places.iter().map(|place| data.allocators[*place].as_str());
+    names.collect::<Vec<_>>().join(", ")
 }
 
 /// Formats a p value with two significant digits, preceded by `=` or `<`.

@@ -3,7 +3,6 @@
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
-use std::thread::available_parallelism;
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -19,9 +18,10 @@ use super::memory;
 use super::page::Page;
 use super::power::remarks;
 use super::tables::{NamedTable, tables};
+use crate::exit_status;
 use crate::new_file::write_atomically;
 use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
-use crate::sweep::execution::{Arguments, PlanCommand, counted, shell_quoted};
+use crate::sweep::execution::{Arguments, PlanCommand, counted, jobs_or_cores, shell_quoted};
 use crate::sweep::journal::Header;
 use crate::sweep::plan::{Plan, setup};
 use crate::sweep::results::{figures_of, results_table};
@@ -47,40 +47,16 @@ impl CompareCommand {
     /// cannot be written. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
-        let study = PlanCommand {
-            name: "compare",
-            folder: "comparisons",
-            prepare,
-            remarks: |header| {
-                let comparison = header.comparison.as_ref();
-                let hypotheses = comparison.map_or(&[][..], |comparison| &comparison.hypotheses);
-                let allocators = allocators(&header.design)
-                    .map_or(0, |place| header.design.factors[place].levels.len());
-                remarks(allocators, header.design.seeds_per_condition(), hypotheses)
-            },
-            finish,
-        };
-        let Some(cell) = self.cell else {
-            return self.arguments.run(known, &study);
-        };
-        match self.again(known, cell) {
-            Ok(text) => match terminal::print(&text) {
-                Ok(()) => ExitCode::SUCCESS,
-                Err(error) => {
-                    stderr_line!("alliance compare: {error:#}");
-                    ExitCode::from(3)
-                }
-            },
-            Err(error) => {
-                stderr_line!("alliance compare: {error:#}");
-                ExitCode::from(2)
-            }
+        match self.cell.map(|cell| self.again(known, cell)) {
+            None => self.arguments.run(known, &STUDY),
+            Some(Ok(text)) => terminal::print_result("alliance compare", text, ExitCode::SUCCESS),
+            Some(Err(error)) => exit_status("compare", Err(error), 2),
         }
     }
 
     /// Repeats the runs of a cell. Returns their rows as CSV.
     fn again(&self, known: &Known, cell: usize) -> anyhow::Result<String> {
-        let (mut plan, _) = self.arguments.plan(known)?;
+        let mut plan = self.arguments.plan(known)?;
         prepare(&mut plan, self.arguments.jobs())?;
         let seeds = plan.design.seeds_per_condition();
         let cells = plan.design.runs().unwrap_or_default() / seeds;
@@ -98,11 +74,24 @@ impl CompareCommand {
             Ok(())
         })?;
         rows.sort_by_key(|row| row.run);
-        Ok(String::from_utf8(
-            results_table(&plan.design, &rows).csv()?,
-        )?)
+        let csv = results_table(&plan.design, &rows).csv()?;
+        Ok(String::from_utf8(csv)?)
     }
 }
+
+const STUDY: PlanCommand = PlanCommand {
+    name: "compare",
+    folder: "comparisons",
+    prepare,
+    remarks: |header| {
+        let comparison = header.comparison.as_ref();
+        let hypotheses = comparison.map_or(&[][..], |comparison| &comparison.hypotheses);
+        let allocators = allocators(&header.design);
+        let allocators = allocators.map_or(0, |place| header.design.factors[place].levels.len());
+        remarks(allocators, header.design.seeds_per_condition(), hypotheses)
+    },
+    finish,
+};
 
 /// Checks the requirements of a comparison that a sweep does not have.
 fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Comparison>> {
@@ -125,7 +114,7 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
         let setup = setup.with_context(|| format!("run {run}"))?;
         largest = largest.max(memory::of_a_run(&setup));
         axes.push(Axes::from_scenario(&setup.scenario));
-        objectives.push(OwnFigure::new(setup.catalog.mission.objective()));
+        objectives.push(OwnFigure::new(setup.catalog.mission.vocabulary().objective));
     }
     memory::check(largest, jobs, design.runs().unwrap_or_default())?;
     let comparison = Comparison {
@@ -156,8 +145,7 @@ fn finish(
     results_table(design, rows).write(folder, "results")?;
 
     let data = ComparisonData::of(design, comparison, rows);
-    let jobs = available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let analysis = Analysis::new(&data, jobs);
+    let analysis = Analysis::new(&data, jobs_or_cores(None));
     let verdicts = judge(&data, &comparison.hypotheses);
     let answer = answer(&data, &analysis, &verdicts);
     let tables = tables(&data, &analysis, &verdicts);
@@ -180,7 +168,7 @@ fn finish(
         tables: &tables,
         runs: (rows.len(), failed),
     };
-    write_atomically(folder, PAGE, page.html().as_bytes())?;
+    write_atomically(&folder.join(PAGE), page.html().as_bytes())?;
 
     if let Some(question) = &comparison.question {
         stderr_line!("{}", paragraph(question));

@@ -57,15 +57,10 @@ pub struct AllocatorCell {
 impl Block {
     #[must_use]
     pub fn name(&self) -> String {
-        let parts = [&self.mission, &self.faults].into_iter();
-        let parts: Vec<&str> = parts
-            .filter(|part| !part.is_empty())
-            .map(String::as_str)
-            .collect();
-        if parts.is_empty() {
-            "all runs".to_owned()
-        } else {
-            parts.join(", ")
+        match (self.mission.as_str(), self.faults.as_str()) {
+            ("", "") => "all runs".to_owned(),
+            ("", only) | (only, "") => only.to_owned(),
+            (mission, faults) => format!("{mission}, {faults}"),
         }
     }
 }
@@ -87,14 +82,11 @@ impl AllocatorCell {
     /// Returns the values of both cells for the seeds that both have: one pair if the seed has no effect on either.
     #[must_use]
     pub fn paired(&self, other: &Self, metric: usize) -> (Vec<f64>, Vec<f64>) {
+        let are_constant = self.is_constant && other.is_constant;
+        let most = if are_constant { 1 } else { usize::MAX };
         let both = self.values[metric].iter().zip(&other.values[metric]);
-        both.filter_map(|(first, second)| Some(((*first)?, (*second)?)))
-            .take(if self.is_constant && other.is_constant {
-                1
-            } else {
-                usize::MAX
-            })
-            .unzip()
+        let both = both.filter_map(|(first, second)| Some(((*first)?, (*second)?)));
+        both.take(most).unzip()
     }
 
     /// Sets [`is_constant`](Self::is_constant) after all runs are added.
@@ -109,10 +101,8 @@ impl ComparisonData {
     #[must_use]
     pub fn metric_index(&self, metric: &Metric) -> usize {
         // Only kinds of broadcast without traffic are absent.
-        self.metrics
-            .iter()
-            .position(|known| known == metric)
-            .unwrap_or_default()
+        let place = self.metrics.iter().position(|known| known == metric);
+        place.unwrap_or_default()
     }
 
     /// Returns the mean of a metric in a cell, or `None` without values. The sum is exact on the metric's grid, so that
@@ -128,10 +118,9 @@ impl ComparisonData {
     #[must_use]
     pub fn are_equal(&self, block: usize, metric: &Metric) -> bool {
         let rivals = 0..self.allocators.len();
-        let means: Vec<f64> = rivals
-            .filter_map(|rival| self.mean(block, rival, metric))
-            .collect();
-        means.iter().all(|mean| *mean == means[0])
+        let mut means = rivals.filter_map(|rival| self.mean(block, rival, metric));
+        let first = means.next();
+        means.all(|mean| Some(mean) == first)
     }
 
     #[must_use]
@@ -174,14 +163,12 @@ impl ComparisonData {
             metrics,
         };
         let seeds = design.seeds_per_condition();
+        let empty = AllocatorCell {
+            values: vec![vec![None; seeds]; data.metrics.len()],
+            ..AllocatorCell::default()
+        };
         for block in &mut data.blocks {
-            block.cells = vec![
-                AllocatorCell {
-                    values: vec![vec![None; seeds]; data.metrics.len()],
-                    ..AllocatorCell::default()
-                };
-                data.allocators.len()
-            ];
+            block.cells = vec![empty.clone(); data.allocators.len()];
         }
         for row in rows {
             let places = design.level_indices(row.run);
@@ -197,10 +184,8 @@ impl ComparisonData {
     }
 
     fn find_regret(&mut self) {
-        let (par2, regret) = (
-            self.metric_index(&Metric::Par2),
-            self.metric_index(&Metric::Regret),
-        );
+        let par2 = self.metric_index(&Metric::Par2);
+        let regret = self.metric_index(&Metric::Regret);
         let Some(reference) = self.reference else {
             return;
         };
@@ -208,9 +193,8 @@ impl ComparisonData {
             let best = block.cells[reference].values[par2].clone();
             for cell in &mut block.cells {
                 let pairs = cell.values[par2].iter().zip(&best);
-                cell.values[regret] = pairs
-                    .map(|(value, best)| Some((*value)? - (*best)?))
-                    .collect();
+                let regrets = pairs.map(|(value, best)| Some((*value)? - (*best)?));
+                cell.values[regret] = regrets.collect();
             }
         }
     }
@@ -250,13 +234,11 @@ pub fn allocators(design: &Design) -> Option<usize> {
 
 #[must_use]
 pub fn names(factor: &Factor) -> Vec<String> {
-    let levels = factor.levels.iter();
-    levels
-        .map(|level| {
-            let cells: Vec<String> = level.cells.iter().map(ToString::to_string).collect();
-            cells.join(" ")
-        })
-        .collect()
+    let names = factor.levels.iter().map(|level| {
+        let cells: Vec<String> = level.cells.iter().map(ToString::to_string).collect();
+        cells.join(" ")
+    });
+    names.collect()
 }
 
 /// Returns the factors of blocks, which are all except allocator and seed, with their indices.
@@ -336,13 +318,11 @@ fn distinct<'t>(names: impl Iterator<Item = &'t str>) -> Vec<&'t str> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use missions::waste::data::default_scenario;
     use proto::tick::Outcome;
 
     use super::*;
     use crate::sweep::measures::ComparisonMeasures;
-    use crate::sweep::plan::Plan;
-    use crate::sweep::results::tests::{complete, failed};
+    use crate::sweep::results::tests::{complete, design, failed};
     use crate::sweep::run::RunResult;
 
     /// Creates the data of two missions under two classes of faults with three allocators and `seeds` seeds. `rows` returns the
@@ -361,8 +341,8 @@ pub(super) mod tests {
             "seeds = {seeds}\n[grid]\nallocator = ['alliance', 'oracle', 'nearest']\n\
              [missions.near]\n[missions.far]\n[faults.none]\n[faults.dead]\ntimeline = [{{ fault.kill = 'gold' }}]\n"
         );
-        let plan = Plan::parse("plan.toml", &text, |_| Ok(default_scenario())).unwrap();
-        let runs = plan.design.runs().unwrap();
+        let design = design(&text);
+        let runs = design.runs().unwrap();
         let rows: Vec<Row> = (0..runs)
             .map(|run| {
                 let (block, rival) = (run / seeds / 3, run / seeds % 3);
@@ -374,7 +354,7 @@ pub(super) mod tests {
                 row
             })
             .collect();
-        ComparisonData::of(&plan.design, comparison, &rows)
+        ComparisonData::of(&design, comparison, &rows)
     }
 
     pub fn comparison() -> Comparison {
@@ -383,6 +363,23 @@ pub(super) mod tests {
             hypotheses: Vec::new(),
             axes: Vec::new(),
             objectives: Vec::new(),
+        }
+    }
+
+    pub fn own(name: &str, figure: &str) -> OwnFigure {
+        OwnFigure {
+            name: name.to_owned(),
+            figure: figure.to_owned(),
+            more_is_better: true,
+            meaning: String::new(),
+        }
+    }
+
+    /// Ranks the runs of the second mission by a figure.
+    pub fn far_by(own: &OwnFigure) -> Comparison {
+        Comparison {
+            objectives: vec![None, None, Some(own.clone()), Some(own.clone())],
+            ..comparison()
         }
     }
 
@@ -417,55 +414,33 @@ pub(super) mod tests {
         assert_eq!(data.reference, Some(1));
         let names: Vec<String> = data.blocks.iter().map(Block::name).collect();
         assert_eq!(
-            names,
-            ["near, none", "near, dead", "far, none", "far, dead"]
+            names.join("; "),
+            "near, none; near, dead; far, none; far, dead"
         );
-        assert_eq!(
-            (data.missions(), data.classes()),
-            (vec!["near", "far"], vec!["none", "dead"])
-        );
-        let numbers: Vec<usize> = data
-            .blocks
-            .iter()
-            .flat_map(|block| &block.cells)
-            .map(|cell| cell.number)
-            .collect();
-        assert_eq!(numbers, (0..12).collect::<Vec<_>>());
+        assert_eq!(data.missions(), ["near", "far"]);
+        assert_eq!(data.classes(), ["none", "dead"]);
+        let cells = data.blocks.iter().flat_map(|block| &block.cells);
+        assert!(cells.map(|cell| cell.number).eq(0..12));
 
         let par2 = data.metric_index(&Metric::Par2);
         let dead = &data.blocks[1].cells;
-        assert_eq!(
-            dead[0].values[par2],
-            [Some(100.0), Some(200.0), Some(102.0)],
-            "twice the limit"
-        );
-        assert_eq!(
-            dead[0].values_of(data.metric_index(&Metric::Makespan)),
-            [100.0, 102.0]
-        );
+        // An incomplete run counts twice the limit.
+        assert_eq!(dead[0].values_of(par2), [100.0, 200.0, 102.0]);
+        let makespan = data.metric_index(&Metric::Makespan);
+        assert_eq!(dead[0].values_of(makespan), [100.0, 102.0]);
         assert_eq!((dead[2].without_effect, dead[2].counted()), (1, 2));
-        assert_eq!(
-            dead[0].paired(&dead[2], par2),
-            (vec![200.0, 102.0], vec![121.0, 122.0])
-        );
+        let pairs = (vec![200.0, 102.0], vec![121.0, 122.0]);
+        assert_eq!(dead[0].paired(&dead[2], par2), pairs);
         let regret = data.metric_index(&Metric::Regret);
-        assert_eq!(
-            dead[0].values[regret],
-            [Some(-10.0), Some(89.0), Some(-10.0)]
-        );
+        assert_eq!(dead[0].values_of(regret), [-10.0, 89.0, -10.0]);
         assert_eq!(dead[1].values_of(regret), [0.0; 3]);
     }
 
     #[test]
     fn a_failed_run_does_not_count() {
-        let plan = Plan::parse(
-            "plan.toml",
-            "seeds = 2\n[grid]\nallocator = ['alliance', 'nearest']\n",
-            |_| Ok(default_scenario()),
-        )
-        .unwrap();
+        let design = design("seeds = 2\n[grid]\nallocator = ['alliance', 'nearest']\n");
         let rows = [row(0, Some(5.0)), failed(1), row(2, None), row(3, None)];
-        let data = ComparisonData::of(&plan.design, &comparison(), &rows);
+        let data = ComparisonData::of(&design, &comparison(), &rows);
         let [block] = &data.blocks[..] else {
             panic!("{:?}", data.blocks)
         };
@@ -485,14 +460,10 @@ pub(super) mod tests {
         let [alliance, oracle, nearest] = &data.blocks[0].cells[..] else {
             panic!("{:?}", data.blocks[0].cells)
         };
-        assert_eq!(
-            [alliance, oracle, nearest].map(|cell| cell.is_constant),
-            [false, true, true]
-        );
-        assert_eq!(
-            (nearest.counted(), nearest.values_of(par2)),
-            (8, vec![30.0])
-        );
+        let constant = [alliance, oracle, nearest].map(|cell| cell.is_constant);
+        assert_eq!(constant, [false, true, true]);
+        assert_eq!(nearest.counted(), 8);
+        assert_eq!(nearest.values_of(par2), [30.0]);
         assert_eq!(oracle.paired(nearest, par2), (vec![30.0], vec![30.0]));
         assert_eq!(alliance.paired(nearest, par2).0.len(), 8);
     }
@@ -508,16 +479,8 @@ pub(super) mod tests {
 
     #[test]
     fn a_mission_states_the_metric_that_ranks_its_runs() {
-        let own = OwnFigure {
-            name: "on_time".to_owned(),
-            figure: "reports_made".to_owned(),
-            more_is_better: true,
-            meaning: String::new(),
-        };
-        let comparison = Comparison {
-            objectives: vec![None, None, Some(own.clone()), Some(own.clone())],
-            ..comparison()
-        };
+        let own = own("on_time", "reports_made");
+        let comparison = far_by(&own);
         let data = data_with(|_, _, _| Some(40.0), 2, &comparison);
         assert_eq!(data.blocks[0].primary, Metric::Par2);
         assert_eq!(data.blocks[2].primary, Metric::Own(own));
@@ -526,21 +489,12 @@ pub(super) mod tests {
 
     #[test]
     fn the_first_run_of_each_block_does_not_depend_on_the_column_order() {
-        let plan = Plan::parse(
-            "plan.toml",
+        let design = design(
             "seeds = 2\n[grid]\nroom.width_m = [12.0, 14.0]\nallocator = ['alliance', 'nearest']\nbody.speed_m_s = [0.4, 0.5]\n",
-            |_| Ok(default_scenario()),
-        )
-        .unwrap();
-        let found: Vec<usize> = (0..blocks(&plan.design))
-            .map(|block| first_run(&plan.design, block))
-            .collect();
-        assert_eq!(found, [0, 2, 8, 10]);
-        for (block, run) in found.into_iter().enumerate() {
-            assert_eq!(
-                block_of(&plan.design, &plan.design.level_indices(run)),
-                block
-            );
-        }
+        );
+        let found = [0, 1, 2, 3].map(|block| first_run(&design, block));
+        assert_eq!((blocks(&design), found), (4, [0, 2, 8, 10]));
+        let blocks = found.map(|run| block_of(&design, &design.level_indices(run)));
+        assert_eq!(blocks, [0, 1, 2, 3]);
     }
 }

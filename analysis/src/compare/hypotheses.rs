@@ -8,12 +8,12 @@
 
 use std::collections::BTreeSet;
 
-use anyhow::bail;
-use scenario::name_remedy;
+use scenario::Problem;
+use scenario::limits::check_known;
 
 use super::data::{Block, ComparisonData};
 use super::metrics::Metric;
-use super::statistics::bootstrap::means;
+use super::statistics::bootstrap::{Resampled, means};
 use super::statistics::{LEVEL, normal_reach};
 use crate::sweep::plan::hypothesis::{Claim, Hypothesis};
 use crate::sweep::statistics::{Interval, mean, wilson_at};
@@ -73,77 +73,116 @@ struct Claimed {
     at_most: f64,
 }
 
+impl Claimed {
+    /// Judges the part. `corrected` is the level of the interval that contradicts the claim.
+    fn judge(&self, resampled: &Resampled, corrected: f64) -> PartVerdict {
+        let count = self.values.len();
+        let interval = |level: f64| {
+            if self.is_share && !self.is_exact {
+                let hits = self.values.iter().sum::<f64>() as usize;
+                (count > 0).then(|| wilson_at(hits, count, normal_reach(level)))
+            } else {
+                resampled.interval(level)
+            }
+        };
+        let found = mean(&self.values).zip(interval(LEVEL));
+        let within = |(from, to): Interval| self.at_least <= from && to <= self.at_most;
+        let outside = |(from, to): Interval| to < self.at_least || self.at_most < from;
+        let is_anecdote = count < 2 && !self.is_exact;
+        let outcome = if is_anecdote {
+            Outcome::Undecided
+        } else if found.is_some_and(|(_, interval)| within(interval)) {
+            Outcome::Held
+        } else if interval(corrected).is_some_and(outside) {
+            Outcome::Failed
+        } else {
+            Outcome::Undecided
+        };
+        PartVerdict {
+            block: self.block,
+            claim: self.claim.clone(),
+            found,
+            outcome,
+        }
+    }
+}
+
 /// Checks the names and the form of all hypotheses.
 ///
 /// # Errors
 /// Returns the first mistake: line, problem and remedy.
-pub fn check(hypotheses: &[Hypothesis], data: &ComparisonData) -> anyhow::Result<()> {
+pub fn check(hypotheses: &[Hypothesis], data: &ComparisonData) -> Result<(), Problem> {
     let (mut missions, mut classes) = (data.missions(), data.classes());
     for names in [&mut missions, &mut classes] {
         // A single mission or class has an empty name.
         names.retain(|name| !name.is_empty());
     }
-    let (missions, classes) = (&missions[..], &classes[..]);
     let allocators: Vec<&str> = data.allocators.iter().map(String::as_str).collect();
     for Hypothesis { name, line, claim } in hypotheses {
-        let place = format!("line {line}: hypotheses.{name}");
-        let unknown = |what: &str, wrong: &str, known: &[&str]| {
-            let known = known.iter().copied();
-            anyhow::anyhow!(
-                "{place}: there is no {what} '{wrong}'; {}",
-                name_remedy(wrong, known)
-            )
-        };
-        let names = [
-            ("allocator", &claim.order, &allocators[..]),
-            ("allocator", &claim.allocators, &allocators[..]),
-            ("mission", &claim.missions, missions),
-            ("class of faults", &claim.faults, classes),
-        ];
-        for (what, stated, known) in names {
-            if let Some(wrong) = stated.iter().find(|name| !known.contains(&name.as_str())) {
-                return Err(unknown(what, wrong, known));
-            }
+        let checked = check_claim(claim, data, &allocators, &missions, &classes);
+        checked.map_err(|problem| problem.under(["hypotheses", name]).on_line(*line))?;
+    }
+    Ok(())
+}
+
+/// Checks the names and the form of a claim.
+fn check_claim(
+    claim: &Claim,
+    data: &ComparisonData,
+    allocators: &[&str],
+    missions: &[&str],
+    classes: &[&str],
+) -> Result<(), Problem> {
+    let problem = |what: &str, remedy: &str| Err(Problem::of_value(what, remedy));
+    let metrics: Vec<String> = data.metrics.iter().map(Metric::name).collect();
+    let metrics: Vec<&str> = metrics.iter().map(String::as_str).collect();
+    let one = |name: &Option<String>| -> Vec<String> { name.iter().cloned().collect() };
+    let names = [
+        ("there is no allocator", &claim.order, allocators),
+        ("there is no allocator", &claim.allocators, allocators),
+        ("there is no mission", &claim.missions, missions),
+        ("there is no class of faults", &claim.faults, classes),
+        (
+            "there is no class of faults",
+            &one(&claim.more_than_under),
+            classes,
+        ),
+        ("there is no metric", &one(&claim.metric), &metrics[..]),
+    ];
+    for (what, stated, known) in names {
+        for name in stated {
+            check_known((), what, name, known.iter().copied())?;
         }
-        if let Some(class) = &claim.more_than_under
-            && !classes.contains(&class.as_str())
-        {
-            return Err(unknown("class of faults", class, classes));
-        }
-        if let Some(metric) = &claim.metric {
-            let known: Vec<String> = data.metrics.iter().map(Metric::name).collect();
-            let known: Vec<&str> = known.iter().map(String::as_str).collect();
-            if !known.contains(&metric.as_str()) {
-                return Err(unknown("metric", metric, &known));
-            }
-        }
-        let forms = [
-            !claim.order.is_empty(),
-            claim.at_most.is_some(),
-            claim.at_least.is_some(),
-        ];
-        if forms.iter().filter(|stated| **stated).count() != 1 {
-            bail!(
-                "{place}: a hypothesis needs exactly one claim; state one of order, at_most and at_least"
-            );
-        }
-        let about = data.blocks.iter().filter(|block| is_about(claim, block));
-        let primary: BTreeSet<&Metric> = about.map(|block| &block.primary).collect();
-        if claim.metric.is_none() && claim.order.is_empty() && primary.len() > 1 {
-            let names: Vec<String> = primary.iter().map(|metric| metric.name()).collect();
-            bail!(
-                "{place}: the bound has no unit, because the missions are ranked by {}; state metric",
-                names.join(" and ")
-            );
-        }
-        if claim.order.len() == 1 {
-            bail!("{place}: order names one allocator; name two or more, in ascending order");
-        }
-        if !claim.order.is_empty()
-            && (!claim.allocators.is_empty() || claim.more_than_under.is_some())
-        {
-            bail!("{place}: order excludes allocators and more_than_under; remove them");
-        }
+    }
+    let forms = [
+        !claim.order.is_empty(),
+        claim.at_most.is_some(),
+        claim.at_least.is_some(),
+    ];
+    if forms.iter().filter(|stated| **stated).count() != 1 {
+        let remedy = "state one of order, at_most and at_least";
+        return problem("a hypothesis needs exactly one claim", remedy);
+    }
+    let about = data.blocks.iter().filter(|block| is_about(claim, block));
+    let primary: BTreeSet<&Metric> = about.map(|block| &block.primary).collect();
+    if claim.metric.is_none() && claim.order.is_empty() && primary.len() > 1 {
+        let names: Vec<String> = primary.iter().map(|metric| metric.name()).collect();
+        let what = format!(
+            "the bound has no unit, because the missions are ranked by {}",
+            names.join(" and ")
+        );
+        return problem(&what, "state metric");
+    }
+    if claim.order.len() == 1 {
+        let remedy = "name two or more, in ascending order";
+        return problem("order names one allocator", remedy);
+    }
+    let is_bound = !claim.allocators.is_empty() || claim.more_than_under.is_some();
+    if !claim.order.is_empty() && is_bound {
+        return problem(
+            "order excludes allocators and more_than_under",
+            "remove them",
+        );
     }
     Ok(())
 }
@@ -153,47 +192,12 @@ pub fn judge(data: &ComparisonData, hypotheses: &[Hypothesis]) -> Vec<Verdict> {
     let verdicts = hypotheses.iter().map(|hypothesis| {
         let claim = &hypothesis.claim;
         let claimed = claimed(data, claim);
-        let columns: Vec<&[f64]> = claimed
-            .iter()
-            .map(|claimed| claimed.values.as_slice())
-            .collect();
+        let columns: Vec<&[f64]> = claimed.iter().map(|part| &part.values[..]).collect();
         let corrected = 1.0 - (1.0 - LEVEL) / claimed.len().max(1) as f64;
         let resampled = means(&columns);
-        let parts: Vec<PartVerdict> = claimed
-            .iter()
-            .zip(&resampled)
-            .map(|(claimed, resampled)| {
-                let interval = |level: f64| {
-                    if claimed.is_share && !claimed.is_exact {
-                        let (hits, count) =
-                            (claimed.values.iter().sum::<f64>(), claimed.values.len());
-                        (count > 0).then(|| wilson_at(hits as usize, count, normal_reach(level)))
-                    } else {
-                        resampled.interval(level)
-                    }
-                };
-                let found = mean(&claimed.values).zip(interval(LEVEL));
-                let within =
-                    |(from, to): Interval| claimed.at_least <= from && to <= claimed.at_most;
-                let outside =
-                    |(from, to): Interval| to < claimed.at_least || claimed.at_most < from;
-                let is_anecdote = claimed.values.len() < 2 && !claimed.is_exact;
-                let outcome = if is_anecdote {
-                    Outcome::Undecided
-                } else if found.is_some_and(|(_, interval)| within(interval)) {
-                    Outcome::Held
-                } else if interval(corrected).is_some_and(outside) {
-                    Outcome::Failed
-                } else {
-                    Outcome::Undecided
-                };
-                PartVerdict {
-                    block: claimed.block,
-                    claim: claimed.claim.clone(),
-                    found,
-                    outcome,
-                }
-            })
+        let parts = claimed.iter().zip(&resampled);
+        let parts: Vec<PartVerdict> = parts
+            .map(|(claimed, resampled)| claimed.judge(resampled, corrected))
             .collect();
         let any = |outcome| parts.iter().any(|part| part.outcome == outcome);
         Verdict {
@@ -250,18 +254,11 @@ fn claimed(data: &ComparisonData, claim: &Claim) -> Vec<Claimed> {
             let is_exact = first.is_constant && second.is_constant;
             let (less, more) = first.paired(second, place);
             // Equal values do not confirm an order.
-            let differences = more
-                .iter()
-                .zip(&less)
-                .map(|(more, less)| metric.steps(*more) - metric.steps(*less));
+            let differences = metric.differences(&more, &less).into_iter();
+            let than = ["<", ">"][usize::from(descends)];
             parts.push(Claimed {
                 block: number,
-                claim: format!(
-                    "{name}: {} {} {}",
-                    pair[0],
-                    if descends { ">" } else { "<" },
-                    pair[1]
-                ),
+                claim: format!("{name}: {} {than} {}", pair[0], pair[1]),
                 values: differences
                     .map(|difference| sign * difference / metric.steps_per_unit())
                     .collect(),
@@ -274,10 +271,8 @@ fn claimed(data: &ComparisonData, claim: &Claim) -> Vec<Claimed> {
         if !claim.order.is_empty() {
             continue;
         }
-        let other = claim
-            .more_than_under
-            .as_ref()
-            .map(|class| same_under(data, block, class));
+        let class = claim.more_than_under.as_ref();
+        let other = class.map(|class| same_under(data, block, class));
         for (rival, cell) in data.allocators.iter().zip(0..) {
             if !is_named(&claim.allocators, rival) {
                 continue;
@@ -289,10 +284,7 @@ fn claimed(data: &ComparisonData, claim: &Claim) -> Vec<Claimed> {
                 Some(Some(other)) => {
                     let other = &other.cells[cell];
                     let (base, values) = other.paired(own, place);
-                    let differences = values
-                        .iter()
-                        .zip(&base)
-                        .map(|(value, base)| metric.steps(*value) - metric.steps(*base));
+                    let differences = metric.differences(&values, &base).into_iter();
                     let values = differences.map(|difference| difference / metric.steps_per_unit());
                     (values.collect(), own.is_constant && other.is_constant)
                 }
@@ -301,10 +293,10 @@ fn claimed(data: &ComparisonData, claim: &Claim) -> Vec<Claimed> {
                 (Some(bound), _) => ("≤", bound),
                 (None, bound) => ("≥", bound.unwrap_or(f64::NEG_INFINITY)),
             };
-            let than = claim
-                .more_than_under
-                .as_ref()
-                .map_or_else(String::new, |class| format!(" more than under {class}"));
+            let than = claim.more_than_under.iter();
+            let than: String = than
+                .map(|class| format!(" more than under {class}"))
+                .collect();
             parts.push(Claimed {
                 block: number,
                 claim: format!("{name} of {rival} {sign} {bound}{than}"),
@@ -327,9 +319,8 @@ fn same_under<'d>(data: &'d ComparisonData, block: &Block, class: &str) -> Optio
 
 #[cfg(test)]
 mod tests {
-    use super::super::data::tests::{comparison, data, data_with};
+    use super::super::data::tests::{data, data_with, far_by, own};
     use super::*;
-    use crate::sweep::comparison::{Comparison, OwnFigure};
 
     fn judged(data: &ComparisonData, claim: Claim) -> Verdict {
         let hypothesis = Hypothesis {
@@ -378,15 +369,11 @@ mod tests {
         assert_eq!(held.parts.len(), 4);
         assert_eq!(held.parts[0].claim, "par2_s: oracle < alliance");
         assert_eq!(held.parts[0].found.unwrap().0, 12.0);
-        assert_eq!(
-            order(&["nearest", "alliance"], &[]).outcome,
-            Outcome::Failed
-        );
+        let turned = order(&["nearest", "alliance"], &[]);
+        assert_eq!(turned.outcome, Outcome::Failed);
         // An allocator compared with itself has neither less nor more.
-        assert_eq!(
-            order(&["oracle", "oracle"], &["none"]).outcome,
-            Outcome::Failed
-        );
+        let same = order(&["oracle", "oracle"], &["none"]);
+        assert_eq!(same.outcome, Outcome::Failed);
     }
 
     #[test]
@@ -412,13 +399,11 @@ mod tests {
         };
         assert_eq!(bound(more(10.0)), Outcome::Held);
         assert_eq!(bound(more(9.9)), Outcome::Failed);
-        assert_eq!(
-            bound(Claim {
-                missions: names(&["nowhere"]),
-                ..more(10.0)
-            }),
-            Outcome::Undecided
-        );
+        let nowhere = Claim {
+            missions: names(&["nowhere"]),
+            ..more(10.0)
+        };
+        assert_eq!(bound(nowhere), Outcome::Undecided);
     }
 
     /// A seed without effect gives one exact value, and a single run with chance decides nothing.
@@ -434,43 +419,28 @@ mod tests {
             let data = data(|_, _, _| Some(30.0), seeds);
             judged(&data, claim()).outcome
         };
-        assert_eq!(
-            (outcome(2), outcome(1)),
-            (Outcome::Held, Outcome::Undecided)
-        );
+        assert_eq!(outcome(2), Outcome::Held);
+        assert_eq!(outcome(1), Outcome::Undecided);
     }
 
     /// Without a metric, an order begins with the best allocator by the mission's own measure.
     #[test]
     fn an_order_without_a_metric_uses_the_primary_metric() {
-        let own = OwnFigure {
-            name: "late".to_owned(),
-            figure: "report_lateness_mean_ms".to_owned(),
-            more_is_better: true,
-            meaning: String::new(),
-        };
-        let comparison = Comparison {
-            objectives: vec![None, None, Some(own.clone()), Some(own)],
-            ..comparison()
-        };
+        let comparison = far_by(&own("late", "report_lateness_mean_ms"));
         let data = data_with(|_, rival, _| Some(30.0 + rival as f64), 2, &comparison);
         let claim = Claim {
             order: names(&["alliance", "oracle"]),
             ..Claim::default()
         };
         let verdict = judged(&data, claim);
-        let claims: Vec<&str> = verdict
-            .parts
-            .iter()
-            .map(|part| part.claim.as_str())
-            .collect();
-        assert_eq!(
-            claims[1..3],
-            ["par2_s: alliance < oracle", "late: alliance > oracle"]
-        );
+        let [_, time, late, _] = &verdict.parts[..] else {
+            panic!("{verdict:?}")
+        };
+        assert_eq!(time.claim, "par2_s: alliance < oracle");
+        assert_eq!(late.claim, "late: alliance > oracle");
         // All runs have the same lateness.
         assert_eq!(
-            [verdict.parts[1].outcome, verdict.parts[2].outcome],
+            [time.outcome, late.outcome],
             [Outcome::Held, Outcome::Failed]
         );
         let bound = |metric: Option<&str>| Hypothesis {
@@ -514,9 +484,7 @@ mod tests {
         let together = judged(&noisy, claim(&[], &[]));
         assert_eq!((alone.parts.len(), together.parts.len()), (1, 4));
         assert_eq!(alone.parts[0].found, together.parts[0].found);
-        assert_eq!(
-            (alone.outcome, together.outcome),
-            (Outcome::Failed, Outcome::Undecided)
-        );
+        assert_eq!(alone.outcome, Outcome::Failed);
+        assert_eq!(together.outcome, Outcome::Undecided);
     }
 }

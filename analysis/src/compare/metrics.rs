@@ -6,45 +6,29 @@ use crate::sweep::comparison::OwnFigure;
 use crate::sweep::measures::ComparisonMeasures;
 use crate::sweep::run::Figures;
 
-/// A figure of a run. Less is better, except for completion and some missions' own figures.
+/// A figure of a run ([`Metric::meaning`]). Less is better, except for completion and some missions' own figures.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Metric {
-    /// 1 if the mission was completed, otherwise 0.
     Completion,
-    /// Simulated time of a complete run, s.
     Makespan,
-    /// The makespan, or twice the limit for an incomplete run, s.
     Par2,
-    /// The amount of work that expired before it was done.
     Expired,
-    /// PAR2 minus that of the reference with the same seed, s.
     Regret,
     Messages,
-    /// The payload of all broadcasts.
     Bytes,
     /// The number of broadcasts of one kind.
     MessagesOf(String),
     /// The payload of the broadcasts of one kind.
     BytesOf(String),
-    /// The distance that all robots travelled, m.
     Distance,
-    /// Gini's index of the distances.
     DistanceGini,
-    /// The energy of all robots, J.
     Energy,
-    /// Gini's index of the energies.
     EnergyGini,
-    /// Time with two or more robots at an exclusive task, s.
     Duplicate,
-    /// Time with an applicable task and no productive robot, s.
     Orphan,
-    /// Time with an applicable task and no robot at it, s.
     Unattended,
-    /// Time from a loss to the first teammate that considers the robot lost, s.
     Detection,
-    /// Time from a loss to the takeover of the task, s.
     Takeover,
-    /// The greatest lateness of a recurring task, s.
     Lateness,
     /// The figure by which a mission ranks its runs.
     Own(OwnFigure),
@@ -146,6 +130,15 @@ impl Metric {
         (value * self.steps_per_unit()).round()
     }
 
+    /// Returns the differences of paired values in steps of the grid, `values` less `base`.
+    #[must_use]
+    pub fn differences(&self, values: &[f64], base: &[f64]) -> Vec<f64> {
+        let pairs = values.iter().zip(base);
+        pairs
+            .map(|(value, base)| self.steps(*value) - self.steps(*base))
+            .collect()
+    }
+
     /// Returns the definition in one sentence.
     #[must_use]
     pub fn meaning(&self) -> &str {
@@ -203,6 +196,12 @@ impl Metric {
         }
     }
 
+    /// Returns the factor with which a smaller value is better: -1 or 1.
+    #[must_use]
+    pub fn sign(&self) -> f64 {
+        if self.more_is_better() { -1.0 } else { 1.0 }
+    }
+
     /// Returns the value for a run, or `None` without one. [`Metric::Regret`] needs a second run and is always `None`.
     #[must_use]
     pub fn of(&self, figures: &Figures, measures: &ComparisonMeasures) -> Option<f64> {
@@ -220,17 +219,13 @@ impl Metric {
             Self::Bytes => Some(figures.bytes_sent as f64),
             Self::MessagesOf(kind) => Some(sent(kind).messages as f64),
             Self::BytesOf(kind) => Some(sent(kind).bytes as f64),
-            Self::Distance => Some(measures.distance_m),
-            Self::DistanceGini => Some(measures.distance_gini),
-            Self::Energy => measures.energy_j,
-            Self::EnergyGini => measures.energy_gini,
-            Self::Duplicate => Some(measures.duplicate_s),
-            Self::Orphan => Some(measures.orphan_s),
-            Self::Unattended => Some(measures.unattended_s),
-            Self::Detection => measures.detection_s,
-            Self::Takeover => measures.takeover_s,
             Self::Lateness => figures.lateness_ms().map(|ms| ms as f64 / 1000.0),
             Self::Own(own) => figures.mission.get(&own.figure).number(),
+            measured => {
+                let name = measured.name();
+                let mut all = measures.figures().into_iter();
+                all.find(|(known, _)| *known == name)?.1
+            }
         }
     }
 }

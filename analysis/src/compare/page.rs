@@ -229,20 +229,11 @@ impl Page<'_> {
                 @for metric in &self.data.metrics {
                     @if !matches!(metric, Metric::MessagesOf(_) | Metric::BytesOf(_)) { dt { (metric.name()) } dd { (metric.meaning()) } }
                 }
-                dt { "primary" }
-                dd { "The measure that ranks the runs of a mission: PAR2, or the figure that the mission states." }
-                dt { "no data" }
-                dd {
-                    "A run whose faults had no effect does not count, and its seed is omitted from pairs. A cell without counted runs has no data."
-                }
-                dt { "equal" }
-                dd {
-                    "The seed has no effect: all runs of the cell have the same figures and count as one run. The difference of two such cells is exact, and no test applies."
-                }
-                dt { "intervals" }
-                dd { "Percentiles of 10,000 bootstrap resamples of the paired seeds; for completion Wilson's interval." }
-                dt { "ranks" }
-                dd { "Ranks of the allocators' means within each block. The sample consists of blocks, so more seeds do not enlarge it." }
+                dt { "primary" } dd { "The measure that ranks the runs of a mission: PAR2, or the figure that the mission states." }
+                dt { "no data" } dd { "A run whose faults had no effect does not count, and its seed is omitted from pairs. A cell without counted runs has no data." }
+                dt { "equal" } dd { "The seed has no effect: all runs of the cell have the same figures and count as one run. The difference of two such cells is exact, and no test applies." }
+                dt { "intervals" } dd { "Percentiles of 10,000 bootstrap resamples of the paired seeds; for completion Wilson's interval." }
+                dt { "ranks" } dd { "Ranks of the allocators' means within each block. The sample consists of blocks, so more seeds do not enlarge it." }
             }
         }
     }

@@ -3,8 +3,7 @@
 use super::analysis::Analysis;
 use super::data::{Block, ComparisonData};
 use super::hypotheses::Verdict;
-use crate::columns::Entry::{self, Flag, Number, Text, Whole};
-use crate::columns::Table;
+use crate::columns::{Entry, Table};
 
 /// A table with the name of its files.
 pub struct NamedTable {
@@ -19,47 +18,46 @@ fn settings<'d>(
     block: &'d Block,
 ) -> impl Iterator<Item = (&'d str, Entry)> {
     let columns = data.columns.iter().zip(&block.settings);
-    columns.map(|(column, setting)| (column.as_str(), Text(setting.clone())))
+    columns.map(|(column, setting)| (column.as_str(), Entry::text(setting)))
 }
 
 /// Creates all tables except that of the runs.
 #[must_use]
 pub fn tables(data: &ComparisonData, analysis: &Analysis, verdicts: &[Verdict]) -> Vec<NamedTable> {
-    let tables = [
-        (
+    let named = |name, description, table| NamedTable {
+        name,
+        description,
+        table,
+    };
+    let mut tables = vec![
+        named(
             "cells",
             "each metric of each allocator in each block: mean with 95 % interval, quantiles",
             cells(data, analysis),
         ),
-        (
+        named(
             "pairs",
             "each pair of allocators in each block: differences with 95 % intervals, effect, p, and p with Holm's correction",
             pairs(data, analysis),
         ),
-        (
+        named(
             "ranks",
             "mean ranks over all blocks, by metric",
             ranks(data, analysis),
         ),
-        (
+        named(
             "nemenyi",
             "each pair of allocators over all blocks: difference of mean ranks and p",
             differences(data, analysis),
         ),
-        (
+        named(
             "hypotheses",
             "the claims and the outcome of each part",
             claims(data, verdicts),
         ),
     ];
-    let filled = tables.into_iter().filter(|(_, _, table)| table.rows() > 0);
-    filled
-        .map(|(name, description, table)| NamedTable {
-            name,
-            description,
-            table,
-        })
-        .collect()
+    tables.retain(|named| named.table.rows() > 0);
+    tables
 }
 
 fn cells(data: &ComparisonData, analysis: &Analysis) -> Table {
@@ -68,18 +66,19 @@ fn cells(data: &ComparisonData, analysis: &Analysis) -> Table {
         for (rival, cell) in block.cells.iter().enumerate() {
             for (place, metric) in data.metrics.iter().enumerate() {
                 let summary = found.summaries[rival][place].as_ref();
-                let quantile = |at: usize| Number(summary.map(|summary| summary.quantiles[at]));
+                let quantile =
+                    |at: usize| Entry::number(summary.map(|summary| summary.quantiles[at]));
                 let [mean, from, to] =
                     Entry::with_interval(summary.map(|summary| (summary.mean, summary.interval)));
                 let row = [
-                    ("allocator", Text(data.allocators[rival].clone())),
-                    ("cell", Whole(cell.number)),
-                    ("runs", Whole(cell.runs)),
-                    ("failed", Whole(cell.failed)),
-                    ("not_hit", Whole(cell.without_effect)),
-                    ("equal", Flag(cell.is_constant)),
-                    ("metric", Text(metric.name())),
-                    ("n", Whole(summary.map_or(0, |summary| summary.n))),
+                    ("allocator", Entry::text(&data.allocators[rival])),
+                    ("cell", Entry::count(cell.number)),
+                    ("runs", Entry::count(cell.runs)),
+                    ("failed", Entry::count(cell.failed)),
+                    ("not_hit", Entry::count(cell.without_effect)),
+                    ("equal", Entry::Flag(cell.is_constant)),
+                    ("metric", Entry::text(metric.name())),
+                    ("n", Entry::count(summary.map_or(0, |summary| summary.n))),
                     ("mean", mean),
                     ("mean_from", from),
                     ("mean_to", to),
@@ -106,20 +105,20 @@ fn pairs(data: &ComparisonData, analysis: &Analysis) -> Table {
                 let [mean, mean_from, mean_to] = Entry::with_interval(pair.mean);
                 let [median, median_from, median_to] = Entry::with_interval(pair.median);
                 let row = [
-                    ("metric", Text(metric.name())),
-                    ("first", Text(data.allocators[pair.first].clone())),
-                    ("second", Text(data.allocators[pair.second].clone())),
-                    ("n", Whole(pair.n)),
+                    ("metric", Entry::text(metric.name())),
+                    ("first", Entry::text(&data.allocators[pair.first])),
+                    ("second", Entry::text(&data.allocators[pair.second])),
+                    ("n", Entry::count(pair.n)),
                     ("mean_difference", mean),
                     ("mean_from", mean_from),
                     ("mean_to", mean_to),
                     ("median_difference", median),
                     ("median_from", median_from),
                     ("median_to", median_to),
-                    ("effect", Number(Some(pair.effect))),
-                    ("p", Number(pair.p)),
-                    ("p_holm", Number(pair.adjusted)),
-                    ("differ", Flag(pair.is_significant())),
+                    ("effect", Entry::number(pair.effect)),
+                    ("p", Entry::number(pair.p)),
+                    ("p_holm", Entry::number(pair.adjusted)),
+                    ("differ", Entry::Flag(pair.is_significant())),
                 ];
                 table.add(settings(data, block).chain(row));
             }
@@ -133,17 +132,20 @@ fn ranks(data: &ComparisonData, analysis: &Analysis) -> Table {
     for ranking in &analysis.rankings {
         for place in ranking.order() {
             table.add([
-                ("metric", Text(ranking.name.clone())),
-                ("allocator", Text(data.allocators[place].clone())),
+                ("metric", Entry::text(&ranking.name)),
+                ("allocator", Entry::text(&data.allocators[place])),
                 (
                     "mean_rank",
-                    Number(Some(ranking.friedman.mean_ranks[place])),
+                    Entry::number(ranking.friedman.mean_ranks[place]),
                 ),
-                ("blocks", Whole(ranking.friedman.blocks)),
-                ("blocks_left_out", Whole(ranking.omitted_blocks.len())),
-                ("chi_squared", Number(Some(ranking.friedman.statistic))),
-                ("p", Number(Some(ranking.friedman.p))),
-                ("critical_difference", Number(Some(ranking.critical))),
+                ("blocks", Entry::count(ranking.friedman.blocks)),
+                (
+                    "blocks_left_out",
+                    Entry::count(ranking.omitted_blocks.len()),
+                ),
+                ("chi_squared", Entry::number(ranking.friedman.statistic)),
+                ("p", Entry::number(ranking.friedman.p)),
+                ("critical_difference", Entry::number(ranking.critical)),
             ]);
         }
     }
@@ -158,11 +160,11 @@ fn differences(data: &ComparisonData, analysis: &Analysis) -> Table {
             for second in &order[place + 1..] {
                 let ranks = &ranking.friedman.mean_ranks;
                 table.add([
-                    ("metric", Text(ranking.name.clone())),
-                    ("first", Text(data.allocators[*first].clone())),
-                    ("second", Text(data.allocators[*second].clone())),
-                    ("difference", Number(Some(ranks[*second] - ranks[*first]))),
-                    ("p", Number(Some(ranking.p(*first, *second)))),
+                    ("metric", Entry::text(&ranking.name)),
+                    ("first", Entry::text(&data.allocators[*first])),
+                    ("second", Entry::text(&data.allocators[*second])),
+                    ("difference", Entry::number(ranks[*second] - ranks[*first])),
+                    ("p", Entry::number(ranking.p(*first, *second))),
                 ]);
             }
         }
@@ -176,15 +178,15 @@ fn claims(data: &ComparisonData, verdicts: &[Verdict]) -> Table {
         for part in &verdict.parts {
             let [mean, from, to] = Entry::with_interval(part.found);
             let row = [
-                ("claim", Text(part.claim.clone())),
+                ("claim", Entry::text(&part.claim)),
                 ("mean", mean),
                 ("mean_from", from),
                 ("mean_to", to),
-                ("part", Text(part.outcome.as_str().to_owned())),
+                ("part", Entry::text(part.outcome.as_str())),
             ];
             let head = [
-                ("hypothesis", Text(verdict.name.clone())),
-                ("outcome", Text(verdict.outcome.as_str().to_owned())),
+                ("hypothesis", Entry::text(&verdict.name)),
+                ("outcome", Entry::text(verdict.outcome.as_str())),
             ];
             table.add(
                 head.into_iter()

@@ -6,17 +6,16 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-use missions::Registry;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
 use run_log::{LogLevel, ReadError, RunLog, RunOutcome, Table, TickRow};
 use serde_json::Value;
-use terminal::stderr_line;
 
 pub use difference::{Comparison, Difference};
 
+use crate::{exit_status, open};
 use causes::{ValueDifference, input_difference, setup_difference, values_that_differ};
 use tables::{row_difference, table_difference};
 
@@ -37,16 +36,12 @@ impl DiffCommand {
     /// no run.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let compared = RunLog::open(&self.a, &Registry::current().vocabulary())
-            .and_then(|a| Ok((a, RunLog::open(&self.b, &Registry::current().vocabulary())?)))
-            .and_then(|(a, b)| compare(&a, &b));
-        match compared {
-            Ok(comparison) => comparison.show(self.json),
-            Err(error) => {
-                stderr_line!("alliance diff: {error}");
-                ExitCode::from(2)
-            }
-        }
+        let compared = self.compare().map(|found| found.show(self.json));
+        exit_status("diff", compared, 2)
+    }
+
+    fn compare(&self) -> anyhow::Result<Comparison> {
+        Ok(compare(&open(&self.a)?, &open(&self.b)?)?)
     }
 }
 

@@ -2,10 +2,11 @@
 
 use missions::waste::data::{WasteSection, default_scenario};
 use run_log::{Input, InputLine, MemoryLog};
+use scenario::Scenario;
 use scenario::fault::{Fault, Order};
-use scenario::{Scenario, Setup};
 
 use super::*;
+use crate::testkit::{self, open};
 use in_process::Team;
 
 /// Returns the log of a short run in memory.
@@ -14,13 +15,9 @@ fn memory() -> MemoryLog {
         limit_s: 60.0,
         ..default_scenario()
     };
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let setup = testkit::setup(scenario);
     let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
     team.run().unwrap().1.into_sink()
-}
-
-fn open(memory: &MemoryLog) -> RunLog {
-    RunLog::from_memory(memory, &Registry::built_in().vocabulary()).unwrap()
 }
 
 fn lines(memory: &MemoryLog, table: Table) -> Vec<String> {
@@ -65,12 +62,8 @@ fn a_changed_row_differs_with_remade_and_with_removed_seals() {
         matches!(identical, Comparison::Identical { .. }),
         "{identical}"
     );
-    for table in [
-        Table::Poses,
-        Table::Events,
-        Table::Mission,
-        Table::Motivations,
-    ] {
+    use Table::{Events, Mission, Motivations, Poses};
+    for table in [Poses, Events, Mission, Motivations] {
         let mut untouched = memory.clone();
         reseal(&mut untouched, table);
         assert!(untouched == memory, "{table:?}: the test makes other seals");
@@ -107,11 +100,8 @@ fn a_changed_row_differs_with_remade_and_with_removed_seals() {
         );
     }
     let mut longer = memory.clone();
-    longer
-        .tables
-        .get_mut(&Table::Inputs)
-        .unwrap()
-        .extend(b"{}\n");
+    let inputs = longer.tables.get_mut(&Table::Inputs).unwrap();
+    inputs.extend(b"{}\n");
     assert_eq!(
         compare_files(&open(&longer), &again).unwrap().to_string(),
         "differs: world inputs.jsonl: 'rows without a seal in ticks.csv' and 'none'"
@@ -157,16 +147,9 @@ fn run(seed: u64, change: impl FnOnce(&mut Scenario), order: Option<InputLine>) 
         ..default_scenario()
     };
     change(&mut scenario);
-    let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
-    let log = |team: Team<MemoryLog>| {
-        let (_, recorder) = team.run().unwrap();
-        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap()
-    };
-    let calm = log(Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap());
-    let Some(order) = order else { return calm };
-    let mut inputs = calm.inputs().unwrap();
-    inputs.push(order);
-    log(Team::with_inputs(setup, inputs, LogLevel::Full, MemoryLog::default()).unwrap())
+    let mut setup = testkit::setup(scenario);
+    setup.seed = seed;
+    testkit::run_with(setup, order.into_iter().collect())
 }
 
 #[track_caller]
@@ -180,23 +163,12 @@ fn check(a: &RunLog, b: &RunLog, cause: &str, second: &str) {
 #[test]
 fn seeds_and_scenarios_come_first() {
     let first = run(1, |_| {}, None);
-    check(
-        &first,
-        &run(2, |_| {}, None),
-        "seed: 1 in A, 2 in B",
-        "differs first in tick",
-    );
-    let other = run(
-        1,
-        |scenario| WasteSection::of_mut(scenario).report_period_s = 60.0,
-        None,
-    );
-    check(
-        &first,
-        &other,
-        "scenario: waste.report_period_s: 120.0 in A, 60.0 in B",
-        "differs first in tick",
-    );
+    let place = "differs first in tick";
+    let other = run(2, |_| {}, None);
+    check(&first, &other, "seed: 1 in A, 2 in B", place);
+    let hurry = |scenario: &mut Scenario| WasteSection::of_mut(scenario).report_period_s = 60.0;
+    let cause = "scenario: waste.report_period_s: 120.0 in A, 60.0 in B";
+    check(&first, &run(1, hurry, None), cause, place);
 }
 
 #[test]
@@ -213,16 +185,7 @@ fn an_input_of_one_run_is_reported_in_either_order() {
     };
     let (calm, broken) = (run(1, |_| {}, None), run(1, |_| {}, Some(order)));
     let place = "differs first in tick 100 (5.000 s): world inputs";
-    check(
-        &calm,
-        &broken,
-        "inputs: 'mute gold' was ordered at 5 s in B",
-        place,
-    );
-    check(
-        &broken,
-        &calm,
-        "inputs: 'mute gold' was ordered at 5 s in A",
-        place,
-    );
+    let cause = "inputs: 'mute gold' was ordered at 5 s in";
+    check(&calm, &broken, &format!("{cause} B"), place);
+    check(&broken, &calm, &format!("{cause} A"), place);
 }

@@ -4,7 +4,6 @@
 //! - `parquet`: the tables of its log, one file each.
 //! - `scenario`: the run as a scenario with all external influences, to run, change or sweep again.
 
-mod columns;
 #[cfg(feature = "mcap")]
 mod mcap;
 #[cfg(not(feature = "mcap"))]
@@ -13,20 +12,17 @@ mod mcap;
 mod parquet;
 mod scenario;
 
-use missions::Registry;
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use clap::Args;
 use run_log::{RunLog, RunOutcome};
 use terminal::stderr_line;
 
-use crate::LATEST;
-use crate::new_file::NewFile;
-use crate::optional;
+use crate::new_file::{NewFile, write_atomically};
+use crate::{LATEST, exit_status, open, optional};
 
 /// Export a run to other formats
 #[derive(Args, Clone, Debug)]
@@ -59,13 +55,12 @@ impl ExportCommand {
     /// contains no run or a file cannot be written.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        match self.export() {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => {
-                stderr_line!("alliance export: {error:#}");
-                ExitCode::from(if error.is::<mcap::Differs>() { 1 } else { 2 })
-            }
-        }
+        let done = self.export();
+        let is_other = done
+            .as_ref()
+            .is_err_and(|error| error.is::<mcap::Differs>());
+        let on_error = if is_other { 1 } else { 2 };
+        exit_status("export", done.map(|()| ExitCode::SUCCESS), on_error)
     }
 
     fn export(&self) -> anyhow::Result<()> {
@@ -95,9 +90,7 @@ impl ExportCommand {
             for note in notes {
                 stderr_line!("note: {note}");
             }
-            let mut new = NewFile::create(&file)?;
-            new.writer().write_all(text.as_bytes())?;
-            new.put_in_place()?;
+            write_atomically(&file, text.as_bytes())?;
             stderr_line!("scenario {} (seed {})", file.display(), log.run.setup.seed);
         }
         if let Some(file) = &self.formats.mcap {
@@ -134,11 +127,6 @@ fn write_mcap(log: &RunLog, path: &Path) -> anyhow::Result<()> {
     file.put_in_place()?;
     stderr_line!("mcap    {}", path.display());
     Ok(())
-}
-
-fn open(folder: &Path) -> anyhow::Result<RunLog> {
-    // The source of this error repeats its text, so only the text is kept.
-    RunLog::open(folder, &Registry::current().vocabulary()).map_err(|error| anyhow!("{error}"))
 }
 
 /// Returns the facts about the source run that an export contains.

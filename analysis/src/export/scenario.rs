@@ -178,11 +178,11 @@ impl Done {
 #[cfg(test)]
 mod tests {
     use missions::waste::data::default_scenario;
-    use run_log::{LogLevel, MemoryLog, Table};
+    use run_log::Table;
     use serde_json::{Value, json};
 
     use super::*;
-    use in_process::Team;
+    use crate::testkit;
 
     fn scenario() -> Scenario {
         Scenario {
@@ -193,18 +193,11 @@ mod tests {
 
     fn run(scenario: Scenario, inputs: &[(Tick, Value)]) -> RunLog {
         let setup = Setup::resolve(scenario, 3, None).unwrap().setup;
-        let log = |team: Team<MemoryLog>| {
-            let (_, recorder) = team.run().unwrap();
-            RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap()
-        };
-        let calm = Team::new(setup.clone(), LogLevel::Full, MemoryLog::default()).unwrap();
-        let mut all = log(calm).inputs().unwrap();
-        all.extend(inputs.iter().map(|(tick, input)| InputLine {
+        let inputs = inputs.iter().map(|(tick, input)| InputLine {
             tick: *tick,
             input: serde_json::from_value(input.clone()).unwrap(),
-        }));
-        all.sort_by_key(|line| line.tick);
-        log(Team::with_inputs(setup, all, LogLevel::Full, MemoryLog::default()).unwrap())
+        });
+        testkit::run_with(setup, inputs.collect())
     }
 
     fn order(order: Value) -> Value {
@@ -212,32 +205,29 @@ mod tests {
     }
 
     fn again(text: &str) -> RunLog {
-        let vocabulary = Registry::built_in().vocabulary();
-        run(Scenario::parse("again", text, &vocabulary).unwrap(), &[])
+        run(testkit::scenario(text), &[])
     }
 
     #[test]
     fn the_scenario_repeats_manual_actions() {
+        let gold = json!({ "kill": "gold" });
+        let green = json!({ "drop": { "from": "green", "to": "all", "p": 0.4 } });
+        let place = json!({ "x_m": 6.0, "y_m": 4.0, "width_m": 0.5, "height_m": 1.0 });
+        let obstacle = json!({ "obstacle": place });
+        let blue = json!({ "mute": "blue" });
         let inputs = [
+            (100, order(json!({ "id": "f1", "fault": gold }))),
             (
-                100,
-                order(json!({ "id": "f1", "fault": { "kill": "gold" } })),
+                200,
+                order(json!({ "id": "f2", "fault": green, "for_s": 30.0 })),
             ),
             (
                 200,
-                order(
-                    json!({ "id": "f2", "fault": { "drop": { "from": "green", "to": "all", "p": 0.4 } }, "for_s": 30.0 }),
-                ),
-            ),
-            (
-                200,
-                order(
-                    json!({ "id": "crate", "fault": { "obstacle": { "x_m": 6.0, "y_m": 4.0, "width_m": 0.5, "height_m": 1.0 } }, "at_s": 12.0 }),
-                ),
+                order(json!({ "id": "crate", "fault": obstacle, "at_s": 12.0 })),
             ),
             (
                 210,
-                order(json!({ "id": "f4", "fault": { "mute": "blue" }, "at_s": 60.0 })),
+                order(json!({ "id": "f4", "fault": blue, "at_s": 60.0 })),
             ),
             (300, json!({ "clear": { "ids": ["f1"] } })),
             (400, json!({ "clear": { "ids": ["f4"] } })),
@@ -260,12 +250,8 @@ mod tests {
         );
         // The scenario repeats the run with manual actions, which differs from the run without them.
         let calm = run(scenario(), &[]);
-        for table in [
-            Table::Poses,
-            Table::Motivations,
-            Table::Messages,
-            Table::Mission,
-        ] {
+        use Table::{Messages, Mission, Motivations, Poses};
+        for table in [Poses, Motivations, Messages, Mission] {
             assert!(manual.table(table) == scripted.table(table), "{table:?}");
         }
         assert!(manual.table(Table::Poses) != calm.table(Table::Poses));
@@ -303,22 +289,17 @@ mod tests {
             ]
         );
         let log = again(&text);
-        let orders = &log.run.setup.scenario.faults.timeline;
-        let found: Vec<_> = orders
-            .iter()
-            .map(|order| (order.fault.to_string(), order.at_s))
-            .collect();
-        let found: Vec<_> = found
-            .iter()
-            .map(|(fault, at_s)| (fault.as_str(), *at_s))
+        let orders = log.run.setup.scenario.faults.timeline.iter();
+        let found: Vec<String> = orders
+            .map(|order| format!("{} {:?}", order.fault, order.at_s))
             .collect();
         assert_eq!(
             found,
             [
-                ("pause green", Some(2.0)),
-                ("continue green", Some(3.0)),
-                ("kill gold", Some(4.95)),
-                ("deaf blue", None)
+                "pause green Some(2.0)",
+                "continue green Some(3.0)",
+                "kill gold Some(4.95)",
+                "deaf blue None"
             ]
         );
     }

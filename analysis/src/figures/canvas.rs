@@ -172,6 +172,14 @@ impl TextLabel {
         ..Self::LEFT
     };
 
+    pub fn sized(self, size_px: f64) -> Self {
+        Self { size_px, ..self }
+    }
+
+    pub fn colored(self, color: RGBColor) -> Self {
+        Self { color, ..self }
+    }
+
     #[must_use]
     pub fn style(&self) -> TextStyle<'static> {
         let face = if self.bold {
@@ -438,6 +446,32 @@ pub fn horizontal_line(chart: &Chart<'_>, x: Range<f64>, y: f64, style: ShapeSty
         curve(chart, vec![(from, y), (from + dash, y)], style)?;
     }
     Ok(())
+}
+
+/// Writes centered texts at their x, px, in rows so that they do not overlap. `y_px` returns the y of a row, px.
+pub fn write_in_rows(
+    area: &Area<'_>,
+    labels: &[(String, f64)],
+    rows: usize,
+    y_px: impl Fn(usize) -> f64,
+) -> DrawResult {
+    let letters = TextLabel::CENTERED;
+    for ((text, x), row) in labels.iter().zip(label_rows(labels, rows)) {
+        if let Some(row) = row {
+            letters.write(area, text, (*x, y_px(row)))?;
+        }
+    }
+    Ok(())
+}
+
+/// Returns the row of each centered text, or `None` if it has no room.
+#[must_use]
+pub fn label_rows(labels: &[(String, f64)], rows: usize) -> Vec<Option<usize>> {
+    let places = labels.iter().map(|(text, x)| {
+        let width = TextLabel::CENTERED.width_px(text) + 8.0;
+        (x - width / 2.0, width)
+    });
+    rows_for(&places.collect::<Vec<_>>(), rows)
 }
 
 /// Assigns labels to rows so that they do not overlap. Each label has the x of its left edge and its width, and labels

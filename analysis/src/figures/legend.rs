@@ -84,36 +84,31 @@ impl Sample {
     fn draw(self, area: &Area<'_>, x_px: f64, y_px: f64) -> DrawResult {
         let (left, right) = (px(x_px), px(x_px + SAMPLE_PX - 6.0));
         let (top, middle, bottom) = (px(y_px - 6.0), px(y_px), px(y_px + 6.0));
+        let half = (left + right) / 2;
+        let stroke = |from, to, style| area.draw(&PathElement::new([from, to], style));
+        let filled = |from, to, style| area.draw(&Rectangle::new([from, to], style));
         match self {
             Self::Line(color, width_px) => {
-                let ends = [(left, middle), (right, middle)];
-                area.draw(&PathElement::new(ends, line(color, width_px)))
+                stroke((left, middle), (right, middle), line(color, width_px))
             }
             Self::Dashed(color, (dash_px, gap_px)) => {
-                for from in (left..right).step_by(px(dash_px + gap_px) as usize) {
-                    let ends = [(from, middle), (from + px(dash_px), middle)];
-                    area.draw(&PathElement::new(ends, line(color, 1.25)))?;
-                }
-                Ok(())
+                let starts = (left..right).step_by(px(dash_px + gap_px) as usize);
+                let mut dashes = starts.map(|from| (from, from + px(dash_px)));
+                let style = line(color, 1.25);
+                dashes.try_for_each(|(from, to)| stroke((from, middle), (to, middle), style))
             }
             Self::Fill(color, opacity) => {
-                let corners = [(left, top), (right, bottom)];
-                area.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
+                filled((left, top), (right, bottom), color.mix(opacity).filled())
             }
             Self::Ticked(color) => {
-                let corners = [(left, middle), (right, bottom)];
-                area.draw(&Rectangle::new(corners, color.filled()))?;
-                let ends = [((left + right) / 2, top), ((left + right) / 2, middle)];
-                area.draw(&PathElement::new(ends, line(INK, 1.0)))
+                filled((left, middle), (right, bottom), color.filled())?;
+                stroke((half, top), (half, middle), line(INK, 1.0))
             }
             Self::Hatch(color, apart_px) => {
-                for place in (left..=right).step_by(px(apart_px) as usize) {
-                    let ends = [(place, top), (place, bottom)];
-                    area.draw(&PathElement::new(ends, line(color, 1.0)))?;
-                }
-                Ok(())
+                let mut lines = (left..=right).step_by(px(apart_px) as usize);
+                lines.try_for_each(|x| stroke((x, top), (x, bottom), line(color, 1.0)))
             }
-            Self::Mark(mark, color) => mark.draw(area, ((left + right) / 2, middle), color),
+            Self::Mark(mark, color) => mark.draw(area, (half, middle), color),
         }
     }
 }

@@ -19,7 +19,10 @@ pub struct Figure {
 impl Figure {
     /// Writes the figure into a folder as `name.svg`.
     pub fn write(&self, folder: &Path) -> anyhow::Result<()> {
-        write_atomically(folder, &format!("{}.svg", self.name), self.svg.as_bytes())
+        write_atomically(
+            &folder.join(format!("{}.svg", self.name)),
+            self.svg.as_bytes(),
+        )
     }
 }
 

@@ -1,6 +1,9 @@
 //! Coverage of a mission: at least one robot can do every remaining task.
 
+use std::collections::BTreeSet;
+
 use glam::Vec2;
+use pathfinding::grid::Grid;
 use proto::control::Phase;
 use scenario::Scenario;
 use scenario::fault::{ActuatorMode, Fault, FaultGroup};
@@ -63,43 +66,32 @@ pub fn is_within_reach(
 }
 
 /// The grid positions where the center of a body fits.
-struct Map {
-    columns: usize,
-    rows: usize,
-    free: Vec<bool>,
-}
+struct Map(Grid);
 
 impl Map {
     fn of(scenario: &Scenario, state: &WorldState) -> Self {
         let room = scenario.room;
         let count = |size_m: f32| (size_m / GRID_M) as usize + 1;
-        let (columns, rows) = (count(room.width_m), count(room.height_m));
         let radius_m = scenario.body.radius_m;
         let wide_m = radius_m * (1.0 + CLEARANCE_RADII);
         let size = Vec2::new(room.width_m, room.height_m);
-        let bodies: Vec<Vec2> = state
-            .robots
-            .iter()
-            .enumerate()
-            .filter(|&(rank, robot)| robot.present && !is_operational(scenario, state, rank))
-            .map(|(_, robot)| robot.pose.position)
-            .collect();
+        let robots = state.robots.iter().enumerate();
+        let bodies =
+            robots.filter(|&(rank, robot)| robot.present && !is_operational(scenario, state, rank));
+        let bodies: Vec<Vec2> = bodies.map(|(_, robot)| robot.pose.position).collect();
         let is_free = |at: Vec2| {
-            let solid = state.rectangles.iter().filter(|rectangle| rectangle.solid);
+            let mut solid = state.rectangles.iter().filter(|rectangle| rectangle.solid);
+            let mut bodies = bodies.iter();
             at.min(size - at).min_element() >= wide_m
-                && solid
-                    .into_iter()
-                    .all(|rectangle| distance(rectangle, at) >= wide_m)
-                && bodies
-                    .iter()
-                    .all(|body| body.distance(at) >= radius_m + wide_m)
+                && solid.all(|rectangle| distance(rectangle, at) >= wide_m)
+                && bodies.all(|body| body.distance(at) >= radius_m + wide_m)
         };
-        let places = (0..columns * rows).map(|place| is_free(point(columns, place)));
-        Self {
-            columns,
-            rows,
-            free: places.collect(),
+        let mut grid = Grid::new(count(room.width_m), count(room.height_m));
+        grid.fill();
+        for place in grid.clone().iter().filter(|place| !is_free(point(*place))) {
+            grid.remove_vertex(place);
         }
+        Self(grid)
     }
 
     fn reaches_all(
@@ -115,51 +107,30 @@ impl Map {
         let near_m = body.radius_m + body.reach_m + CLEARANCE_RADII * body.radius_m;
         let reached = self.flood(robot.pose.position, near_m);
         let reaches = |target: Vec2, within_m: f32| {
-            let mut places = reached.iter().enumerate().filter(|(_, reached)| **reached);
-            places.any(|(place, _)| point(self.columns, place).distance(target) <= within_m)
+            let mut places = reached.iter();
+            places.any(|place| point(*place).distance(target) <= within_m)
         };
-        let left = state
-            .items
-            .iter()
-            .filter(|item| !is_delivered(promises, item));
+        let items = state.items.iter();
+        let mut left = items.filter(|item| !is_delivered(promises, item));
         let mut targets = promises.targets.iter();
         targets.all(|target| reaches(target.center, target.radius_m))
-            && left
-                .into_iter()
-                .all(|item| item.carrier.is_some() || reaches(item.position, near_m))
+            && left.all(|item| item.carrier.is_some() || reaches(item.position, near_m))
     }
 
     /// Returns all positions reachable from `from`.
-    fn flood(&self, from: Vec2, near_m: f32) -> Vec<bool> {
-        let mut reached = vec![false; self.free.len()];
-        let mut open: Vec<usize> = (0..self.free.len())
-            .filter(|place| {
-                self.free[*place] && point(self.columns, *place).distance(from) <= near_m
-            })
-            .collect();
-        while let Some(place) = open.pop() {
-            if std::mem::replace(&mut reached[place], true) {
-                continue;
+    fn flood(&self, from: Vec2, near_m: f32) -> BTreeSet<(usize, usize)> {
+        let mut reached = BTreeSet::new();
+        let starts = self.0.iter();
+        for start in starts.filter(|place| point(*place).distance(from) <= near_m) {
+            if !reached.contains(&start) {
+                reached.extend(self.0.bfs_reachable(start, |_| true));
             }
-            let (column, row) = (place % self.columns, place / self.columns);
-            let neighbors = [
-                (column > 0).then(|| place - 1),
-                (column + 1 < self.columns).then(|| place + 1),
-                (row > 0).then(|| place - self.columns),
-                (row + 1 < self.rows).then(|| place + self.columns),
-            ];
-            open.extend(
-                neighbors
-                    .into_iter()
-                    .flatten()
-                    .filter(|next| self.free[*next] && !reached[*next]),
-            );
         }
         reached
     }
 }
 
 /// Returns the position of a grid point, m.
-fn point(columns: usize, place: usize) -> Vec2 {
-    GRID_M * Vec2::new((place % columns) as f32, (place / columns) as f32)
+fn point((column, row): (usize, usize)) -> Vec2 {
+    GRID_M * Vec2::new(column as f32, row as f32)
 }

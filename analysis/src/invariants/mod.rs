@@ -20,8 +20,6 @@ pub mod termination;
 mod tests;
 mod world_state;
 
-use std::fmt;
-
 use scenario::Setup;
 use scenario::ids::Tick;
 use world_server::simulation::Simulation;
@@ -33,42 +31,35 @@ use termination::Termination;
 pub use world_state::{Item, Rectangle, RobotState, WorldState, is_delivered};
 
 /// A condition that every run must satisfy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Invariant {
     /// Every tick ends and is followed by the next.
+    #[error("ticks go on")]
     TicksGoOn,
     /// Every item is in one place. Only faults add items, and delivered items stay.
+    #[error("items accounted for")]
     ItemsAccountedFor,
     /// No body overlaps anything solid, except an obstacle that was put on it.
+    #[error("no overlap")]
     NoOverlap,
     /// Every number is finite and in its range.
+    #[error("numbers in range")]
     NumbersInRange,
     /// A robot has at most one active behavior set.
+    #[error("one active set")]
     OneActiveBehavior,
     /// The mission's own invariants hold.
+    #[error("mission holds")]
     MissionHolds,
     /// Two robots that receive each other's messages do not both continue an exclusive task.
+    #[error("exclusive tasks")]
     ExclusiveTasks,
     /// A covered mission ends.
+    #[error("termination")]
     Termination,
     /// A replay gives the same run.
+    #[error("replay identical")]
     ReplayIdentical,
-}
-
-impl fmt::Display for Invariant {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::TicksGoOn => "ticks go on",
-            Self::ItemsAccountedFor => "items accounted for",
-            Self::NoOverlap => "no overlap",
-            Self::NumbersInRange => "numbers in range",
-            Self::OneActiveBehavior => "one active set",
-            Self::MissionHolds => "mission holds",
-            Self::ExclusiveTasks => "exclusive tasks",
-            Self::Termination => "termination",
-            Self::ReplayIdentical => "replay identical",
-        })
-    }
 }
 
 /// A violated invariant, in one line.

@@ -91,10 +91,12 @@ impl Termination {
         });
         let wait_s = longest(|set| set.before_yielding_s + set.ceased_after_s);
         let catalog = &setup.catalog;
-        let bring = catalog
-            .sets
-            .iter()
-            .filter(|set| catalog.mission.is_long_running(set));
+        let bring = catalog.sets.iter().filter(|set| {
+            catalog
+                .mission
+                .behavior_properties(scenario, set)
+                .is_long_running
+        });
         let robots = setup.alliance.robots.values();
         let bringing =
             robots.flat_map(|robot| bring.clone().filter_map(|set| robot.sets.get(&set.name)));
@@ -110,8 +112,7 @@ impl Termination {
             });
         let has_fixed_assignment = |robot: &Robot| {
             let allocators = Registry::current().agents();
-            let prepared = allocators.prepare(scenario.decider_of(robot), setup);
-            prepared.is_ok_and(|allocator| allocator.uses_assignment())
+            allocators.uses_assignment(scenario.decider_of(robot))
         };
         let robots = scenario.robots.iter().enumerate();
         let fixed = robots.filter(|(_, robot)| has_fixed_assignment(robot));

@@ -3,8 +3,8 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use scenario::fault::{
-    Delay, EventTrigger, Fault, FaultKind, FaultRange, FaultSpec, LinkChance, LinkEnd,
-    LinkSelection, Loss, MoveRobot, Order, Partition, RangeFault, SkillFault, TriggerEvent,
+    Device, EventTrigger, Fault, FaultKind, FaultRange, FaultSpec, LinkEnd, LinkSelection,
+    ModeForm, ModeSize, MoveRobot, Order, RangeFault, SkillFault, TriggerEvent,
 };
 use scenario::ids::BehaviorId;
 use scenario::{Catalog, Obstacle, Robot, Scenario};
@@ -185,25 +185,29 @@ impl Dice<'_> {
         }
     }
 
-    fn chance(&mut self) -> LinkChance {
-        let LinkSelection { from, to } = self.link();
-        let p = self.between(0.1, 1.0);
-        LinkChance { from, to, p }
-    }
-
-    /// Draws a partition: each robot is in one of two groups or in none.
-    fn partition(&mut self) -> Option<Partition> {
+    /// Draws the groups of a partition: each robot is in one of two groups or in none.
+    fn groups(&mut self) -> [Vec<String>; 2] {
         let mut groups = [Vec::new(), Vec::new(), Vec::new()];
         for robot in &self.scenario.robots {
             let group = self.any(&[0, 0, 1, 1, 2]);
             groups[group].push(robot.name.clone());
         }
         let [one, other, _] = groups;
-        let one_way = self.rng.random_bool(0.3);
-        (!one.is_empty() && !other.is_empty()).then(|| Partition {
-            groups: vec![one, other],
-            one_way,
-        })
+        [one, other]
+    }
+
+    /// Draws a mode of failure with its size, in the form of files.
+    fn mode(&mut self, form: &ModeForm) -> toml::Value {
+        let mode = self.any(form.modes);
+        let size: toml::Value = match mode.size {
+            ModeSize::None => return mode.name.into(),
+            ModeSize::Number(range) => self.between(range.from, range.to).into(),
+            ModeSize::Word(words) => self.any(words).into(),
+            ModeSize::Error { .. } => {
+                toml::Table::from_iter([("m".to_owned(), self.between(0.05, 0.5).into())]).into()
+            }
+        };
+        toml::Table::from_iter([(mode.name.to_owned(), size)]).into()
     }
 
     /// Draws a place within the border, m.
@@ -226,32 +230,11 @@ impl Dice<'_> {
         })
     }
 
-    /// Draws a fault of every mission. Returns `None` if the mission has no possible target.
+    /// Draws a fault of every mission. Returns `None` if the mission has no possible target. The kinds that have an arm
+    /// here draw from narrower ranges than their declarations allow, so that they are likely to have an effect.
     fn fault(&mut self, spec: &FaultSpec) -> Option<Fault> {
         Some(match spec.name {
             "add" => Fault::Add(self.absent_robot()?),
-            "drop" => {
-                let LinkSelection { from, to } = self.link();
-                Fault::Drop(Loss {
-                    from,
-                    to,
-                    p: self.between(0.1, 1.0),
-                    burst_s: self.any(&[0.0, 0.5, 2.0]),
-                })
-            }
-            "delay" => {
-                let LinkSelection { from, to } = self.link();
-                Fault::Delay(Delay {
-                    from,
-                    to,
-                    delay_s: self.between(0.0, 3.0),
-                    jitter_s: self.any(&[0.0, 0.5, 2.0]),
-                })
-            }
-            "duplicate" => Fault::Duplicate(self.chance()),
-            "reorder" => Fault::Reorder(self.chance()),
-            "hold" => Fault::Hold(self.link()),
-            "partition" => Fault::Partition(self.partition()?),
             "range" => {
                 let range_m = self.between(1.0, 8.0) as f32;
                 Fault::Range(RangeFault { range_m })
@@ -296,23 +279,28 @@ impl Dice<'_> {
 
     /// Draws one of the mission's own faults, if there are any.
     fn mission_fault(&mut self) -> Option<Fault> {
-        let specs = self.scenario.mission().faults();
+        let specs = self.scenario.mission().vocabulary().faults;
         let spec = (!specs.is_empty()).then(|| self.any(specs))?;
         let place = self.place_of_interest();
         self.any_of(&spec, place)
     }
 
-    /// Draws any values for the arguments of a fault at a place, m. Returns `None` if an argument has a form that needs
-    /// a draw of its own.
+    /// Draws any values for the arguments of a fault at a place, m. Returns `None` if the scenario has no value for an
+    /// argument.
     fn any_of(&mut self, spec: &FaultSpec, (x_m, y_m): (f32, f32)) -> Option<Fault> {
         let mission = self.scenario.mission();
         let mut values = toml::Table::new();
+        let mut link = None;
+        let mut has_groups = true;
         for argument in spec.arguments {
             let value: toml::Value = match argument.range {
                 FaultRange::X => written(x_m).into(),
                 FaultRange::Y => written(y_m).into(),
+                // A share of at least a tenth has an effect.
+                FaultRange::SHARE => self.between(0.1, 1.0).into(),
                 FaultRange::Within(from, to) => self.between(from, to).into(),
                 FaultRange::Above(to) => self.between(to / 100.0, to).into(),
+                FaultRange::Time if argument.default.is_some() => self.any(&[0.0, 0.5, 2.0]).into(),
                 FaultRange::Time => self.between(0.0, 3.0).into(),
                 // An existing item, or the first id that does not exist.
                 FaultRange::Item => {
@@ -330,17 +318,33 @@ impl Dice<'_> {
                 }
                 FaultRange::Robot => self.robot().name.into(),
                 FaultRange::Choice(choices) => self.any(choices).0.into(),
-                FaultRange::From
-                | FaultRange::To
-                | FaultRange::Flag
-                | FaultRange::Device
-                | FaultRange::Skill
-                | FaultRange::Groups
-                | FaultRange::Mode(_) => return None,
+                // The ends of a link are drawn together.
+                FaultRange::From => {
+                    let LinkSelection { from, to } = self.link();
+                    link = Some(to);
+                    from.as_str().into()
+                }
+                FaultRange::To => link.take().unwrap_or_default().as_str().into(),
+                FaultRange::Flag => self.rng.random_bool(0.3).into(),
+                FaultRange::Device => {
+                    let devices: Vec<&str> = Device::names_for(mission).collect();
+                    self.any(&devices).into()
+                }
+                FaultRange::Skill => {
+                    let skills = mission.skills(self.scenario);
+                    (!skills.is_empty()).then(|| self.any(&skills))?.into()
+                }
+                FaultRange::Groups => {
+                    let groups = self.groups();
+                    has_groups = groups.iter().all(|group| !group.is_empty());
+                    groups.map(toml::Value::from).to_vec().into()
+                }
+                FaultRange::Mode(form) => self.mode(&form),
             };
             values.insert(argument.key.to_owned(), value);
         }
-        Fault::from_values(spec.name, values).ok()
+        let fault = Fault::from_values(spec.name, values).ok();
+        fault.filter(|_| has_groups)
     }
 
     /// Draws a place within the border, m. Half of the draws give a place where robots look for items.
@@ -438,11 +442,8 @@ mod tests {
         let places: Vec<(f64, f64)> = places.collect();
         assert!(places.iter().any(|&(x_m, y_m)| strewn(x_m, y_m)));
         let (width_m, height_m) = (f64::from(room.width_m), f64::from(room.height_m));
-        assert!(
-            places
-                .iter()
-                .all(|&(x_m, y_m)| x_m <= width_m && y_m <= height_m)
-        );
+        let inside = |&(x_m, y_m): &(f64, f64)| x_m <= width_m && y_m <= height_m;
+        assert!(places.iter().all(inside));
     }
 
     #[test]

@@ -13,9 +13,10 @@ use missions::Registry;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use scenario::limits::closed;
 use scenario::mission::data::DrawSection;
 use scenario::mission::registry::Mission;
-use scenario::{Scenario, name_remedy};
+use scenario::{Problem, Scenario, name_remedy};
 use serde::{Deserialize, Serialize};
 
 use faults::{RandomFaults, timeline};
@@ -45,21 +46,18 @@ pub struct RandomMission {
     pub faults: Option<RandomFaults>,
 }
 
-/// A range of whole numbers with equal probability.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CountRange {
-    pub min: u32,
-    pub max: u32,
-}
-
-/// A range of lengths, m.
+/// A range of numbers with equal probability.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LengthRange {
-    pub min: f32,
-    pub max: f32,
+pub struct Range<T> {
+    pub min: T,
+    pub max: T,
 }
+
+pub type CountRange = Range<u32>;
+
+/// A range of lengths, m.
+pub type LengthRange = Range<f32>;
 
 /// The random streams. Each drawn part has its own stream, so that a change of one part does not shift the others.
 #[derive(Clone, Copy)]
@@ -94,9 +92,11 @@ impl LengthRange {
 }
 
 impl RandomMission {
-    /// Returns the first invalid value: its key, the problem and the remedy.
-    #[must_use]
-    pub fn first_error(&self) -> Option<(&'static str, String, String)> {
+    /// Checks all ranges. The keys of problems are those below `[random_mission]`.
+    ///
+    /// # Errors
+    /// Returns the first invalid value.
+    pub fn check(&self) -> Result<(), Problem> {
         let faults = self.faults.as_ref().map(|faults| faults.between());
         let counts = [
             ("obstacles", self.obstacles, 0),
@@ -110,7 +110,7 @@ impl RandomMission {
             if min < least || max < min || max > MOST {
                 let what = format!("from {min} to {max} does not fit");
                 let remedy = format!("write numbers from {least} to {MOST}, the lower one as min");
-                return Some((key, what, remedy));
+                return Err(Problem::at([key], what, remedy));
             }
         }
         if let Some(LengthRange { min, max }) = self.room
@@ -119,7 +119,7 @@ impl RandomMission {
             let what = format!("from {min} to {max} m does not fit");
             let remedy =
                 format!("write lengths from {LEAST_M} to {MOST_M} m, the lower one as min");
-            return Some(("room", what, remedy));
+            return Err(Problem::at(["room"], what, remedy));
         }
         if let Some(name) = &self.mission
             && draw_of(name).is_none()
@@ -130,19 +130,12 @@ impl RandomMission {
                 .filter(|mission| mission.random_section().is_some());
             let what = format!("mission '{name}' does not support random generation");
             let remedy = name_remedy(name, drawn.map(Mission::name));
-            return Some(("mission", what, remedy));
+            return Err(Problem::at(["mission"], what, remedy));
         }
         let until_s = self.faults.as_ref().map(|faults| faults.until_s);
-        until_s
-            .filter(|until_s| !(1.0..=1e6).contains(until_s))
-            .map(|until_s| {
-                let what = format!("until_s = {until_s} is out of range");
-                (
-                    "faults",
-                    what,
-                    "it must be at least 1 and at most 1000000 s".to_owned(),
-                )
-            })
+        until_s.map_or(Ok(()), |until_s| {
+            closed(1.0, 1e6, "s").check(["faults", "until_s"], until_s)
+        })
     }
 
     /// Returns the scenario with the values that `seed` gives.
@@ -185,8 +178,10 @@ mod tests {
     use std::collections::BTreeSet;
 
     use scenario::Setup;
+    use scenario::fault::Fault;
 
     use super::*;
+    use crate::testkit;
 
     fn mission() -> RandomMission {
         RandomMission {
@@ -207,45 +202,49 @@ mod tests {
 
     #[test]
     fn every_seed_gives_a_mission_that_can_be_run_and_they_differ() {
-        let (mut obstacles, mut robots, mut faults) =
-            (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+        let mut counts: [BTreeSet<usize>; 3] = Default::default();
         let (mut kinds, mut sides) = (BTreeSet::new(), BTreeSet::new());
         for seed in 0..500 {
-            let scenario = mission().draw(default_scenario(), seed);
-            assert_eq!(scenario, mission().draw(default_scenario(), seed));
-            Registry::built_in()
-                .worlds()
-                .find(&scenario)
-                .unwrap()
-                .start_poses(&scenario)
-                .unwrap();
+            let scenario = drawn(&mission(), seed);
+            let missions = Registry::built_in();
+            let world = missions.worlds().find(&scenario).unwrap();
+            world.start_poses(&scenario).unwrap();
             for side_m in [scenario.room.width_m, scenario.room.height_m] {
                 assert!((6.0..=16.0).contains(&side_m));
                 sides.insert((100.0 * side_m) as u32);
             }
-            obstacles.insert(scenario.obstacles.len());
-            robots.insert(scenario.robots.len());
-            faults.insert(scenario.faults.timeline.len());
-            for order in &scenario.faults.timeline {
-                kinds.insert(order.fault.name().to_owned());
+            let timeline = &scenario.faults.timeline;
+            let lengths = [
+                scenario.obstacles.len(),
+                scenario.robots.len(),
+                timeline.len(),
+            ];
+            for (counts, length) in counts.iter_mut().zip(lengths) {
+                counts.insert(length);
             }
-            // The text form must work too, because a failed run leaves it behind.
-            let text = scenario.to_toml().unwrap();
-            assert_eq!(
-                Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap(),
-                scenario
-            );
-            Setup::resolve(scenario, seed, None).unwrap();
+            kinds.extend(timeline.iter().map(|order| order.fault.name().to_owned()));
         }
         assert!(sides.len() > 500);
+        let [obstacles, robots, faults] = counts;
         assert!(obstacles.contains(&8));
         assert_eq!(robots, (1..=8).collect());
         assert_eq!(faults, (0..=12).collect());
-        assert_eq!(kinds.len(), 25);
+        // The clean-up has two faults of its own, and no skills.
+        assert_eq!(kinds.len(), Fault::KINDS.len() + 1);
     }
 
-    /// Checks each mission with a draw function: all seeds give distinct scenarios that survive the text form and
-    /// resolve.
+    /// Draws a scenario that a repetition gives again, that resolves, and that survives the text form, because a failed
+    /// run leaves it behind.
+    fn drawn(mission: &RandomMission, seed: u64) -> Scenario {
+        let scenario = mission.draw(default_scenario(), seed);
+        assert_eq!(scenario, mission.draw(default_scenario(), seed));
+        let read = testkit::scenario(&scenario.to_toml().unwrap());
+        assert_eq!(read, scenario, "seed {seed}");
+        Setup::resolve(scenario.clone(), seed, None).unwrap();
+        scenario
+    }
+
+    /// Checks that all seeds give distinct scenarios, in each mission with a draw function.
     #[test]
     fn every_drawn_mission_can_be_run() {
         let missions = Registry::current().vocabulary().missions;
@@ -261,16 +260,9 @@ mod tests {
             };
             let mut sections = BTreeSet::new();
             for seed in 0..200 {
-                let scenario = random.draw(default_scenario(), seed);
+                let scenario = drawn(&random, seed);
                 assert_eq!(scenario.mission().name(), name);
-                let again = random.draw(default_scenario(), seed);
-                assert_eq!(scenario, again);
-                let text = scenario.to_toml().unwrap();
-                let vocabulary = Registry::built_in().vocabulary();
-                let read = Scenario::parse("mission.toml", &text, &vocabulary);
-                assert_eq!(read.unwrap(), scenario, "seed {seed}");
                 sections.insert(format!("{:?}", scenario.mission));
-                Setup::resolve(scenario, seed, None).unwrap();
             }
             assert_eq!(sections.len(), 200, "{name}");
         }
@@ -292,52 +284,42 @@ mod tests {
 
     #[test]
     fn numbers_that_do_not_fit_are_named() {
-        assert_eq!(mission().first_error(), None);
-        let wrong = |change: fn(&mut RandomMission)| {
-            let mut mission = mission();
-            change(&mut mission);
-            mission.first_error().unwrap().0
+        assert_eq!(mission().check(), Ok(()));
+        let wrong = |text: &str| {
+            let mission: RandomMission = toml::from_str(text).unwrap();
+            let line = mission.check().unwrap_err().to_string();
+            line.split(':').next().unwrap_or_default().to_owned()
         };
-        assert_eq!(
-            wrong(|mission| mission.robots = Some(CountRange { min: 0, max: 3 })),
-            "robots"
-        );
-        assert_eq!(
-            wrong(|mission| mission.obstacles = Some(CountRange { min: 4, max: 3 })),
-            "obstacles"
-        );
-        assert_eq!(
-            wrong(|mission| mission.obstacles = Some(CountRange { min: 0, max: 101 })),
-            "obstacles"
-        );
-        assert_eq!(
-            wrong(|mission| mission.room = Some(LengthRange { min: 1.0, max: 9.0 })),
-            "room"
-        );
-        assert_eq!(
-            wrong(|mission| mission.room = Some(LengthRange {
-                min: 9.0,
-                max: f32::NAN
-            })),
-            "room"
-        );
+        for (text, key) in [
+            ("robots = { min = 0, max = 3 }", "robots"),
+            ("obstacles = { min = 4, max = 3 }", "obstacles"),
+            ("obstacles = { min = 0, max = 101 }", "obstacles"),
+            ("room = { min = 1.0, max = 9.0 }", "room"),
+            ("room = { min = 9.0, max = nan }", "room"),
+            (
+                "faults = { min = 0, max = 1, until_s = 0.0 }",
+                "faults.until_s",
+            ),
+            (
+                "faults = { min = 0, max = 1, until_s = nan }",
+                "faults.until_s",
+            ),
+            (
+                "faults = { min = 0, max = 1, until_s = 1e9 }",
+                "faults.until_s",
+            ),
+        ] {
+            assert_eq!(wrong(text), key, "{text}");
+        }
         for name in ["waste", "no-such"] {
             let mut mission = mission();
             mission.mission = Some(name.to_owned());
-            let (key, what, remedy) = mission.first_error().unwrap();
-            assert_eq!(
-                (key, what),
-                (
-                    "mission",
-                    format!("mission '{name}' does not support random generation")
-                )
+            let line = mission.check().unwrap_err().to_string();
+            let what = format!("mission: mission '{name}' does not support random generation; ");
+            assert!(
+                line.starts_with(&what) && line.contains("service"),
+                "{line}"
             );
-            assert!(remedy.contains("service"), "{remedy}");
-        }
-        for until_s in [0.0, f64::NAN, 1e9] {
-            let mut mission = mission();
-            mission.faults.as_mut().unwrap().until_s = until_s;
-            assert_eq!(mission.first_error().unwrap().0, "faults");
         }
     }
 }

@@ -105,14 +105,7 @@ mod tests {
             };
             let placed: Vec<Rectangle> = obstacles(&scenario, 8, &mut rng)
                 .iter()
-                .map(|obstacle| {
-                    [
-                        obstacle.x_m,
-                        obstacle.y_m,
-                        obstacle.x_m + obstacle.width_m,
-                        obstacle.y_m + obstacle.height_m,
-                    ]
-                })
+                .map(|o| [o.x_m, o.y_m, o.x_m + o.width_m, o.y_m + o.height_m])
                 .collect();
             assert!(placed.is_empty() || room.width_m.min(room.height_m) > 2.6);
             for (place, a) in placed.iter().enumerate() {

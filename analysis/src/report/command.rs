@@ -1,11 +1,10 @@
 //! Command line of `alliance report`.
 
-use missions::Registry;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, bail};
 use clap::Args;
 use run_log::{LogLevel, MemoryLog, RunFile, RunLog};
 use scenario::time::{SimTime, seconds};
@@ -20,13 +19,13 @@ use super::metrics::Metrics;
 use super::page::{RunSection, page};
 use super::pdf;
 use super::stream::HistorySink;
-use crate::LATEST;
 use crate::diff::compare;
 use crate::figures::Figure;
 use crate::figures::canvas::{Sheet, TEXT_PX, WIDTH_PX};
 use crate::new_file::write_atomically;
 use crate::progress::Progress;
 use crate::replay_views::retrace_into;
+use crate::{LATEST, exit_status, open};
 
 /// The minimum ratio of figure width to font size. A narrower figure has no room beside names and axes.
 const LEAST_LETTERS: f64 = 33.0;
@@ -113,19 +112,14 @@ impl ReportCommand {
             Some(other) => report_of_two([&self.folder, other], &out, &self.look),
             None => report(&self.folder, &out, &self.look),
         };
-        match made {
-            Ok(notes) => {
-                for note in notes {
-                    stderr_line!("note: {note}");
-                }
-                stderr_line!("report  {}", out.join("report.html").display());
-                ExitCode::SUCCESS
+        let made = made.map(|notes| {
+            for note in notes {
+                stderr_line!("note: {note}");
             }
-            Err(error) => {
-                stderr_line!("alliance report: {error:#}");
-                ExitCode::from(2)
-            }
-        }
+            stderr_line!("report  {}", out.join("report.html").display());
+            ExitCode::SUCCESS
+        });
+        exit_status("report", made, 2)
     }
 }
 
@@ -140,9 +134,7 @@ struct Shown {
 
 impl Shown {
     fn of(folder: &Path, look: &FigureOptions, notes: &mut Vec<String>) -> anyhow::Result<Self> {
-        // The source of this error repeats its text, so only the text is kept.
-        let logged = RunLog::open(folder, &Registry::current().vocabulary())
-            .map_err(|error| anyhow!("{error}"))?;
+        let logged = open(folder)?;
         let (run, history, rooms) = full_history(&logged, &look.snapshot, notes)?;
         let metrics = Metrics::compute(&history, &run);
         Ok(Self {
@@ -192,7 +184,7 @@ pub fn report(folder: &Path, out: &Path, look: &FigureOptions) -> anyhow::Result
     let (text, left_out) = page(&part);
     note_left_out(left_out, &mut notes);
     write_figures(out, &part.figures, look.pdf)?;
-    write_atomically(out, "report.html", text.as_bytes())?;
+    write_atomically(&out.join("report.html"), text.as_bytes())?;
     Ok(notes)
 }
 
@@ -206,7 +198,7 @@ fn report_of_two(
     let mut notes = Vec::new();
     let mut a = Shown::of(folders[0], look, &mut notes)?;
     let mut b = Shown::of(folders[1], look, &mut notes)?;
-    let difference = compare(&a.logged, &b.logged).map_err(|error| anyhow!("{error}"))?;
+    let difference = compare(&a.logged, &b.logged)?;
     let end = a.history.end.max(b.history.end);
     let parts = [
         a.part(folders[0], look, end)?,
@@ -218,7 +210,7 @@ fn report_of_two(
     for (part, side) in parts.iter().zip(SIDES) {
         write_figures(&out.join(side), &part.figures, look.pdf)?;
     }
-    write_atomically(out, "report.html", text.as_bytes())?;
+    write_atomically(&out.join("report.html"), text.as_bytes())?;
     Ok(notes)
 }
 
@@ -280,8 +272,7 @@ fn full_history(
     }
     let rows = History::count_rows(logged) as u64;
     let mut progress = Progress::new("reading the log", "rows", rows);
-    let history = History::read_with(logged, || progress.step());
-    let history = history.map_err(|error| anyhow!("{error}"))?;
+    let history = History::read_with(logged, || progress.step())?;
     Ok((logged.run.clone(), history, rooms))
 }
 
@@ -291,7 +282,7 @@ fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Resu
         figure.write(out)?;
         if with_pdf {
             let bytes = pdf::from_svg(&figure.svg).with_context(|| figure.name.clone())?;
-            write_atomically(out, &format!("{}.pdf", figure.name), &bytes)?;
+            write_atomically(&out.join(format!("{}.pdf", figure.name)), &bytes)?;
         }
     }
     Ok(())
@@ -299,32 +290,20 @@ fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Resu
 
 #[cfg(test)]
 mod tests {
+    use missions::Registry;
     use missions::waste::data::{default_scenario, default_setup};
     use run_log::recorder::Folder;
     use run_log::{RunFile, Table};
-    use scenario::{Scenario, Setup};
+    use scenario::Scenario;
     use tempfile::TempDir;
 
     use super::*;
-    use crate::visit;
+    use crate::{testkit, visit};
     use in_process::Team;
 
-    const FILES: [&str; 14] = [
-        "every-reported.svg",
-        "gantt.svg",
-        "map-by-robot.svg",
-        "map.svg",
-        "mission.svg",
-        "report.html",
-        "robot-blue.svg",
-        "robot-gold.svg",
-        "robot-green.svg",
-        "task-0-find-locations-applicable.svg",
-        "task-0-find-locations.svg",
-        "task-1-move-spill-top.svg",
-        "task-2-move-spill-bottom.svg",
-        "task-3-report-progress.svg",
-    ];
+    const FILES: &str = "every-reported.svg gantt.svg map-by-robot.svg map.svg mission.svg report.html robot-blue.svg \
+        robot-gold.svg robot-green.svg task-0-find-locations-applicable.svg task-0-find-locations.svg \
+        task-1-move-spill-top.svg task-2-move-spill-bottom.svg task-3-report-progress.svg";
 
     /// Returns a folder with the log of the first 80 s of the default mission.
     fn run(log: LogLevel) -> TempDir {
@@ -342,33 +321,33 @@ mod tests {
             allocator: Some(allocator.to_owned()),
             ..default_scenario()
         };
-        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         let sink = Folder::create(folder.path()).unwrap();
-        Team::new(setup, log, sink).unwrap().run().unwrap();
+        let team = Team::new(testkit::setup(scenario), log, sink).unwrap();
+        team.run().unwrap();
         folder
     }
 
-    fn files(folder: &Path) -> Vec<String> {
+    /// Returns the file names of a folder in one line.
+    fn files(folder: &Path) -> String {
         let entries = fs::read_dir(folder).unwrap();
-        let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name();
-        let mut names: Vec<String> = entries
-            .map(|entry| name(entry).into_string().unwrap())
-            .collect();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
         names.sort();
-        names
+        names.join(" ")
+    }
+
+    fn reported(folder: &Path, out: &Path) -> anyhow::Result<Vec<String>> {
+        report(folder, out, &FigureOptions::default())
     }
 
     #[test]
     fn a_page_that_needs_no_other_file() {
         let folder = run(LogLevel::Full);
         let out = folder.path().join("elsewhere/report");
-        assert_eq!(
-            report(folder.path(), &out, &FigureOptions::default()).unwrap(),
-            [""; 0]
-        );
+        assert_eq!(reported(folder.path(), &out).unwrap(), [""; 0]);
         assert_eq!(files(&out), FILES);
         let page = fs::read_to_string(out.join("report.html")).unwrap();
-        assert_eq!(page.matches("<svg ").count(), FILES.len() - 1);
+        assert_eq!(page.matches("<svg ").count(), 13);
         let place = |text: &str| page.find(text).unwrap();
         assert!(place("id=\"gantt\"") < place(">outcome<"));
         assert!(place("<h2>Figures") < place("id=\"map\""));
@@ -392,12 +371,7 @@ mod tests {
             let end = History::read(&log).unwrap().end;
             assert_eq!(end.0, log.last.unwrap().now.0 + 50);
             assert!((10_000..70_000).contains(&end.0), "{allocator}: {end}");
-            report(
-                folder.path(),
-                &folder.path().join("report"),
-                &FigureOptions::default(),
-            )
-            .unwrap();
+            reported(folder.path(), &folder.path().join("report")).unwrap();
         }
     }
 
@@ -418,16 +392,13 @@ mod tests {
 
     #[test]
     fn a_folder_without_a_run_is_refused_in_one_line() {
-        let refusal = |folder: &Path| {
-            let error =
-                report(folder, &folder.join("report"), &FigureOptions::default()).unwrap_err();
-            assert!(!folder.join("report").exists());
-            format!("{error:#}")
-        };
         let nothing = TempDir::new().unwrap();
+        let out = nothing.path().join("report");
+        let error = reported(nothing.path(), &out).unwrap_err();
+        assert!(!out.exists());
         let name = nothing.path().display();
         assert_eq!(
-            refusal(nothing.path()),
+            format!("{error:#}"),
             format!("{name} is not the folder of a run: it has no run.json")
         );
     }
@@ -442,11 +413,11 @@ mod tests {
             let reported = |level: LogLevel| {
                 let folder = run_of(allocator, level);
                 let out = folder.path().join("report");
-                let notes = report(folder.path(), &out, &FigureOptions::default()).unwrap();
-                let names = files(&out).into_iter();
-                let names = names.filter(|name| name.ends_with(".svg"));
+                let notes = reported(folder.path(), &out).unwrap();
+                let names = files(&out);
+                let names = names.split(' ').filter(|name| name.ends_with(".svg"));
                 let figures =
-                    names.map(|name| (fs::read_to_string(out.join(&name)).unwrap(), name));
+                    names.map(|name| (fs::read(out.join(name)).unwrap(), name.to_owned()));
                 (notes, figures.collect::<Vec<_>>())
             };
             let (full, replayed) = (reported(LogLevel::Full), reported(level));
@@ -467,48 +438,35 @@ mod tests {
         let folders = [&full, &short].map(|folder| folder.path().to_owned());
         let notes = report_of_two(folders.each_ref(), &out, &FigureOptions::default()).unwrap();
         assert_eq!(notes, [""; 0]);
-        assert_eq!(files(&out), ["a", "b", "report.html"]);
-        let figures = FILES.into_iter().filter(|file| file.ends_with(".svg"));
-        assert_eq!(files(&out.join("a")), figures.collect::<Vec<_>>());
+        assert_eq!(files(&out), "a b report.html");
+        assert_eq!(files(&out.join("a")), FILES.replace(" report.html", ""));
         let page = fs::read_to_string(out.join("report.html")).unwrap();
         // The setup difference comes first, then the first tick that differs.
         let cause = page.find("scenario: allocator: ").unwrap();
         assert!(cause < page.find("differs first in tick").unwrap());
         assert!(cause < page.find("id=\"a-gantt\"").unwrap());
         assert!(page.find("id=\"a-gantt\"") < page.find("id=\"b-gantt\""));
+        let differs = |fact: &str| page.contains(&format!("<tr class=\"differs\"><td>{fact}</td>"));
         for same in ["unscripted stalls or losses", "version"] {
             assert!(
-                !page.contains(&format!("<tr class=\"differs\"><td>{same}")),
+                !differs(same) && page.contains(&format!("><td>{same}")),
                 "{same}"
             );
-            assert!(page.contains(&format!("><td>{same}")), "{same}");
         }
         for other in ["hash", "scenario", "makespan"] {
-            assert!(
-                page.contains(&format!("<tr class=\"differs\"><td>{other}</td>")),
-                "{other}"
-            );
+            assert!(differs(other), "{other}");
         }
         // Equal times have equal positions in both figures.
         for side in SIDES {
             let gantt = fs::read_to_string(out.join(side).join("gantt.svg")).unwrap();
             assert!(gantt.contains(">\n80\n</text>"), "{side}");
         }
-        let error =
-            report_of_two([&folders[0], &out], &out, &FigureOptions::default()).unwrap_err();
+        let error = report_of_two([&folders[0], &out], &out, &FigureOptions::default());
+        let error = error.unwrap_err().to_string();
         assert!(
-            error
-                .to_string()
-                .starts_with(&format!("{} is not", out.display()))
+            error.starts_with(&format!("{} is not", out.display())),
+            "{error}"
         );
-    }
-
-    fn report_files(folder: &TempDir, look: &FigureOptions) -> Result<Vec<String>, String> {
-        let out = TempDir::new().unwrap();
-        match report(folder.path(), out.path(), look) {
-            Ok(_) => Ok(files(out.path())),
-            Err(error) => Err(format!("{error:#}")),
-        }
     }
 
     #[test]
@@ -525,20 +483,14 @@ mod tests {
         };
         let out = folder.path().join("report");
         report(folder.path(), &out, &look).unwrap();
-        let names = ["gantt.svg", "report.html", "room-at-50s.svg"];
-        assert_eq!(files(&out), names);
+        assert_eq!(files(&out), "gantt.svg report.html room-at-50s.svg");
         for name in ["gantt.svg", "room-at-50s.svg"] {
             let svg = fs::read_to_string(out.join(name)).unwrap();
             assert!(svg.starts_with("<svg width=\"500\""), "{name}: {svg}");
         }
         let gantt = fs::read_to_string(out.join("gantt.svg")).unwrap();
-        for (number, is_there) in [("40", true), ("60", true), ("70", false), ("30", false)] {
-            assert_eq!(
-                gantt.contains(&format!(">\n{number}\n</text>")),
-                is_there,
-                "{number}"
-            );
-        }
+        let labels = [30, 40, 60, 70].map(|at| gantt.contains(&format!(">\n{at}\n</text>")));
+        assert_eq!(labels, [false, true, true, false]);
         let room = fs::read_to_string(out.join("room-at-50s.svg")).unwrap();
         for robot in ["blue", "gold", "green", ": "] {
             assert!(room.contains(robot), "{robot}");
@@ -551,43 +503,32 @@ mod tests {
     #[test]
     fn an_impossible_option_is_refused_in_one_line() {
         let folder = run(LogLevel::Full);
-        let refusal = |change: &dyn Fn(&mut FigureOptions)| {
+        let refusal = |change: fn(&mut FigureOptions)| {
             let mut look = FigureOptions::default();
             change(&mut look);
-            report_files(&folder, &look).unwrap_err()
+            let out = TempDir::new().unwrap();
+            let error = report(folder.path(), out.path(), &look).unwrap_err();
+            format!("{error:#}")
         };
-        let none = refusal(&|look| look.only = vec!["gant".to_owned()]);
+        let none = refusal(|look| look.only = vec!["gant".to_owned()]);
         let start =
             "--only: there is no figure 'gant'; did you mean 'gantt'? (there are gantt, map, ";
         assert!(none.starts_with(start), "{none}");
-        let cases = [
-            (
-                refusal(&|look| look.from = Some(80.0)),
-                "--from 80: the run ended at 80 s",
-            ),
-            (
-                refusal(&|look| (look.from, look.to) = (Some(50.0), Some(40.0))),
-                "--to 40: must be later than --from, 50 s",
-            ),
-            (
-                refusal(&|look| look.snapshot = vec![80.05]),
-                "--snapshot 80.05: the run ended at 80.000 s",
-            ),
-            (
-                refusal(&|look| look.width = Some(300.0)),
-                "--width 300: must be from 396 (at font size 12 px) to 10000",
-            ),
-            (
-                refusal(&|look| look.width = Some(f64::NAN)),
-                "--width NaN: must be from 396 (at font size 12 px) to 10000",
-            ),
-            (
-                refusal(&|look| look.font_size = Some(2.0)),
-                "--font-size 2: must be from 4 to 72",
-            ),
+        let answers = [
+            refusal(|look| look.from = Some(80.0)),
+            refusal(|look| (look.from, look.to) = (Some(50.0), Some(40.0))),
+            refusal(|look| look.snapshot = vec![80.05]),
+            refusal(|look| look.width = Some(300.0)),
+            refusal(|look| look.width = Some(f64::NAN)),
+            refusal(|look| look.font_size = Some(2.0)),
         ];
-        for (error, expected) in cases {
-            assert_eq!(error, expected);
-        }
+        insta::assert_snapshot!(answers.join("\n"), @r"
+        --from 80: the run ended at 80 s
+        --to 40: must be later than --from, 50 s
+        --snapshot 80.05: the run ended at 80.000 s
+        --width 300: must be from 396 (at font size 12 px) to 10000
+        --width NaN: must be from 396 (at font size 12 px) to 10000
+        --font-size 2: must be from 4 to 72
+        ");
     }
 }

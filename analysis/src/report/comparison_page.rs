@@ -2,20 +2,14 @@
 
 use maud::{Markup, html};
 
-use super::page::{DEFINITIONS, InlineFigures, RunSection, facts, tables};
-use crate::page::{definitions, document, table};
+use super::page::{InlineFigures, RunSection, definitions, facts, tables};
+use crate::page::{document, table};
 
 /// The folders of both runs' figures, relative to the page.
 pub const SIDES: [&str; 2] = ["a", "b"];
 
 /// The style for two columns, which are stacked on narrow screens.
-const STYLE: &str = "
-body { max-width: 126rem }
-.two { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 0 2rem; align-items: start }
-.two table { display: block; overflow-x: auto }
-tr.differs td { font-weight: bold }
-@media (max-width: 50rem) { .two { grid-template-columns: minmax(0, 1fr) } }
-";
+const STYLE: &str = include_str!("comparison_page.css");
 
 /// Returns the page and the number of figures left out. `difference` describes the first difference.
 #[must_use]
@@ -55,7 +49,7 @@ pub fn page_of_two(
         }
         h2 { "Figures" }
         @for pair in rest { (pair) }
-        (definitions(&DEFINITIONS))
+        (definitions())
     };
     (document(&title, STYLE, &body), frames.left_out)
 }

@@ -3,7 +3,8 @@
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
-use super::history::{History, SetHistory};
+use super::history::History;
+use super::robot_history::SetHistory;
 use super::spans::Span;
 use super::stints::{Stint, StintEnd};
 
@@ -93,6 +94,13 @@ pub enum TakeoverCause {
     StillActive,
 }
 
+impl TakeoverCause {
+    #[must_use]
+    pub fn is_loss(&self) -> bool {
+        matches!(self, Self::Lost(_))
+    }
+}
+
 impl Failure {
     /// Returns whether this loss ended the stint. The last step of the stint may or may not count in the tick of the
     /// loss.
@@ -132,12 +140,9 @@ pub fn losses_and_takeovers(history: &History, stints: &[Stint]) -> (Vec<Failure
         .collect();
     takeovers.sort_by_key(|takeover| takeover.at);
     for failure in &mut failures {
-        if let Some(orphan) = &failure.orphan {
-            let aftermath = aftermath(&kept, &takeovers, failure, orphan.task);
-            failure.orphan = Some(OrphanedTask {
-                aftermath,
-                ..orphan.clone()
-            });
+        let (at, robot) = (failure.at, failure.robot);
+        if let Some(orphan) = &mut failure.orphan {
+            orphan.aftermath = aftermath(&kept, &takeovers, (at, robot), orphan.task);
         }
     }
     (failures, takeovers)
@@ -167,9 +172,8 @@ fn losses(history: &History, stints: &[Stint]) -> Vec<Failure> {
                     .map(|span| span.from.max(next)),
                 orphan: None,
             };
-            let stint = stints
-                .iter()
-                .find(|stint| failure.ended(stint, history.step));
+            let mut stints = stints.iter();
+            let stint = stints.find(|stint| failure.ended(stint, history.step));
             failure.orphan = stint.map(|stint| OrphanedTask {
                 task: stint.task,
                 detection: detection(history, &failure, stint.task),
@@ -224,25 +228,25 @@ fn silence(history: &History, by: usize, set: &SetHistory, failure: &Failure) ->
 fn aftermath(
     kept: &[&Stint],
     takeovers: &[Takeover],
-    failure: &Failure,
+    (lost_at, robot): (SimTime, usize),
     task: TaskId,
 ) -> OrphanOutcome {
     let on_task = || kept.iter().filter(|stint| stint.task == task);
     let covers = |stint: &&&Stint| {
         let Span { from, to } = stint.span;
-        stint.robot != failure.robot && from <= failure.at && failure.at < to
+        stint.robot != robot && from <= lost_at && lost_at < to
     };
     if let Some(stint) = on_task().find(covers) {
         return OrphanOutcome::Covered { by: stint.robot };
     }
-    let Some(next) = on_task().find(|stint| stint.span.from > failure.at) else {
+    let Some(next) = on_task().find(|stint| stint.span.from > lost_at) else {
         return OrphanOutcome::Abandoned;
     };
     let (at, by) = (next.span.from, next.robot);
     let is_takeover = |takeover: &Takeover| {
-        (takeover.at, takeover.robot, takeover.task, takeover.from) == (at, by, task, failure.robot)
+        (takeover.at, takeover.robot, takeover.task, takeover.from) == (at, by, task, robot)
     };
-    if by == failure.robot {
+    if by == robot {
         OrphanOutcome::Resumed { at }
     } else if takeovers.iter().any(is_takeover) {
         OrphanOutcome::TakenOver { at, by }
@@ -298,9 +302,8 @@ fn takeover(
         StintEnd::Left(reason) if reason == "not-applicable" => return None,
         StintEnd::Left(reason) => (idle_since, TakeoverCause::Left(reason.clone())),
         StintEnd::Absent | StintEnd::Ongoing => {
-            let failure = failures
-                .iter()
-                .find(|failure| failure.ended(before, history.step))?;
+            let mut failures = failures.iter();
+            let failure = failures.find(|failure| failure.ended(before, history.step))?;
             (failure.at, TakeoverCause::Lost(failure.loss))
         }
     };

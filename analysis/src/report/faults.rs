@@ -156,92 +156,95 @@ fn short_label(detail: &str) -> String {
 mod tests {
     use super::*;
 
-    fn event(t_ms: u64, kind: &str, robot: &str, subject: &str) -> EventRow {
-        EventRow {
-            t_ms: SimTime(t_ms),
-            kind: kind.to_owned(),
-            robot: robot.to_owned(),
-            subject: subject.to_owned(),
-            reason: String::new(),
-            detail: String::new(),
-        }
+    /// Reads events from lines with time, kind, robot, subject and detail.
+    fn events(lines: &str) -> Vec<EventRow> {
+        let lines = lines.lines().filter(|line| !line.trim().is_empty());
+        let events = lines.map(|line| {
+            let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+            EventRow {
+                t_ms: SimTime(cells[0].parse().unwrap()),
+                kind: cells[1].to_owned(),
+                robot: cells[2].to_owned(),
+                subject: cells[3].to_owned(),
+                reason: String::new(),
+                detail: cells[4].to_owned(),
+            }
+        });
+        events.collect()
     }
 
     #[test]
     fn fault_spans_have_short_labels() {
-        let event_with_detail = |t_ms, kind, robot, subject, detail: &str| EventRow {
-            detail: detail.to_owned(),
-            ..event(t_ms, kind, robot, subject)
-        };
-        let drop = "drop --from green --to all --p 0.3";
-        let events = [
-            event(0, "joined", "blue", ""),
-            event_with_detail(0, "armed", "", "f1", "kill gold"),
-            event_with_detail(100, "gone", "gold", "", "incarnation 1"),
-            event_with_detail(100, "applied", "gold", "f1", "kill gold"),
-            event_with_detail(150, "applied", "", "f2", "obstacle 0 6.55 0.05 1"),
-            event_with_detail(150, "applied", "", "f3", "obstacle 0.62 6.55 0.2 1"),
-            event_with_detail(200, "applied", "", "f4", drop),
-            event(220, "hit", "gold", "f4"),
-            event_with_detail(250, "joined", "gold", "", "incarnation 2"),
-            event_with_detail(250, "healed", "gold", "f1", "kill gold"),
-            event_with_detail(300, "applied", "", "f5", "waste 1 1 --items 1"),
-            event_with_detail(350, "healed", "", "f4", drop),
-            event(400, "gone", "blue", ""),
-            event(450, "stalled", "green", ""),
-            event(500, "back", "green", ""),
-        ];
-        let found: Vec<_> = fault_spans(&events, SimTime(900))
+        let events = events(
+            "
+            0, joined, blue, ,
+            0, armed, , f1, kill gold
+            100, gone, gold, , incarnation 1
+            100, applied, gold, f1, kill gold
+            150, applied, , f2, obstacle 0 6.55 0.05 1
+            150, applied, , f3, obstacle 0.62 6.55 0.2 1
+            200, applied, , f4, drop --from green --to all --p 0.3
+            220, hit, gold, f4,
+            250, joined, gold, , incarnation 2
+            250, healed, gold, f1, kill gold
+            300, applied, , f5, waste 1 1 --items 1
+            350, healed, , f4, drop --from green --to all --p 0.3
+            400, gone, blue, ,
+            450, stalled, green, ,
+            500, back, green, ,
+            ",
+        );
+        let found: Vec<String> = fault_spans(&events, SimTime(900))
             .into_iter()
-            .map(|fault| (fault.span.from.0, fault.span.to.0, fault.label))
+            .map(|fault| format!("{} {} {}", fault.span.from.0, fault.span.to.0, fault.label))
             .collect();
         let expected = [
-            (100, 250, "kill gold"),
-            (150, 900, "2 × obstacle"),
-            (200, 350, "drop green→all 0.3"),
-            (300, 300, "waste"),
-            (400, 900, "blue died"),
-            (450, 500, "green stopped"),
-        ]
-        .map(|(from, to, label)| (from, to, label.to_owned()));
+            "100 250 kill gold",
+            "150 900 2 × obstacle",
+            "200 350 drop green→all 0.3",
+            "300 300 waste",
+            "400 900 blue died",
+            "450 500 green stopped",
+        ];
         assert_eq!(found, expected);
     }
 
     #[test]
     fn events_become_faults_by_kind() {
-        let events = [
-            event(0, "joined", "blue", ""),
-            event(50, "activated", "blue", "move-spill(top)"),
-            event(100, "armed", "", "cut"),
-            event(150, "applied", "", "cut"),
-            event(200, "hit", "gold", "cut"),
-            event(250, "lost", "blue", "gold"),
-            event(300, "healed", "", "cut"),
-            event(350, "gone", "gold", ""),
-            event(400, "joined", "gold", ""),
-            event(450, "stalled", "green", ""),
-            event(500, "back", "green", ""),
-            event(550, "failed", "", "push"),
-            event(600, "disarmed", "", "push"),
-        ];
-        let found: Vec<_> = faults(&events)
+        let events = events(
+            "
+            0, joined, blue, ,
+            50, activated, blue, move-spill(top),
+            100, armed, , cut,
+            150, applied, , cut,
+            200, hit, gold, cut,
+            250, lost, blue, gold,
+            300, healed, , cut,
+            350, gone, gold, ,
+            400, joined, gold, ,
+            450, stalled, green, ,
+            500, back, green, ,
+            550, failed, , push,
+            600, disarmed, , push,
+            ",
+        );
+        let found: Vec<String> = faults(&events)
             .into_iter()
-            .map(|fault| (fault.at.0, fault.label, fault.phase))
+            .map(|fault| format!("{} {} {:?}", fault.at.0, fault.label, fault.phase))
             .collect();
         let expected = [
-            (100, "cut armed", FaultMarkPhase::End),
-            (150, "cut applied", FaultMarkPhase::Begin),
-            (200, "cut hit", FaultMarkPhase::Hit),
-            (250, "blue lost a message", FaultMarkPhase::Hit),
-            (300, "cut healed", FaultMarkPhase::End),
-            (350, "gold died", FaultMarkPhase::Begin),
-            (400, "gold joined", FaultMarkPhase::End),
-            (450, "green stopped", FaultMarkPhase::Begin),
-            (500, "green back", FaultMarkPhase::End),
-            (550, "push failed", FaultMarkPhase::Begin),
-            (600, "push disarmed", FaultMarkPhase::End),
-        ]
-        .map(|(at, label, phase)| (at, label.to_owned(), phase));
+            "100 cut armed End",
+            "150 cut applied Begin",
+            "200 cut hit Hit",
+            "250 blue lost a message Hit",
+            "300 cut healed End",
+            "350 gold died Begin",
+            "400 gold joined End",
+            "450 green stopped Begin",
+            "500 green back End",
+            "550 push failed Begin",
+            "600 push disarmed End",
+        ];
         assert_eq!(found, expected);
     }
 }

@@ -12,9 +12,10 @@ use scenario::fault::Fault;
 use scenario::ids::{RobotId, TaskId};
 use scenario::mission::columns::{Column, ColumnValue};
 use scenario::time::SimTime;
-use scenario::{BehaviorParams, Catalog, Obstacle, Setup};
+use scenario::{Catalog, Obstacle, Setup};
 use world_server::simulation::Simulation;
 
+use super::robot_history::{ReceivedClaim, RobotHistory, SetHistory, TrackPoint};
 use super::spans::{Span, Spans};
 
 /// The maximum number of levels of all curves. Beyond it, curves are thinned: no figure shows as many.
@@ -44,75 +45,6 @@ pub struct History {
     levels_max: usize,
 }
 
-#[derive(Clone, Debug)]
-pub struct RobotHistory {
-    pub name: String,
-    /// The ticks in which the robot was neither dead nor stopped.
-    pub present: Spans,
-    /// The behavior sets, in catalog order.
-    pub sets: Vec<SetHistory>,
-    /// The meaning of the behavior sets' levels.
-    pub measure: LevelUnit,
-    has_motivations: bool,
-    /// The index of the behavior set of the latest row. The next row is usually about the next set.
-    latest_set: usize,
-    /// Task claims from teammates, in order of receipt.
-    pub received_claims: Vec<ReceivedClaim>,
-    /// The position at the start of each tick.
-    pub track: Vec<TrackPoint>,
-    /// The claims in `received_claims`, plus messages of teammates that wait for a task. Under some presets, these messages also
-    /// reset motivations.
-    may_reset: Vec<ReceivedClaim>,
-}
-
-/// The log data of one behavior set of one robot. Each tick lasts until the start of the next one.
-#[derive(Clone, Debug)]
-pub struct SetHistory {
-    pub name: String,
-    pub task: TaskId,
-    pub params: BehaviorParams,
-    /// The motivation at the end of each step in which the robot took part, or the utility at the end of each step in
-    /// which the set was applicable.
-    pub levels: Vec<(SimTime, f64)>,
-    /// The times with sensory_feedback = 1.
-    pub applicable: Spans,
-    pub active: Spans,
-    pub waiting: Spans,
-    /// Steps in which impatience_reset = 0 reduced the motivation.
-    pub resets: Vec<Reset>,
-    /// Steps in which the impatience rate rose to δ_fast.
-    pub impatience_rises: Vec<SimTime>,
-    /// The impatience rate in the latest step, motivation/s.
-    impatience: f64,
-}
-
-/// A message that the sender executes or has done a task. comm_received counts it under every preset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ReceivedClaim {
-    /// The time of receipt.
-    pub at: SimTime,
-    pub sender: usize,
-    pub task: TaskId,
-}
-
-/// A step in which a teammate's message reduced the motivation.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Reset {
-    pub at: SimTime,
-    /// Ranks of the senders of claims in this step, usually one. New claimants take precedence over earlier ones.
-    pub by: Vec<usize>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrackPoint {
-    /// Center of the body, m.
-    pub position: (f64, f64),
-    /// `true` if the gripper held an item.
-    pub carrying: bool,
-    /// Energy left, J; `None` if energy is not simulated.
-    pub energy_j: Option<f64>,
-}
-
 /// An error for a log that does not belong to its run.json or cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum HistoryError {
@@ -135,19 +67,10 @@ impl History {
     /// Returns the number of rows for which [`History::read_with`] calls back.
     #[must_use]
     pub fn count_rows(log: &RunLog) -> usize {
-        let tables = [
-            Table::Motivations,
-            Table::Allocation,
-            Table::Messages,
-            Table::Poses,
-        ];
-        let rows = |table| {
-            log.table(table)
-                .iter()
-                .filter(|byte| **byte == b'\n')
-                .count()
-        };
-        tables.map(rows).into_iter().sum()
+        use Table::{Allocation, Messages, Motivations, Poses};
+        let tables = [Motivations, Allocation, Messages, Poses].into_iter();
+        let bytes = tables.flat_map(|table| log.table(table));
+        bytes.filter(|byte| **byte == b'\n').count()
     }
 
     /// Reads all tables of a log like [`History::read`]. Calls `step_done` after each row of the large tables.
@@ -156,19 +79,19 @@ impl History {
         let step = SimTime(setup.scenario.step_ms);
         let end = log.last.map_or(SimTime::ZERO, |last| last.now + step);
         let mut history = Self::new(setup.clone(), end);
-        for row in log.each_row::<MotivationRow>() {
+        for row in log.each_row() {
             history.add_motivation(&row?)?;
             step_done();
         }
-        for row in log.each_row::<AllocationRow>() {
+        for row in log.each_row() {
             history.add_utility(&row?)?;
             step_done();
         }
-        for row in log.each_row::<MessageRow>() {
+        for row in log.each_row() {
             history.add_message(&row?)?;
             step_done();
         }
-        for row in log.each_row::<PoseRow>() {
+        for row in log.each_row() {
             history.add_pose(&row?)?;
             step_done();
         }
@@ -205,36 +128,27 @@ impl History {
             .scenario
             .robots
             .iter()
-            .map(|robot| RobotHistory {
-                name: robot.name.clone(),
-                present: Spans::default(),
-                sets: catalog
-                    .behaviors_of(robot)
-                    .map(|set| {
-                        let set = &catalog.sets[set.index()];
-                        let params = &setup.alliance.robots[&robot.name].sets[&set.name];
-                        SetHistory::new(set.name.clone(), set.task, params.clone())
-                    })
-                    .collect(),
-                measure: LevelUnit::Motivation,
-                has_motivations: false,
-                latest_set: 0,
-                received_claims: Vec::new(),
-                track: Vec::new(),
-                may_reset: Vec::new(),
+            .map(|robot| {
+                let sets = catalog.behaviors_of(robot).map(|set| {
+                    let set = &catalog.sets[set.index()];
+                    let params = &setup.alliance.robots[&robot.name].sets[&set.name];
+                    SetHistory::new(set.name.clone(), set.task, params.clone())
+                });
+                RobotHistory::new(robot.name.clone(), sets.collect())
             })
             .collect();
+        let step = SimTime(setup.scenario.step_ms);
         Self {
-            step: SimTime(setup.scenario.step_ms),
-            catalog,
+            step,
             end,
             robots,
+            catalog,
             events: Vec::new(),
             mission: Vec::new(),
             marks: Vec::new(),
             items: Vec::new(),
             obstacles: setup.scenario.obstacles.clone(),
-            level_step: SimTime(setup.scenario.step_ms),
+            level_step: step,
             level_count: 0,
             levels_max: LEVELS_MAX,
             setup,
@@ -403,13 +317,11 @@ impl History {
 
     /// Returns each behavior set of each robot for the task, with the robot's rank.
     pub fn behaviors_for(&self, task: TaskId) -> impl Iterator<Item = (usize, &SetHistory)> {
-        self.robots
-            .iter()
-            .enumerate()
-            .flat_map(move |(rank, robot)| {
-                let sets = robot.sets.iter().filter(move |set| set.task == task);
-                sets.map(move |set| (rank, set))
-            })
+        let robots = self.robots.iter().enumerate();
+        robots.flat_map(move |(rank, robot)| {
+            let sets = robot.sets.iter().filter(move |set| set.task == task);
+            sets.map(move |set| (rank, set))
+        })
     }
 
     /// Returns the time in which a robot was dead, stopped or not yet present.
@@ -452,129 +364,12 @@ fn unknown(table: &'static str, name: &str) -> HistoryError {
     }
 }
 
-impl RobotHistory {
-    /// Returns the behavior set with this name. The search starts at the latest one.
-    fn set_named(&mut self, name: &str) -> Option<&mut SetHistory> {
-        let (before, from) = self.sets.split_at(self.latest_set);
-        let found = from.iter().position(|set| set.name == name);
-        self.latest_set = match found {
-            Some(place) => self.latest_set + place,
-            None => before.iter().position(|set| set.name == name)?,
-        };
-        self.sets.get_mut(self.latest_set)
-    }
-
-    fn find_reset_senders(&mut self) {
-        let claims = &self.may_reset;
-        for set in &mut self.sets {
-            let task = set.task;
-            for reset in &mut set.resets {
-                let from = claims.partition_point(|claim| claim.at < reset.at);
-                let now = claims[from..]
-                    .iter()
-                    .take_while(|claim| claim.at == reset.at);
-                let mut by: Vec<usize> = now
-                    .filter(|claim| claim.task == task)
-                    .map(|claim| claim.sender)
-                    .collect();
-                by.dedup();
-                let is_new = |sender: &usize| {
-                    let mut before = claims[..from].iter();
-                    !before.any(|claim| claim.sender == *sender && claim.task == task)
-                };
-                if by.iter().any(is_new) {
-                    by.retain(is_new);
-                }
-                reset.by = by;
-            }
-        }
-    }
-
-    /// Returns the time in which any of the robot's behavior sets was active.
-    #[must_use]
-    pub fn active(&self) -> Spans {
-        Spans::in_at_least(1, self.sets.iter().map(|set| &set.active))
-    }
-}
-
-impl SetHistory {
-    fn new(name: String, task: TaskId, params: BehaviorParams) -> Self {
-        Self {
-            name,
-            task,
-            // Impatience counts as fast before the first step, so that the first step is not a rise.
-            impatience: params.fast_impatience,
-            params,
-            levels: Vec::new(),
-            applicable: Spans::default(),
-            active: Spans::default(),
-            waiting: Spans::default(),
-            resets: Vec::new(),
-            impatience_rises: Vec::new(),
-        }
-    }
-
-    /// Ends a time in which the set was active, if there is one.
-    fn end_active(&mut self, since: &mut Option<SimTime>, to: SimTime) {
-        if let Some(from) = since.take() {
-            self.active.push(Span { from, to });
-        }
-    }
-
-    /// Keeps the first, last, lowest and highest level of each `step`. Returns the number of levels.
-    fn thin(&mut self, step: SimTime) -> usize {
-        let mut kept = Vec::new();
-        for group in self
-            .levels
-            .chunk_by(|a, b| a.0.0 / step.0 == b.0.0 / step.0)
-        {
-            let level = |index: &usize| group[*index].1;
-            let by_level = |a: &usize, b: &usize| level(a).total_cmp(&level(b));
-            let lowest = (0..group.len()).min_by(by_level);
-            let highest = (0..group.len()).max_by(by_level);
-            let mut places =
-                [Some(0), lowest, highest, Some(group.len() - 1)].map(Option::unwrap_or_default);
-            places.sort_unstable();
-            let mut latest = None;
-            for place in places
-                .into_iter()
-                .filter(|place| latest.replace(*place) != Some(*place))
-            {
-                kept.push(group[place]);
-            }
-        }
-        self.levels = kept;
-        self.levels.len()
-    }
-
-    fn add(&mut self, tick: Span, row: &MotivationRow) {
-        let before = self.levels.last().map_or(0.0, |&(_, level)| level);
-        if !row.impatience_reset && before > 0.0 {
-            let at = tick.from;
-            self.resets.push(Reset { at, by: Vec::new() });
-        }
-        let fast = self.params.fast_impatience;
-        if self.impatience < fast && row.impatience >= fast {
-            self.impatience_rises.push(tick.from);
-        }
-        self.impatience = row.impatience;
-        self.levels.push((tick.from, row.motivation));
-        if row.sensory_feedback {
-            self.applicable.push(tick);
-        }
-        match row.state.as_str() {
-            "active" => self.active.push(tick),
-            "waiting" => self.waiting.push(tick),
-            _ => {}
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use missions::waste::data::default_setup;
 
     use super::*;
+    use crate::report::tests::motivation;
 
     #[test]
     fn long_curves_are_thinned_within_the_bound_and_keep_their_ends_and_peaks() {
@@ -582,19 +377,7 @@ mod tests {
         let mut history = History::new(default_setup(1), end);
         history.levels_max = 1000;
         let (robot, set) = (&history.robots[0], &history.robots[0].sets[0]);
-        let mut row = MotivationRow {
-            t_ms: SimTime::ZERO,
-            robot: robot.name.clone(),
-            behavior_set: set.name.clone(),
-            task: String::new(),
-            motivation: 0.0,
-            impatience: 1.0,
-            sensory_feedback: true,
-            activity_suppression: true,
-            impatience_reset: true,
-            acquiescence: true,
-            state: "hibernating".to_owned(),
-        };
+        let mut row = motivation(0, &robot.name, &set.name);
         for tick in 0..20_000_u64 {
             row.t_ms = SimTime(50 * tick);
             row.motivation = match tick {

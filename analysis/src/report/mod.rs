@@ -1,6 +1,6 @@
 //! `alliance report`: a page with figures and metrics of a run.
 //!
-//! - `history` sorts the rows of a full log by robot and behavior set. `stints`, `failures` and `metrics` are computed
+//! - `history` sorts the rows of a full log by robot and behavior set (`robot_history`). `stints`, `failures` and `metrics` are computed
 //!   from it, without I/O or drawing.
 //! - `figures` draws. `page` and `page_of_two` write pages. `command` reads and writes files.
 //!
@@ -19,8 +19,9 @@ mod made;
 pub(crate) mod metrics;
 pub(crate) mod page;
 mod pdf;
+pub(crate) mod robot_history;
 mod simplify;
-mod spans;
+pub(crate) mod spans;
 mod stints;
 mod stream;
 pub mod takeovers;

@@ -6,13 +6,13 @@ use scenario::mission::FigureValue;
 use scenario::mission::columns::{display_name, format_value, short_summary};
 use scenario::time::SimTime;
 
-use super::failures::{DetectionSign, Loss, OrphanOutcome, TakeoverCause};
+use super::failures::{DetectionSign, Loss, OrphanOutcome, Takeover, TakeoverCause};
 use super::faults::{FaultMark, FaultMarkPhase, faults};
 use super::history::History;
 use super::made::RunOrigin;
 use super::metrics::{Metrics, Recurring};
 use crate::figures::Figure;
-use crate::page::{definitions, document, table};
+use crate::page::{document, table};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -22,65 +22,26 @@ const INLINE_BYTES: usize = 6 * 1024 * 1024;
 /// The maximum number of rows in the fault table. A lossy link can cause thousands of events.
 const FAULT_ROWS: usize = 200;
 
-pub(super) const DEFINITIONS: [(&str, &str); 12] = [
-    (
-        "makespan",
-        "Simulated time from the start to the end of the tick in which the mission was complete; none if it was not completed.",
-    ),
-    (
-        "present",
-        "Time of the ticks in which the robot's report counted: it was neither dead nor stopped.",
-    ),
-    (
-        "idle share",
-        "Part of the time present in which none of the robot's behavior sets was active; waiting counts as idle.",
-    ),
-    (
-        "activations per minute",
-        "How often a behavior set of the robot became active, per minute present.",
-    ),
-    (
-        "messages and bytes per second",
-        "Broadcasts of the robot, each counted once, and their payloads (encoded and sealed, without the overhead of zenoh \
-         and TCP), per second present. Taken from run.json; unknown for a killed run.",
-    ),
-    (
-        "applicable",
-        "Time in which a behavior set for the task had sensory feedback 1 in a robot that was present.",
-    ),
-    (
-        "orphan",
-        "Part of the time applicable in which no robot was productive. A robot is productive from its activation for the task to \
-         the last effect of that stint: an event that changed a column of mission.csv, or progress that the robot noted. The time \
-         after the last effect, and a stint without effects, are not productive.",
-    ),
-    (
-        "unattended",
-        "Part of the time applicable in which no behavior set for the task was active in any robot that was present.",
-    ),
-    (
-        "duplicate",
-        "Time in which behavior sets for an exclusive task were active in two or more robots that were present.",
-    ),
-    (
-        "detection latency",
-        "From the death or stop of a robot that was executing a task to the first sign that a teammate has detected it: the \
-         teammate's ceased-after time (τ) has passed since it last received the robot's claim of the task, its impatience rate \
-         for the task rose to fast, or it activated the task. Only signs before the robot's return count.",
-    ),
-    (
-        "takeover latency",
-        "From the last progress on an exclusive task to its activation by another robot than the one that executed it last. The \
-         last progress is the death or stop of that robot; if it lives, the last effect of its stint, or its activation if there \
-         was none. A claim that lasts one step is a bid: it is no takeover and makes no robot the previous one. Taking up a task \
-         that was left as not applicable is no takeover.",
-    ),
-    (
-        "lateness",
-        "How much longer than the wanted period an interval between recurring events was; the first interval starts with the \
-         run. An event in time counts as 0.",
-    ),
-];
+/// Returns the definitions of all metrics.
+pub(super) fn definitions() -> Markup {
+    html! {
+        h2 { "Definitions" }
+        dl {
+            dt { "makespan" } dd { "Simulated time from the start to the end of the tick in which the mission was complete; none if it was not completed." }
+            dt { "present" } dd { "Time of the ticks in which the robot's report counted: it was neither dead nor stopped." }
+            dt { "idle share" } dd { "Part of the time present in which none of the robot's behavior sets was active; waiting counts as idle." }
+            dt { "activations per minute" } dd { "How often a behavior set of the robot became active, per minute present." }
+            dt { "messages and bytes per second" } dd { "Broadcasts of the robot, each counted once, and their payloads (encoded and sealed, without the overhead of zenoh and TCP), per second present. Taken from run.json; unknown for a killed run." }
+            dt { "applicable" } dd { "Time in which a behavior set for the task had sensory feedback 1 in a robot that was present." }
+            dt { "orphan" } dd { "Part of the time applicable in which no robot was productive. A robot is productive from its activation for the task to the last effect of that stint: an event that changed a column of mission.csv, or progress that the robot noted. The time after the last effect, and a stint without effects, are not productive." }
+            dt { "unattended" } dd { "Part of the time applicable in which no behavior set for the task was active in any robot that was present." }
+            dt { "duplicate" } dd { "Time in which behavior sets for an exclusive task were active in two or more robots that were present." }
+            dt { "detection latency" } dd { "From the death or stop of a robot that was executing a task to the first sign that a teammate has detected it: the teammate's ceased-after time (τ) has passed since it last received the robot's claim of the task, its impatience rate for the task rose to fast, or it activated the task. Only signs before the robot's return count." }
+            dt { "takeover latency" } dd { "From the last progress on an exclusive task to its activation by another robot than the one that executed it last. The last progress is the death or stop of that robot; if it lives, the last effect of its stint, or its activation if there was none. A claim that lasts one step is a bid: it is no takeover and makes no robot the previous one. Taking up a task that was left as not applicable is no takeover." }
+            dt { "lateness" } dd { "How much longer than the wanted period an interval between recurring events was; the first interval starts with the run. An event in time counts as 0." }
+        }
+    }
+}
 
 /// The data that a page shows of one run.
 pub struct RunSection<'r> {
@@ -126,26 +87,17 @@ impl InlineFigures {
 /// Returns the page and the number of figures left out.
 #[must_use]
 pub fn page(part: &RunSection<'_>) -> (String, usize) {
-    let RunSection {
-        run,
-        history,
-        metrics,
-        figures,
-        made,
-    } = part;
     let mut frames = InlineFigures::new();
-    let shown: Vec<Markup> = figures
-        .iter()
-        .map(|figure| frames.put(figure, ""))
-        .collect();
+    let figures = part.figures.iter();
+    let shown: Vec<Markup> = figures.map(|figure| frames.put(figure, "")).collect();
     // The Gantt figure comes before all tables because it explains the run.
     let (first, rest) = shown.split_at(shown.len().min(1));
-    let scenario = &run.setup.scenario;
-    let title = format!("{}, seed {}", scenario.name, run.setup.seed);
+    let scenario = &part.run.setup.scenario;
+    let title = format!("{}, seed {}", scenario.name, part.run.setup.seed);
     let body = html! {
         h1 { (title) }
         p { (scenario.description) }
-        @if let Some(window) = &made.window { p.note { "Figures show the run " (window) "; tables show the whole run." } }
+        @if let Some(window) = &part.made.window { p.note { "Figures show the run " (window) "; tables show the whole run." } }
         @for figure in first { (figure) }
         table { tbody {
             @for (name, value) in facts(part) { tr { td { (name) } td.text { (value) } } }
@@ -154,24 +106,19 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
             h2 { (title) }
             (table)
         }
-        @for recurring in &metrics.recurring {
+        @for recurring in &part.metrics.recurring {
             h2 { "Events: " (recurring.event) }
-            (moments(history, recurring))
+            (moments(part.history, recurring))
         }
         h2 { "Figures" }
         @for figure in rest { (figure) }
-        (definitions(&DEFINITIONS))
+        (definitions())
     };
     (document(&title, "", &body), frames.left_out)
 }
 
 pub(super) fn tables(part: &RunSection<'_>) -> [(&'static str, Markup); 6] {
-    let RunSection {
-        run,
-        history,
-        metrics,
-        ..
-    } = part;
+    let (run, history, metrics) = (part.run, part.history, part.metrics);
     [
         ("Robots", robots(history, metrics)),
         ("Tasks", tasks(history, metrics)),
@@ -184,13 +131,7 @@ pub(super) fn tables(part: &RunSection<'_>) -> [(&'static str, Markup); 6] {
 
 /// Returns setup and result of a run as named values.
 pub(super) fn facts(part: &RunSection<'_>) -> Vec<(String, Markup)> {
-    let RunSection {
-        run,
-        history,
-        metrics,
-        made,
-        ..
-    } = part;
+    let (run, history, metrics) = (part.run, part.history, part.metrics);
     let outcome = match run.outcome {
         RunOutcome::Ended(outcome) => outcome.as_str().to_owned(),
         RunOutcome::Running => format!(
@@ -206,17 +147,15 @@ pub(super) fn facts(part: &RunSection<'_>) -> Vec<(String, Markup)> {
         let found = failure.orphan.as_ref()?.detection?;
         Some(found.at.since(failure.at))
     });
-    let (lost, live): (Vec<_>, Vec<_>) = metrics
-        .takeovers
-        .iter()
-        .partition(|takeover| matches!(takeover.cause, TakeoverCause::Lost(_)));
-    let latencies = |takeovers: &[&super::failures::Takeover]| {
-        summary(takeovers.iter().map(|takeover| takeover.latency()))
+    let latencies = |after_loss: bool| {
+        let takeovers = metrics.takeovers.iter();
+        let takeovers = takeovers.filter(|takeover| takeover.cause.is_loss() == after_loss);
+        summary(takeovers.map(Takeover::latency))
     };
-    let makespan = metrics.makespan.map_or_else(
-        || format!("none; {} simulated", seconds(history.end)),
-        seconds,
-    );
+    let makespan = match metrics.makespan {
+        Some(makespan) => seconds(makespan),
+        None => format!("none; {} simulated", seconds(history.end)),
+    };
     let setup = &run.setup;
     let scenario = format!(
         "{}, seed {}, {}, preset {}",
@@ -230,33 +169,25 @@ pub(super) fn facts(part: &RunSection<'_>) -> Vec<(String, Markup)> {
     add("outcome", html! { (outcome) });
     add("makespan", html! { (makespan) });
     add("progress", html! { (so_far) });
-    for recurring in metrics
-        .recurring
-        .iter()
-        .filter(|event| event.period.is_some())
-    {
-        let late = summary(recurring.moments.iter().map(|moment| moment.late));
-        add(
-            &format!("lateness of '{}'", recurring.event),
-            html! { (late) },
-        );
+    for recurring in &metrics.recurring {
+        if recurring.period.is_some() {
+            let late = summary(recurring.moments.iter().map(|moment| moment.late));
+            let name = format!("lateness of '{}'", recurring.event);
+            add(&name, html! { (late) });
+        }
     }
     add("detection latency", html! { (summary(detection)) });
-    add(
-        "takeover latency after a loss",
-        html! { (latencies(&lost)) },
-    );
-    add("takeover latency, other", html! { (latencies(&live)) });
-    add(
-        "unscripted stalls or losses",
-        html! { @if run.unscripted { "yes" } @else { "none" } },
-    );
+    let after_loss = latencies(true);
+    add("takeover latency after a loss", html! { (after_loss) });
+    add("takeover latency, other", html! { (latencies(false)) });
+    let unscripted = ["none", "yes"][usize::from(run.unscripted)];
+    add("unscripted stalls or losses", html! { (unscripted) });
     add("hash", html! { (run.hash.as_deref().unwrap_or("none")) });
     add("scenario", html! { (scenario) });
-    if let Some(command) = &made.command {
+    if let Some(command) = &part.made.command {
         add("command", html! { code { (command) } });
     }
-    if let Some(date) = &made.date {
+    if let Some(date) = &part.made.date {
         add("started", html! { (date) });
     }
     add(
@@ -317,9 +248,8 @@ fn tasks(history: &History, metrics: &Metrics) -> Markup {
 /// Returns the mission's figures of the run and of each robot, from run.json.
 fn mission(run: &RunFile) -> Markup {
     let figures = run.result.mission.iter();
-    let figures: Vec<String> = figures
-        .map(|(name, value)| format_value(name, value))
-        .collect();
+    let figures = figures.map(|(name, value)| format_value(name, value));
+    let figures: Vec<String> = figures.collect();
     let robots = &run.result.robots;
     let names = robots.values().next().map(|robot| robot.mission.iter());
     let names: Vec<&str> = names.into_iter().flatten().map(|(name, _)| name).collect();
@@ -449,21 +379,15 @@ fn fault_table(faults: &[FaultMark]) -> Markup {
     if faults.is_empty() {
         return html! { p.note { "The log has no faults." } };
     }
-    let hits = faults
+    let (hits, named): (Vec<&FaultMark>, Vec<&FaultMark>) = faults
         .iter()
-        .filter(|fault| fault.phase == FaultMarkPhase::Hit)
-        .count();
-    let named = || {
-        faults
-            .iter()
-            .filter(|fault| fault.phase != FaultMarkPhase::Hit)
-    };
-    let hidden = named().count().saturating_sub(FAULT_ROWS);
+        .partition(|fault| fault.phase == FaultMarkPhase::Hit);
+    let (hits, hidden) = (hits.len(), named.len().saturating_sub(FAULT_ROWS));
     html! {
         @if hits > 0 { p.note { "Single effects not listed, such as lost messages: " (hits) "." } }
         @if hidden > 0 { p.note { "Later faults not listed: " (hidden) "." } }
         (table(&html! { th { "at" } th.text { "fault" } th.text { "detail" } }, &html! {
-            @for fault in named().take(FAULT_ROWS) {
+            @for fault in named.iter().take(FAULT_ROWS) {
                 tr {
                     td { (seconds(fault.at)) }
                     td.text { (fault.label) }
@@ -494,25 +418,17 @@ fn sign(sign: DetectionSign) -> &'static str {
 }
 
 fn aftermath(history: &History, lost: SimTime, aftermath: OrphanOutcome) -> String {
+    let after = |at: SimTime| seconds(at.since(lost));
+    let name = |rank| name(history, rank);
     match aftermath {
-        OrphanOutcome::Covered { by } => format!("{} was also executing it", name(history, by)),
+        OrphanOutcome::Covered { by } => format!("{} was also executing it", name(by)),
         OrphanOutcome::TakenOver { at, by } => {
-            format!(
-                "{} took over after {}",
-                name(history, by),
-                seconds(at.since(lost))
-            )
+            format!("{} took over after {}", name(by), after(at))
         }
         OrphanOutcome::Continued { at, by } => {
-            format!(
-                "{} executed it next, after {}",
-                name(history, by),
-                seconds(at.since(lost))
-            )
+            format!("{} executed it next, after {}", name(by), after(at))
         }
-        OrphanOutcome::Resumed { at } => {
-            format!("resumed by itself after {}", seconds(at.since(lost)))
-        }
+        OrphanOutcome::Resumed { at } => format!("resumed by itself after {}", after(at)),
         OrphanOutcome::Abandoned => "no takeover".to_owned(),
     }
 }

@@ -22,12 +22,11 @@ pub fn within(points: &[(f64, f64)], window: &Range<f64>) -> Vec<(f64, f64)> {
     let mut part = Vec::new();
     for (place, &(x, y)) in points.iter().enumerate() {
         if let Some(&(before, from)) = place.checked_sub(1).and_then(|index| points.get(index)) {
-            let crossed = [window.start, window.end].into_iter();
-            part.extend(
-                crossed
-                    .filter(|edge| before < *edge && *edge < x)
-                    .map(|edge| (edge, from + (y - from) * (edge - before) / (x - before))),
-            );
+            for edge in [window.start, window.end] {
+                if before < edge && edge < x {
+                    part.push((edge, from + (y - from) * (edge - before) / (x - before)));
+                }
+            }
         }
         if (window.start..=window.end).contains(&x) {
             part.push((x, y));
@@ -37,20 +36,23 @@ pub fn within(points: &[(f64, f64)], window: &Range<f64>) -> Vec<(f64, f64)> {
 }
 
 fn columns(points: &[(f64, f64)], width: f64) -> Vec<(f64, f64)> {
-    let mut kept = Vec::new();
     let column = |x: f64| (x / width).floor();
-    for group in points.chunk_by(|a, b| column(a.0) == column(b.0)) {
-        let all = || group.iter().enumerate();
-        let lowest = all().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
-        let highest = all().max_by(|a, b| a.1.1.total_cmp(&b.1.1));
-        let mut places = vec![0, group.len() - 1];
-        places.extend(lowest.map(|(place, _)| place));
-        places.extend(highest.map(|(place, _)| place));
-        places.sort_unstable();
-        places.dedup();
-        kept.extend(places.into_iter().map(|place| group[place]));
-    }
-    kept
+    let groups = points.chunk_by(|a, b| column(a.0) == column(b.0));
+    groups.flat_map(first_last_and_extremes).collect()
+}
+
+/// Returns the first, last, lowest and highest point of a group, each once and in order.
+pub fn first_last_and_extremes<T: Copy>(group: &[(T, f64)]) -> Vec<(T, f64)> {
+    let level = |a: &usize, b: &usize| group[*a].1.total_cmp(&group[*b].1);
+    let (lowest, highest) = (
+        (0..group.len()).min_by(level),
+        (0..group.len()).max_by(level),
+    );
+    let ends = [0, group.len() - 1];
+    let mut places: Vec<usize> = ends.into_iter().chain(lowest).chain(highest).collect();
+    places.sort_unstable();
+    places.dedup();
+    places.into_iter().map(|place| group[place]).collect()
 }
 
 type Point = (f64, f64);

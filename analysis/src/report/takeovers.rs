@@ -6,8 +6,7 @@ use std::path::Path;
 use run_log::{LogLevel, RunFile, RunLog};
 use scenario::Vocabulary;
 
-use super::failures::TakeoverCause;
-use super::history::History;
+use super::history::{History, HistoryError};
 use super::metrics::Metrics;
 
 /// The largest team for which a run reads its log again. Larger logs take seconds.
@@ -22,15 +21,13 @@ pub fn takeover_lines(folder: &Path, run: &RunFile, vocabulary: &Vocabulary) -> 
     if run.log != LogLevel::Full || !is_small || !events.contains(",gone,") {
         return Vec::new();
     }
-    let Ok(log) = RunLog::open(folder, vocabulary) else {
-        return Vec::new();
-    };
-    let Ok(history) = History::read(&log) else {
+    let log = RunLog::open(folder, vocabulary).map_err(HistoryError::from);
+    let Ok(history) = log.and_then(|log| History::read(&log)) else {
         return Vec::new();
     };
     let robot = |rank: usize| history.setup.scenario.robots[rank].name.as_str();
     let takeovers = Metrics::compute(&history, run).takeovers.into_iter();
-    let lost = takeovers.filter(|takeover| matches!(takeover.cause, TakeoverCause::Lost(_)));
+    let lost = takeovers.filter(|takeover| takeover.cause.is_loss());
     lost.map(|takeover| {
         format!(
             "{}: {} took over {} from {}, {} after its loss",

@@ -1,7 +1,6 @@
 //! The study as a plan of `alliance sweep`: its runs and its files.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -12,8 +11,8 @@ use super::design::Design;
 use super::figure::draw;
 use super::results::{Study, trial_of_run};
 use super::trial::{Trial, run_trial};
-use crate::interrupted::InterruptFlag;
-use crate::new_file::write_atomically;
+use crate::interrupted::{InterruptFlag, Interrupted};
+use crate::new_file::{make_folder, write_atomically};
 use crate::progress::RunProgress;
 use crate::workers::run_parallel;
 
@@ -31,22 +30,25 @@ pub struct StrategiesStudy {
 }
 
 impl StrategiesStudy {
-    /// Runs the study and writes its files. Returns `false` after an interruption.
-    pub fn run(&self) -> anyhow::Result<bool> {
+    /// Runs the study and writes its files.
+    ///
+    /// # Errors
+    /// Returns [`Interrupted`] after a signal, and the errors of runs and files.
+    pub fn run(&self) -> anyhow::Result<()> {
         let folder: &Path = &self.folder;
-        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+        make_folder(folder)?;
         let Some(study) = self.trials()? else {
             stderr_line!("interrupted: no results are written");
-            return Ok(false);
+            return Err(Interrupted.into());
         };
         study.table().write_csv(folder, TRIALS)?;
-        write_atomically(folder, TABLES, study.markdown().as_bytes())?;
-        write_atomically(folder, FIGURE, draw(&study)?.as_bytes())?;
+        write_atomically(&folder.join(TABLES), study.markdown().as_bytes())?;
+        write_atomically(&folder.join(FIGURE), draw(&study)?.as_bytes())?;
         let trials = format!("{TRIALS}.csv");
         for (what, file) in [("trials", &*trials), ("tables", TABLES), ("figure", FIGURE)] {
             stderr_line!("{what}   {}", folder.join(file).display());
         }
-        Ok(true)
+        Ok(())
     }
 
     fn trials(&self) -> anyhow::Result<Option<Study>> {
@@ -65,22 +67,15 @@ impl StrategiesStudy {
             let (condition, rule, seed) = trial_of_run(run, design);
             let (condition, rule) = (&design.conditions[condition], &design.rules[rule]);
             let trial = run_trial(condition, rule, seed);
-            Some((
-                run,
-                trial.with_context(|| format!("{condition}, {}, seed {seed}", rule.name)),
-            ))
+            let place = || format!("{condition}, {}, seed {seed}", rule.name);
+            Some((run, trial.with_context(place)))
         };
-        let worked = run_parallel(
-            &runs,
-            self.jobs,
-            &|| interrupted.is_set(),
-            attempt,
-            |(run, trial)| {
-                done.insert(run, trial?);
-                progress.add(false);
-                Ok(())
-            },
-        );
+        let stops = || interrupted.is_set();
+        let worked = run_parallel(&runs, self.jobs, &stops, attempt, |(run, trial)| {
+            done.insert(run, trial?);
+            progress.add(false);
+            Ok(())
+        });
         progress.clear();
         worked?;
         let is_whole = done.len() == runs.len();

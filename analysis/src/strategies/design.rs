@@ -1,7 +1,8 @@
 //! The plan of the study: teams, spreads, rules and seeds.
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use missions::Registry;
+use scenario::limits::closed;
 use scenario::{Scenario, TomlFile};
 use serde::Deserialize;
 
@@ -66,7 +67,8 @@ impl Design {
         {
             return Ok(None);
         }
-        let File { seeds, strategies } = TomlFile::parse(file_name, text)?.deserialize()?;
+        let file = TomlFile::parse(file_name, text)?;
+        let File { seeds, strategies } = file.deserialize()?;
         let Section {
             sizes,
             spreads,
@@ -83,27 +85,25 @@ impl Design {
             .chain([&with_faults.size])
             .find(|size| wrong(size))
         {
-            bail!(
-                "{file_name}: [strategies]: the size {size:?} is out of range; write [robots up to {MAX_ROBOTS}, tasks up to {MAX_TASKS}, robots that can do each task]"
+            let what = format!("the size {size:?} is out of range");
+            let remedy = format!(
+                "write [robots up to {MAX_ROBOTS}, tasks up to {MAX_TASKS}, robots that can do each task]"
             );
+            return Err(file.error_at([KEY], what, remedy).into());
         }
-        if let Some(spread) = spreads
-            .iter()
-            .chain([&with_faults.spread])
-            .find(|h| !(0.0..=10.0).contains(*h))
-        {
-            bail!(
-                "{file_name}: [strategies]: the spread {spread} is out of range; write a number from 0 to 10"
-            );
+        for spread in spreads.iter().chain([&with_faults.spread]) {
+            let checked = closed(0.0, 10.0, "").check([KEY, "spreads"], *spread);
+            checked.map_err(|problem| file.locate(problem))?;
         }
         if sizes.is_empty()
             || spreads.is_empty()
             || rules.is_empty()
             || !(1..=MAX_SEEDS).contains(&seeds)
         {
-            bail!(
-                "{file_name}: the plan has no trials; write sizes, spreads, rules, and seeds from 1 to {MAX_SEEDS}"
-            );
+            let remedy = format!("write sizes, spreads, rules, and seeds from 1 to {MAX_SEEDS}");
+            return Err(file
+                .error_at([KEY], "the plan has no trials", remedy)
+                .into());
         }
         let design = Self {
             conditions: conditions(&sizes, &spreads, &with_faults),
@@ -112,14 +112,11 @@ impl Design {
             seeds,
         };
         let instance = Instance::draw(&design.conditions[0], 1);
+        let vocabulary = Registry::current().vocabulary();
         for rule in &design.rules {
             let text = instance.scenario(rule, TrialFault::None);
-            Scenario::parse(
-                "[allocators.l-alliance]",
-                &text,
-                &Registry::current().vocabulary(),
-            )
-            .with_context(|| format!("{file_name}: rule '{}'", rule.name))?;
+            Scenario::parse("[allocators.l-alliance]", &text, &vocabulary)
+                .with_context(|| format!("{file_name}: rule '{}'", rule.name))?;
         }
         Ok(Some(design))
     }

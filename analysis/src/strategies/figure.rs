@@ -45,25 +45,22 @@ pub fn draw(study: &Study) -> anyhow::Result<String> {
     let note_px = legend.height_px() + ROW_PX / 2.0;
     let head_px = note_px + ROW_PX;
     let height_px = head_px + 2.0 * PLOT_PX + GAP_PX + LABELS_PX;
-    svg(
-        "Strategies of L-ALLIANCE relative to the optimum",
-        height_px,
-        |area| {
-            legend.draw(area, 0.0)?;
-            TextLabel::LEFT.write(area, &note, (LEFT_PX, note_px))?;
-            for (place, (what, value)) in panels.into_iter().enumerate() {
-                let top_px = head_px + place as f64 * (PLOT_PX + GAP_PX);
-                panel(area, study, top_px, what, value)?;
-            }
-            let letters = TextLabel::CENTERED;
-            let width_px = (WIDTH_PX - LEFT_PX - RIGHT_PX) / study.design.rules.len() as f64;
-            for (place, rule) in study.design.rules.iter().enumerate() {
-                let x_px = LEFT_PX + width_px * (place as f64 + 0.5);
-                letters.write(area, &rule.name, (x_px, height_px - LABELS_PX / 2.0))?;
-            }
-            Ok(())
-        },
-    )
+    let title = "Strategies of L-ALLIANCE relative to the optimum";
+    svg(title, height_px, |area| {
+        legend.draw(area, 0.0)?;
+        TextLabel::LEFT.write(area, &note, (LEFT_PX, note_px))?;
+        for (place, (what, value)) in panels.into_iter().enumerate() {
+            let top_px = head_px + place as f64 * (PLOT_PX + GAP_PX);
+            panel(area, study, top_px, what, value)?;
+        }
+        let width_px = (WIDTH_PX - LEFT_PX - RIGHT_PX) / study.design.rules.len() as f64;
+        for (place, rule) in study.design.rules.iter().enumerate() {
+            let x_px = LEFT_PX + width_px * (place as f64 + 0.5);
+            let at = (x_px, height_px - LABELS_PX / 2.0);
+            TextLabel::CENTERED.write(area, &rule.name, at)?;
+        }
+        Ok(())
+    })
 }
 
 fn spread_colors(study: &Study) -> Vec<RGBColor> {
@@ -95,12 +92,8 @@ fn panel(area: &Area<'_>, study: &Study, top_px: f64, what: &str, value: Measure
         let count = cells.len() as f64;
         for (place, (spread, value)) in cells.iter().enumerate() {
             let x = rule as f64 + HALF * (2.0 * (place as f64 + 0.5) / count - 1.0);
-            let of = study
-                .design
-                .spreads
-                .iter()
-                .position(|known| known == spread)
-                .unwrap_or(0);
+            let mut spreads = study.design.spreads.iter();
+            let of = spreads.position(|known| known == spread).unwrap_or(0);
             let at = (x, value.min(HIGHEST));
             Mark::of_series(of).draw_at(area, &chart, at, colors[of])?;
         }

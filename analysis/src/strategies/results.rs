@@ -5,8 +5,8 @@ use std::fmt::Write;
 use super::condition::{Condition, TrialFault};
 use super::design::Design;
 use super::trial::Trial;
-use crate::columns::Entry::{Number, Text, Whole};
-use crate::columns::Table;
+use crate::columns::{Entry, Table};
+use crate::sweep::statistics::mean;
 
 pub struct Study {
     pub design: Design,
@@ -44,19 +44,19 @@ impl Study {
         let seeds = self.design.seeds;
         let first = (condition * self.design.rules.len() + rule) * seeds;
         let trials = &self.trials[first..first + seeds];
-        let ended: Vec<(f64, &Trial)> = trials
+        let ended = trials
             .iter()
-            .filter_map(|trial| Some((trial.time_s?, trial)))
-            .collect();
-        let mean = |of: &dyn Fn(f64, &Trial) -> f64| {
-            let sum: f64 = ended.iter().map(|(time_s, trial)| of(*time_s, trial)).sum();
-            (!ended.is_empty()).then(|| sum / ended.len() as f64)
+            .filter_map(|trial| Some((trial.time_s?, trial)));
+        let ended: Vec<(f64, &Trial)> = ended.collect();
+        let mean = |of: fn(f64, &Trial) -> f64| {
+            let values = ended.iter().map(|(time_s, trial)| of(*time_s, trial));
+            mean(&values.collect::<Vec<_>>())
         };
         Cell {
             unfinished: trials.len() - ended.len(),
-            time: mean(&|time_s, trial| time_s / trial.least_time_s),
-            energy: mean(&|_, trial| trial.energy_j / trial.least_energy_j),
-            duplicate_s: mean(&|_, trial| trial.doubled_s),
+            time: mean(|time_s, trial| time_s / trial.least_time_s),
+            energy: mean(|_, trial| trial.energy_j / trial.least_energy_j),
+            duplicate_s: mean(|_, trial| trial.doubled_s),
         }
     }
 
@@ -105,25 +105,19 @@ impl Study {
                 });
                 row(condition.to_string(), cells.collect());
             }
-            let values = |rule| {
+            let all = (0..rules.len()).map(|rule| {
                 let cells = self.without_faults(rule);
-                let values: Vec<f64> = cells.filter_map(|(_, cell)| value(&cell)).collect();
-                values
-            };
-            let mean = |rule| {
-                let values = values(rule);
-                (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-            };
-            let worst = |rule| values(rule).into_iter().reduce(f64::max);
-            let all = || 0..rules.len();
-            row(
-                "mean without faults".to_owned(),
-                all().map(|rule| shown(mean(rule))).collect(),
-            );
-            row(
-                "worst of them".to_owned(),
-                all().map(|rule| shown(worst(rule))).collect(),
-            );
+                cells
+                    .filter_map(|(_, cell)| value(&cell))
+                    .collect::<Vec<f64>>()
+            });
+            let all: Vec<Vec<f64>> = all.collect();
+            let means = all.iter().map(|values| shown(mean(values)));
+            row("mean without faults".to_owned(), means.collect());
+            let worst = all
+                .iter()
+                .map(|values| shown(values.iter().copied().reduce(f64::max)));
+            row("worst of them".to_owned(), worst.collect());
         }
         text
     }
@@ -135,19 +129,19 @@ impl Study {
             let (condition, rule, seed) = trial_of_run(run, &self.design);
             let condition = &self.design.conditions[condition];
             [
-                ("robots", Whole(condition.robots)),
-                ("tasks", Whole(condition.tasks)),
-                ("coverage", Whole(condition.coverage)),
-                ("spread", Number(Some(condition.spread))),
-                ("mishap", Text(condition.fault.as_str().to_owned())),
-                ("rule", Text(self.design.rules[rule].name.clone())),
+                ("robots", Entry::count(condition.robots)),
+                ("tasks", Entry::count(condition.tasks)),
+                ("coverage", Entry::count(condition.coverage)),
+                ("spread", Entry::number(condition.spread)),
+                ("mishap", Entry::text(condition.fault.as_str())),
+                ("rule", Entry::text(&self.design.rules[rule].name)),
                 // At most 10,000 seeds.
-                ("seed", Whole(seed as usize)),
-                ("time_s", Number(trial.time_s)),
-                ("least_time_s", Number(Some(trial.least_time_s))),
-                ("energy_j", Number(Some(trial.energy_j))),
-                ("least_energy_j", Number(Some(trial.least_energy_j))),
-                ("doubled_s", Number(Some(trial.doubled_s))),
+                ("seed", Entry::count(seed as usize)),
+                ("time_s", Entry::number(trial.time_s)),
+                ("least_time_s", Entry::number(trial.least_time_s)),
+                ("energy_j", Entry::number(trial.energy_j)),
+                ("least_energy_j", Entry::number(trial.least_energy_j)),
+                ("doubled_s", Entry::number(trial.doubled_s)),
             ]
         }))
     }
@@ -284,7 +278,7 @@ mod tests {
         };
         let size = mistake("[3, 6, 1]", "[3, 6, 4]");
         assert!(
-            size.starts_with("plan.toml: [strategies]: the size (3, 6, 4) is out of range"),
+            size.contains(": strategies: the size (3, 6, 4) is out of range"),
             "{size}"
         );
         let rule = mistake("strategy = \"IV\"", "stratgy = \"IV\"");

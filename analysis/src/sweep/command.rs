@@ -18,7 +18,7 @@ use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
 use crate::figures::Figure;
 use crate::new_file::write_atomically;
-use crate::table;
+use crate::{exit_status, table};
 
 const FAULTS: &str = "faults";
 
@@ -34,36 +34,27 @@ pub struct SweepCommand {
 }
 
 impl SweepCommand {
-    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
-    /// cannot be written. Incomplete missions are not failures.
+    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs, 2 invalid input or missing runs, 3 a file cannot be written,
+    /// 130 an interruption. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
-        let (status, done) = match self.arguments.strategies() {
-            Ok(Some(strategies)) => (3, strategies.run()),
-            Ok(None) => return self.run_plan(known),
-            Err(error) => (2, Err(error)),
-        };
-        match done {
-            Ok(true) => ExitCode::SUCCESS,
-            Ok(false) => ExitCode::from(1),
-            Err(error) => {
-                stderr_line!("alliance sweep: {error:#}");
-                ExitCode::from(status)
+        match self.arguments.strategies() {
+            Ok(Some(strategies)) => {
+                exit_status("sweep", strategies.run().map(|()| ExitCode::SUCCESS), 3)
             }
+            Ok(None) => self.arguments.run(known, &STUDY),
+            Err(error) => exit_status("sweep", Err(error), 2),
         }
     }
-
-    fn run_plan(&self, known: &Known) -> ExitCode {
-        let study = PlanCommand {
-            name: "sweep",
-            folder: "sweeps",
-            prepare: |_, _| Ok(None),
-            remarks: |_| Vec::new(),
-            finish,
-        };
-        self.arguments.run(known, &study)
-    }
 }
+
+const STUDY: PlanCommand = PlanCommand {
+    name: "sweep",
+    folder: "sweeps",
+    prepare: |_, _| Ok(None),
+    remarks: |_| Vec::new(),
+    finish,
+};
 
 /// Writes and shows the results. Returns `true` if no run failed.
 fn finish(
@@ -107,7 +98,7 @@ fn finish(
     if faults.rows() > 0 {
         faults.write_csv(folder, FAULTS)?;
     }
-    write_atomically(folder, "summary.html", page.html().as_bytes())?;
+    write_atomically(&folder.join("summary.html"), page.html().as_bytes())?;
     show(folder, header, &page);
     Ok(overall.failed == 0)
 }
@@ -206,12 +197,8 @@ fn estimated(estimate: Option<Estimate>) -> String {
             median,
             interval: (from, to),
         }) => format!("{median:.1}\n{from:.1} – {to:.1}"),
-        None => dash(),
+        None => "–".to_owned(),
     }
-}
-
-fn dash() -> String {
-    "–".to_owned()
 }
 
 fn plain(name: &str) -> String {

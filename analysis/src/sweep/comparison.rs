@@ -101,7 +101,7 @@ mod tests {
             ("", Some(0.0)),
             ("{ fault.drop = { p = 0.25 } }", Some(0.25)),
             (
-                "{ fault.drop = { from = 'all', p = 0.5 }, at_s = 0.0 }",
+                "{ fault.drop = { from = 'all', p = 0.5 }, at_s = 0 }",
                 Some(0.5),
             ),
             ("{ fault.drop = { from = 'gold', p = 0.5 } }", None),
@@ -119,11 +119,8 @@ mod tests {
                 faults: faults.try_into().unwrap(),
                 ..default_scenario()
             };
-            assert_eq!(
-                Axes::from_scenario(&scenario),
-                Axes { robots: 3, loss },
-                "{timeline}"
-            );
+            let expected = Axes { robots: 3, loss };
+            assert_eq!(Axes::from_scenario(&scenario), expected, "{timeline}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use scenario::{KeyPath, Problem};
 use serde::{Deserialize, Serialize};
 
 pub const PRESET: &str = "preset";
@@ -147,7 +148,7 @@ impl Design {
 ///
 /// # Errors
 /// Returns the problem with the path and its remedy.
-pub fn apply_change(scenario: &mut toml::Table, change: &Change) -> Result<(), String> {
+pub fn apply_change(scenario: &mut toml::Table, change: &Change) -> Result<(), Problem> {
     let Some((last, way)) = change.path.split_last() else {
         if let toml::Value::Table(whole) = &change.value {
             scenario.clone_from(whole);
@@ -180,13 +181,13 @@ fn element<'v>(
     value: &'v mut toml::Value,
     key: &str,
     path: &[String],
-) -> Result<&'v mut toml::Value, String> {
-    let path = path.join(".");
+) -> Result<&'v mut toml::Value, Problem> {
+    let at = KeyPath::verbatim(path.join("."));
     let toml::Value::Array(array) = value else {
-        return Err(format!(
-            "{path}: the value above '{key}' has the type {} and no keys; `alliance list scenarios reference` has every key",
-            value.type_str()
-        ));
+        let kind = value.type_str();
+        let what = format!("the value above '{key}' has the type {kind} and no keys");
+        let remedy = "`alliance list scenarios reference` has every key";
+        return Err(Problem::at(at, what, remedy));
     };
     let count = array.len();
     let there = match count {
@@ -197,7 +198,8 @@ fn element<'v>(
         .parse()
         .ok()
         .and_then(|place: usize| array.get_mut(place));
-    found.ok_or_else(|| format!("{path}: the array has no index '{key}'; {there}"))
+    let what = || format!("the array has no index '{key}'");
+    found.ok_or_else(|| Problem::at(at, what(), there))
 }
 
 #[cfg(test)]
@@ -228,12 +230,10 @@ mod tests {
         };
         assert_eq!(design.runs(), Some(6));
         assert_eq!(design.seeds_per_condition(), 3);
-        let runs: Vec<String> = (0..6)
-            .map(|run| {
-                let cells: Vec<String> = design.cells(run).map(Cell::to_string).collect();
-                cells.join(" ")
-            })
-            .collect();
+        let runs = [0, 1, 2, 3, 4, 5].map(|run| {
+            let cells: Vec<String> = design.cells(run).map(Cell::to_string).collect();
+            cells.join(" ")
+        });
         assert_eq!(runs, ["1 5 7", "1 5 8", "1 5 9", "2 5 7", "2 5 8", "2 5 9"]);
         assert_eq!(design.level_indices(5), [1, 0, 2]);
         assert_eq!(design.seed(4), 8);
@@ -264,51 +264,45 @@ mod tests {
         }
     }
 
-    #[track_caller]
-    fn check(path: &str, expected: Result<&str, &str>) {
-        let mut scenario: toml::Table =
-            toml::from_str("name = 'a'\n[waste]\nspills = [{ items = 1 }, { items = 2 }]").unwrap();
-        let changed = apply_change(
-            &mut scenario,
-            &Change {
-                path: path.split('.').map(str::to_owned).collect(),
-                value: toml::Value::Integer(9),
-            },
-        );
-        match expected {
-            Ok(text) => {
-                assert_eq!(changed, Ok(()));
-                assert_eq!(scenario, toml::from_str(text).unwrap());
-            }
-            Err(error) => assert_eq!(changed.unwrap_err(), error),
-        }
-    }
-
     #[test]
     fn changes_apply_at_any_depth() {
         let spills = "spills = [{ items = 1 }, { items = 2 }]";
-        check("name", Ok(&format!("name = 9\n[waste]\n{spills}")));
-        check(
-            "room.width_m",
-            Ok(&format!("name = 'a'\nroom.width_m = 9\n[waste]\n{spills}")),
-        );
-        check(
-            "waste.spills.1.items",
-            Ok("name = 'a'\n[waste]\nspills = [{ items = 1 }, { items = 9 }]"),
-        );
-        check(
-            "waste.spills.0",
-            Ok("name = 'a'\n[waste]\nspills = [9, { items = 2 }]"),
-        );
-        check(
-            "waste.spills.2.items",
-            Err("waste.spills.2.items: the array has no index '2'; use an index from 0 to 1"),
-        );
-        check(
-            "name.first",
-            Err(
-                "name.first: the value above 'first' has the type string and no keys; `alliance list scenarios reference` has every key",
+        let changed = |path: &str| {
+            let mut scenario: toml::Table =
+                toml::from_str(&format!("name = 'a'\n[waste]\n{spills}")).unwrap();
+            let path = path.split('.').map(str::to_owned).collect();
+            let value = toml::Value::Integer(9);
+            apply_change(&mut scenario, &Change { path, value }).map(|()| scenario)
+        };
+        for (path, text) in [
+            ("name", format!("name = 9\n[waste]\n{spills}")),
+            (
+                "room.width_m",
+                format!("name = 'a'\nroom.width_m = 9\n[waste]\n{spills}"),
             ),
-        );
+            (
+                "waste.spills.1.items",
+                format!("name = 'a'\n[waste]\n{}", spills.replace('2', "9")),
+            ),
+            (
+                "waste.spills.0",
+                "name = 'a'\n[waste]\nspills = [9, { items = 2 }]".to_owned(),
+            ),
+        ] {
+            assert_eq!(changed(path).unwrap(), toml::from_str(&text).unwrap());
+        }
+        for (path, error) in [
+            (
+                "waste.spills.2.items",
+                "the array has no index '2'; use an index from 0 to 1",
+            ),
+            (
+                "name.first",
+                "the value above 'first' has the type string and no keys; `alliance list scenarios reference` has every key",
+            ),
+        ] {
+            let found = changed(path).unwrap_err().to_string();
+            assert_eq!(found, format!("{path}: {error}"));
+        }
     }
 }

@@ -15,16 +15,18 @@ use tokio::time::Instant;
 use world_server::mission_args::{Known, read_scenario};
 
 use super::comparison::Comparison;
-use super::journal::{Header, Journal, RowsByRun, read_all};
+use super::journal::{self, Header, RowsByRun, read_all};
+use super::lines::LineFile;
 use super::plan::Plan;
 use super::run::{Failure, Row, RunResult, execute_run};
 use super::shard::Shard;
-use crate::interrupted::InterruptFlag;
-use crate::new_file::write_atomically;
+use crate::interrupted::{InterruptFlag, Interrupted};
+use crate::new_file::{make_folder, write_atomically};
 use crate::progress::RunProgress;
 use crate::strategies;
 use crate::strategies::command::StrategiesStudy;
 use crate::workers::run_parallel;
+use crate::{all_done, exit_status};
 
 /// The names of files and folders in the folder of a sweep.
 pub const PLAN: &str = "plan.toml";
@@ -77,13 +79,8 @@ pub struct PlanCommand {
     pub finish: fn(&Path, &Header, &[Row], Option<&Path>) -> anyhow::Result<bool>,
 }
 
-/// The work that remains after the arguments are checked.
-enum Task {
-    Print(Plan, usize),
-    DryRun(Plan, Header),
-    Work(Box<Work>),
-    Merge(PathBuf, Header, RowsByRun),
-}
+/// The work that remains after the arguments are checked. It returns `true` if all runs are done and none failed.
+type Task<'t> = Box<dyn FnOnce() -> anyhow::Result<bool> + 't>;
 
 /// A sweep, or a shard of it, that is ready to run.
 struct Work {
@@ -91,50 +88,31 @@ struct Work {
     header: Header,
     folder: PathBuf,
     shard: Option<Shard>,
-    journal: Journal,
+    journal: LineFile,
     done: RowsByRun,
 }
 
 impl Arguments {
-    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
-    /// cannot be written. Incomplete missions are not failures.
+    /// Runs the command. Exit status: 0 all runs are done, 1 failed runs, 2 invalid input or missing runs, 3 a file cannot be written,
+    /// 130 an interruption. Incomplete missions are not failures.
     #[must_use]
     pub fn run(&self, known: &Known, study: &PlanCommand) -> ExitCode {
         // All inputs are read and checked before the first run.
-        let task = match self.prepare(known, study) {
-            Ok(task) => task,
-            Err(error) => {
-                stderr_line!("alliance {}: {error:#}", study.name);
-                return ExitCode::from(2);
-            }
-        };
-        let done = match task {
-            Task::Print(plan, run) => self.print(&plan, run),
-            Task::DryRun(plan, header) => self.estimate(&plan, &header, study),
-            Task::Work(work) => work.run(self.jobs(), study, &self.again(study), &self.paths[0]),
-            Task::Merge(folder, header, rows) => finish(&folder, &header, rows, study, None),
-        };
-        match done {
-            Ok(true) => ExitCode::SUCCESS,
-            Ok(false) => ExitCode::from(1),
-            Err(error) => {
-                stderr_line!("alliance {}: {error:#}", study.name);
-                ExitCode::from(3)
-            }
+        match self.prepare(known, study) {
+            Ok(task) => exit_status(study.name, task().map(all_done), 3),
+            Err(error) => exit_status(study.name, Err(error), 2),
         }
     }
 
     #[must_use]
     pub fn jobs(&self) -> NonZeroUsize {
-        self.jobs
-            .or_else(|| available_parallelism().ok())
-            .unwrap_or(NonZeroUsize::MIN)
+        jobs_or_cores(self.jobs)
     }
 
-    /// Reads the plan. Returns it with its text.
-    pub fn plan(&self, known: &Known) -> anyhow::Result<(Plan, String)> {
+    /// Reads and checks the plan file that the arguments name.
+    pub fn plan(&self, known: &Known) -> anyhow::Result<Plan> {
         let (file, text) = self.file()?;
-        Ok((read_plan(file, &text, known)?, text))
+        read_plan(file, &text, known)
     }
 
     /// Returns the path of the plan and its text.
@@ -142,9 +120,12 @@ impl Arguments {
         let [file] = &self.paths[..] else {
             bail!("name one FILE; only --merge takes several DIRs");
         };
-        let name = file.display().to_string();
-        let bytes = fs::read(file).with_context(|| name.clone())?;
-        Ok((file, decode_text(&name, bytes)?))
+        Ok((file, read_text(file)?))
+    }
+
+    fn folder(&self, parent: &str, name: &str) -> PathBuf {
+        let default = || Path::new(parent).join(name);
+        self.out.clone().unwrap_or_else(default)
     }
 
     /// Returns the study of a plan with `[strategies]`, or `None` for any other plan.
@@ -163,28 +144,21 @@ impl Arguments {
                 file.display()
             );
         }
-        let name = file
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
+        let name = plan_name(file);
         Ok(Some(StrategiesStudy {
-            folder: self
-                .out
-                .clone()
-                .unwrap_or_else(|| Path::new("sweeps").join(&name)),
+            folder: self.folder("sweeps", &name),
             name,
             design,
             jobs: self.jobs(),
         }))
     }
 
-    fn prepare(&self, known: &Known, study: &PlanCommand) -> anyhow::Result<Task> {
+    fn prepare<'t>(&'t self, known: &Known, study: &'t PlanCommand) -> anyhow::Result<Task<'t>> {
         if self.merge {
-            return self.gather();
+            return self.gather(study);
         }
-        let (mut plan, text) = self.plan(known)?;
-        let file = &self.paths[0];
+        let (file, text) = self.file()?;
+        let mut plan = read_plan(file, &text, known)?;
         if plan.tuning.is_some() {
             bail!("{}: this is a plan for alliance tune", file.display());
         }
@@ -198,11 +172,12 @@ impl Arguments {
                     runs - 1
                 );
             }
-            return Ok(Task::Print(plan, run));
+            return Ok(Box::new(move || self.print(&plan, run)));
         }
-        let name = file.file_stem().unwrap_or_default().to_string_lossy();
+        let name = plan_name(file);
+        let folder = self.folder(study.folder, &name);
         let header = Header {
-            sweep: name.clone().into_owned(),
+            sweep: name,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             digest: plan.digest(),
             design: plan.design.clone(),
@@ -210,28 +185,27 @@ impl Arguments {
             comparison,
         };
         if self.dry_run {
-            return Ok(Task::DryRun(plan, header));
+            return Ok(Box::new(move || self.estimate(&plan, &header, study)));
         }
-        let folder = match &self.out {
-            Some(folder) => folder.clone(),
-            None => Path::new(study.folder).join(&*name),
-        };
         let done = known_rows(&folder, &header)?;
-        fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        let journal = Journal::open(&folder, self.shard, &header)?;
-        write_atomically(&folder, PLAN, text.as_bytes())?;
-        write_atomically(&folder, SCENARIO, plan.base().as_bytes())?;
-        Ok(Task::Work(Box::new(Work {
+        make_folder(&folder)?;
+        let journal = journal::open(&folder, self.shard, &header)?;
+        write_atomically(&folder.join(PLAN), text.as_bytes())?;
+        write_atomically(&folder.join(SCENARIO), plan.base().as_bytes())?;
+        let work = Work {
             plan,
             header,
             folder,
             shard: self.shard,
             journal,
             done,
-        })))
+        };
+        Ok(Box::new(move || {
+            work.run(self.jobs(), study, &self.again(study), file)
+        }))
     }
 
-    fn gather(&self) -> anyhow::Result<Task> {
+    fn gather<'t>(&self, study: &'t PlanCommand) -> anyhow::Result<Task<'t>> {
         let folders = &self.paths;
         let names: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
         let Some((header, rows)) = read_all(folders)? else {
@@ -253,13 +227,13 @@ impl Arguments {
             );
         }
         let out = self.out.clone().unwrap_or_else(|| folders[0].clone());
-        fs::create_dir_all(&out).with_context(|| format!("cannot make {}", out.display()))?;
+        make_folder(&out)?;
         for name in [PLAN, SCENARIO] {
             let path = folders[0].join(name);
             let text = fs::read(&path).with_context(|| path.display().to_string())?;
-            write_atomically(&out, name, &text)?;
+            write_atomically(&out.join(name), &text)?;
         }
-        Ok(Task::Merge(out, header, rows))
+        Ok(Box::new(move || finish(&out, &header, rows, study, None)))
     }
 
     /// Executes a few runs and prints the estimated time of all. Returns `true`.
@@ -304,19 +278,44 @@ impl Arguments {
 
     /// Returns the command that resumes the sweep.
     fn again(&self, study: &PlanCommand) -> String {
-        let mut words = vec![format!("alliance {}", study.name)];
-        words.extend(self.paths.iter().map(|path| shell_quoted(path)));
-        if let Some(out) = &self.out {
-            words.push(format!("--out {}", shell_quoted(out)));
-        }
-        if let Some(jobs) = self.jobs {
-            words.push(format!("--jobs {jobs}"));
-        }
+        let mut words = command_words(study.name, &self.paths, self.out.as_deref(), self.jobs);
         if let Some(shard) = self.shard {
-            words.push(format!("--shard {shard}"));
+            words += &format!(" --shard {shard}");
         }
-        words.join(" ")
+        words
     }
+}
+
+/// Returns a command with its paths and options.
+pub fn command_words(
+    name: &str,
+    paths: &[PathBuf],
+    out: Option<&Path>,
+    jobs: Option<NonZeroUsize>,
+) -> String {
+    let paths = paths.iter().map(|path| shell_quoted(path));
+    let out = out.map(|out| format!("--out {}", shell_quoted(out)));
+    let jobs = jobs.map(|jobs| format!("--jobs {jobs}"));
+    let words = [format!("alliance {name}")].into_iter().chain(paths);
+    words.chain(out).chain(jobs).collect::<Vec<_>>().join(" ")
+}
+
+/// Returns the number of concurrent runs: by default one per core.
+pub fn jobs_or_cores(jobs: Option<NonZeroUsize>) -> NonZeroUsize {
+    let jobs = jobs.or_else(|| available_parallelism().ok());
+    jobs.unwrap_or(NonZeroUsize::MIN)
+}
+
+/// Returns the name of a plan: its file name without extension.
+pub fn plan_name(file: &Path) -> String {
+    let stem = file.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
+pub fn read_text(file: &Path) -> anyhow::Result<String> {
+    let name = file.display().to_string();
+    let bytes = fs::read(file).with_context(|| name.clone())?;
+    Ok(decode_text(&name, bytes)?)
 }
 
 /// Reads a plan. Files that it names are relative to its folder.
@@ -333,10 +332,11 @@ pub fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan>
 }
 
 fn known_rows(folder: &Path, header: &Header) -> anyhow::Result<RowsByRun> {
-    if !folder.exists() {
-        return Ok(RowsByRun::new());
-    }
-    let Some((known, rows)) = read_all(&[folder.to_owned()])? else {
+    let folders: Vec<PathBuf> = [folder.to_owned()]
+        .into_iter()
+        .filter(|folder| folder.exists())
+        .collect();
+    let Some((known, rows)) = read_all(&folders)? else {
         return Ok(RowsByRun::new());
     };
     let folder = folder.display();
@@ -390,7 +390,7 @@ impl Work {
         let stops = || interrupted.is_set();
         let attempt = |run, stops: &dyn Fn() -> bool| execute_run(&self.plan, run, stops);
         let worked = run_parallel(&runs, jobs, &stops, attempt, |row| {
-            self.journal.add_row(&row)?;
+            self.journal.add(&row)?;
             if let RunResult::Failed(failure) = &row.end {
                 keep(&self.folder, &self.header, row.run, failure)?;
                 progress.print_line(&format!("run {} failed: {}", row.run, failure.reason));
@@ -412,7 +412,7 @@ impl Work {
                 "interrupted: {left} of {} left; continue with\n  {again}",
                 counted(total, "run")
             );
-            return Ok(false);
+            return Err(Interrupted.into());
         }
         if let Some(shard) = self.shard {
             stderr_line!(
@@ -450,7 +450,7 @@ fn finish(
 /// Writes the scenario of a failed run with the reason and the command that repeats it.
 fn keep(folder: &Path, header: &Header, run: usize, failure: &Failure) -> anyhow::Result<()> {
     let failures = folder.join(FAILURES);
-    fs::create_dir_all(&failures).with_context(|| format!("cannot make {}", failures.display()))?;
+    make_folder(&failures)?;
     let name = format!("{run}.toml");
     let text = format!(
         "# run {run} failed: {}\n# {}\n{}",
@@ -458,7 +458,7 @@ fn keep(folder: &Path, header: &Header, run: usize, failure: &Failure) -> anyhow
         repeat_command(&name, header.design.seed(run), header.check),
         failure.scenario
     );
-    write_atomically(&failures, &name, text.as_bytes())
+    write_atomically(&failures.join(&name), text.as_bytes())
 }
 
 #[must_use]

@@ -7,7 +7,8 @@ use plotters::style::RGBColor;
 use super::statistics::{Estimate, Interval};
 use super::summary::{ColumnSeries, Summary};
 use crate::figures::canvas::{
-    Area, Axes, DrawResult, Frame, Mark, TextLabel, WIDTH_PX, chart, part, rows_for, series, svg,
+    Area, Axes, DrawResult, Frame, Mark, TextLabel, WIDTH_PX, chart, label_rows, part, series, svg,
+    write_in_rows,
 };
 use crate::figures::legend::{Legend, Sample};
 use crate::figures::palette::colors;
@@ -60,8 +61,6 @@ pub fn draw(of_column: &[ColumnSeries]) -> anyhow::Result<String> {
 struct Block<'s> {
     against: &'s ColumnSeries,
     panels: Vec<Panel>,
-    /// The row of each label below the plots.
-    label_rows: Vec<Option<usize>>,
 }
 
 impl<'s> Block<'s> {
@@ -83,7 +82,6 @@ impl<'s> Block<'s> {
         Self {
             against,
             panels: share.into_iter().chain(times).collect(),
-            label_rows: label_rows(against),
         }
     }
 
@@ -107,8 +105,8 @@ impl<'s> Block<'s> {
     }
 
     fn height_px(&self) -> f64 {
-        let used = self.label_rows.iter().flatten().max();
-        let used = used.map_or(0, |row| row + 1);
+        let rows = label_rows(&labels(self.against), LABEL_ROWS).into_iter();
+        let used = rows.flatten().max().map_or(0, |row| row + 1);
         self.plots_px() + (used as f64 + 1.0) * ROW_PX + 16.0
     }
 
@@ -122,7 +120,9 @@ impl<'s> Block<'s> {
             let plot = part(within, (0.0, top_px), (WIDTH_PX, PLOT_PX));
             draw_panel(area, &plot, panel, against, &colors)?;
         }
-        labels(within, against, self.plots_px(), &self.label_rows)?;
+        write_in_rows(within, &labels(against), LABEL_ROWS, |row| {
+            self.plots_px() + (row as f64 + 0.75) * ROW_PX
+        })?;
         let scale = if is_log(against) {
             ", logarithmic scale"
         } else {
@@ -136,13 +136,10 @@ impl<'s> Block<'s> {
 }
 
 fn has_equal_shares(against: &ColumnSeries) -> bool {
-    let summaries = against
-        .series
-        .iter()
-        .flat_map(|(_, groups)| groups)
-        .flatten();
-    let shares: Vec<f64> = summaries.filter_map(Summary::share).collect();
-    shares.iter().all(|share| *share == shares[0])
+    let summaries = against.series.iter().flat_map(|(_, groups)| groups);
+    let mut shares = summaries.flatten().filter_map(Summary::share);
+    let first = shares.next();
+    shares.all(|share| Some(share) == first)
 }
 
 /// Creates a panel of times whose range covers all intervals. Returns `None` if no run has such a time.
@@ -152,8 +149,7 @@ fn time_panel(against: &ColumnSeries, what: &'static str, at: At) -> Option<Pane
         .flatten()
         .filter_map(at)
         .map(|(_, interval)| interval);
-    let (least, most) =
-        intervals.reduce(|(least, most), (from, to)| (least.min(from), most.max(to)))?;
+    let (least, most) = intervals.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)))?;
     // A single value would give an empty range.
     let margin = ((most - least) * 0.08).max(0.5);
     Some(Panel {
@@ -217,51 +213,23 @@ fn draw_panel(
     let group_px = (WIDTH_PX - LEFT_PX - RIGHT_PX) / against.groups.len() as f64;
     for (number, (_, groups)) in against.series.iter().enumerate() {
         let shift = (number as f64 - middle) * APART_PX / group_px;
-        let points: Vec<_> = groups
-            .iter()
-            .enumerate()
-            .filter_map(|(group, summary)| {
-                let (at, interval) = (panel.at)(summary.as_ref()?)?;
-                Some((place(against, group) + shift, at, interval))
-            })
-            .collect();
+        let points = groups.iter().enumerate().filter_map(|(group, summary)| {
+            let (at, interval) = (panel.at)(summary.as_ref()?)?;
+            Some((place(against, group) + shift, at, interval))
+        });
+        let points: Vec<_> = points.collect();
         let mark = Mark::of_series(number);
         series(area, &chart, &points, (mark, colors[number]))?;
     }
     Ok(())
 }
 
-/// Returns the label row of each group, or `None` if the label has no room.
-fn label_rows(against: &ColumnSeries) -> Vec<Option<usize>> {
-    let places: Vec<(f64, f64)> = against
-        .groups
-        .iter()
-        .enumerate()
-        .map(|(group, name)| {
-            let width = TextLabel::CENTERED.width_px(name) + 8.0;
-            (x_px(against, group) - width / 2.0, width)
-        })
-        .collect();
-    rows_for(&places, LABEL_ROWS)
-}
-
-fn labels(
-    area: &Area<'_>,
-    against: &ColumnSeries,
-    top_px: f64,
-    rows: &[Option<usize>],
-) -> DrawResult {
-    for (group, row) in rows.iter().enumerate() {
-        if let Some(row) = row {
-            let y_px = top_px + (*row as f64 + 0.75) * ROW_PX;
-            TextLabel::CENTERED.write(
-                area,
-                &against.groups[group],
-                (x_px(against, group), y_px),
-            )?;
-        }
-    }
-    Ok(())
+/// Returns the labels of the groups with their x positions, px.
+fn labels(against: &ColumnSeries) -> Vec<(String, f64)> {
+    let groups = against.groups.iter().enumerate();
+    groups
+        .map(|(group, name)| (name.clone(), x_px(against, group)))
+        .collect()
 }
 
 #[cfg(test)]
@@ -274,12 +242,8 @@ mod tests {
     fn every_group_with_runs_has_a_mark_in_each_panel() {
         let design = design("presets = ['team', 'par98']\n[grid]\nbody.speed_m_s = [0.5, 0.25]\n");
         // One group has no makespan, another has no runs.
-        let rows = [
-            complete(0, 4_000),
-            complete(1, 5_000),
-            incomplete(2),
-            failed(3),
-        ];
+        let two = [complete(0, 4_000), complete(1, 5_000)];
+        let rows = [&two[..], &[incomplete(2), failed(3)]].concat();
         let drawn: Vec<String> = by_column(&design, &rows)
             .iter()
             .map(|against| draw(std::slice::from_ref(against)).unwrap())

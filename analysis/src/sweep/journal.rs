@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::comparison::Comparison;
 use super::design::Design;
-use super::lines::{LineFile, numbered_lines, verified_text};
+use super::lines::{LineFile, numbered_lines, parse_line};
 use super::run::Row;
 use super::shard::Shard;
 
@@ -37,36 +37,19 @@ pub struct Header {
 
 pub type RowsByRun = BTreeMap<usize, Row>;
 
-/// A journal that is open for writing. The file stays locked while it is open.
-pub struct Journal {
-    lines: LineFile,
-}
-
-impl Journal {
-    /// Opens the journal of a shard, or of the entire sweep, and writes the header of a new one.
-    ///
-    /// # Errors
-    /// Returns an error if another process writes the journal, or it cannot be written.
-    pub fn open(folder: &Path, shard: Option<Shard>, header: &Header) -> anyhow::Result<Self> {
-        let path = folder.join(match shard {
-            None => format!("journal.{ENDING}"),
-            Some(shard) => {
-                format!(
-                    "journal-{}.{ENDING}",
-                    shard.to_string().replace('/', "-of-")
-                )
-            }
-        });
-        let (mut lines, known) = LineFile::open(path)?;
-        if known.is_empty() {
-            lines.add(header)?;
-        }
-        Ok(Self { lines })
+/// Opens the journal of a shard, or of the entire sweep, for rows. Writes the header of a new one.
+///
+/// # Errors
+/// Returns an error if another process writes the journal, or it cannot be written.
+pub fn open(folder: &Path, shard: Option<Shard>, header: &Header) -> anyhow::Result<LineFile> {
+    let shard = shard.map_or_else(String::new, |shard| {
+        format!("-{shard}").replace('/', "-of-")
+    });
+    let (mut lines, known) = LineFile::open(folder.join(format!("journal{shard}.{ENDING}")))?;
+    if known.is_empty() {
+        lines.add(header)?;
     }
-
-    pub fn add_row(&mut self, row: &Row) -> anyhow::Result<()> {
-        self.lines.add(row)
-    }
+    Ok(lines)
 }
 
 /// Reads and combines all journals of the folders. Returns `None` without journals. A journal without a header counts as none.
@@ -92,7 +75,7 @@ pub fn read_all(folders: &[PathBuf]) -> anyhow::Result<Option<(Header, RowsByRun
         }
         for (run, row) in rows {
             let other = together.entry(run).or_insert_with(|| row.clone());
-            if *other != row {
+            if other.end != row.end {
                 bail!(
                     "{}: run {run} has another result in another journal; different programs wrote them: repeat one of them",
                     path.display()
@@ -135,27 +118,20 @@ fn read(path: &Path) -> anyhow::Result<Option<(Header, RowsByRun)>> {
 /// Returns the number of the first invalid line, from 1, and the problem.
 pub fn parse(bytes: &[u8]) -> Result<Option<(Header, RowsByRun)>, (usize, String)> {
     let mut lines = numbered_lines(bytes);
-    let Some((_, first)) = lines.next() else {
+    let Some(first) = lines.next() else {
         return Ok(None);
     };
-    let header: Header = serde_json::from_str(&verified_text(1, first)?)
-        .map_err(|error| (1, one_line(&format!("not a journal: {error}"))))?;
+    let header: Header = parse_line(first, "not a journal: ")?;
     let runs = header.design.runs().unwrap_or_default();
     let mut rows = RowsByRun::new();
-    for (number, line) in lines {
-        let row: Row = serde_json::from_str(&verified_text(number, line)?)
-            .map_err(|error| (number, one_line(&format!("not a row: {error}"))))?;
+    for line in lines {
+        let row: Row = parse_line(line, "not a row: ")?;
         if row.run >= runs {
-            return Err((number, format!("there is no run {}", row.run)));
+            return Err((line.0, format!("there is no run {}", row.run)));
         }
         rows.insert(row.run, row);
     }
     Ok(Some((header, rows)))
-}
-
-/// Replaces control characters: serde's messages quote the input.
-fn one_line(message: &str) -> String {
-    message.replace(char::is_control, " ")
 }
 
 #[cfg(test)]
@@ -183,6 +159,7 @@ mod tests {
     fn row(run: usize, reason: &str) -> Row {
         Row {
             run,
+            build: String::new(),
             end: RunResult::Failed(Failure {
                 reason: reason.to_owned(),
                 scenario: "a = 1\n".to_owned(),
@@ -200,9 +177,9 @@ mod tests {
     fn an_incomplete_last_line_is_dropped() {
         let whole = TempDir::new().unwrap();
         let header = header(PLAN);
-        let mut journal = Journal::open(whole.path(), None, &header).unwrap();
-        journal.add_row(&row(3, "a")).unwrap();
-        journal.add_row(&row(1, "b\nc")).unwrap();
+        let mut journal = open(whole.path(), None, &header).unwrap();
+        journal.add(&row(3, "a")).unwrap();
+        journal.add(&row(1, "b\nc")).unwrap();
         let bytes = fs::read(whole.path().join("journal.jsonl")).unwrap();
         let ends: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at] == b'\n').collect();
         assert_eq!(ends.len(), 3);
@@ -217,8 +194,8 @@ mod tests {
                     assert_eq!((found, rows.len() + 1), (header.clone(), lines));
                 }
             }
-            let mut journal = Journal::open(folder.path(), None, &header).unwrap();
-            journal.add_row(&row(5, "d")).unwrap();
+            let mut journal = open(folder.path(), None, &header).unwrap();
+            journal.add(&row(5, "d")).unwrap();
             let (_, rows) = all(&folder).unwrap().unwrap();
             assert_eq!(rows.len(), lines.max(1));
             assert_eq!(rows[&5], row(5, "d"));
@@ -232,20 +209,20 @@ mod tests {
         let header = header(PLAN);
         for (shard, run) in [("0/2", 0), ("1/2", 1)] {
             let shard = Some(shard.parse().unwrap());
-            let mut journal = Journal::open(folder.path(), shard, &header).unwrap();
-            journal.add_row(&row(run, "a")).unwrap();
-            journal.add_row(&row(4, "a")).unwrap();
+            let mut journal = open(folder.path(), shard, &header).unwrap();
+            journal.add(&row(run, "a")).unwrap();
+            journal.add(&row(4, "a")).unwrap();
         }
         let (_, rows) = all(&folder).unwrap().unwrap();
         assert_eq!(rows.keys().copied().collect::<Vec<_>>(), [0, 1, 4]);
 
-        let mut journal = Journal::open(folder.path(), None, &header).unwrap();
-        journal.add_row(&row(4, "b")).unwrap();
+        let mut journal = open(folder.path(), None, &header).unwrap();
+        journal.add(&row(4, "b")).unwrap();
         let error = all(&folder).unwrap_err().to_string();
         assert!(error.contains("run 4 has another result"), "{error}");
         drop(journal);
         fs::remove_file(folder.path().join("journal.jsonl")).unwrap();
-        Journal::open(folder.path(), None, &self::header("seeds = 9")).unwrap();
+        open(folder.path(), None, &self::header("seeds = 9")).unwrap();
         let error = all(&folder).unwrap_err().to_string();
         assert!(error.contains("different sweeps"), "{error}");
     }
@@ -254,19 +231,19 @@ mod tests {
     fn a_journal_has_one_writer() {
         let folder = TempDir::new().unwrap();
         let header = header(PLAN);
-        let journal = Journal::open(folder.path(), None, &header).unwrap();
-        let error = Journal::open(folder.path(), None, &header).err().unwrap();
+        let journal = open(folder.path(), None, &header).unwrap();
+        let error = open(folder.path(), None, &header).err().unwrap();
         assert!(error.to_string().contains("another process"), "{error}");
         drop(journal);
-        Journal::open(folder.path(), None, &header).unwrap();
+        open(folder.path(), None, &header).unwrap();
     }
 
     #[test]
     fn a_changed_digit_is_detected() {
         let folder = TempDir::new().unwrap();
         let header = header(PLAN);
-        let mut journal = Journal::open(folder.path(), None, &header).unwrap();
-        journal.add_row(&row(3, "a")).unwrap();
+        let mut journal = open(folder.path(), None, &header).unwrap();
+        journal.add(&row(3, "a")).unwrap();
         let path = folder.path().join("journal.jsonl");
         let text = fs::read_to_string(&path).unwrap();
         fs::write(&path, text.replace("\"run\":3", "\"run\":4")).unwrap();
@@ -282,14 +259,12 @@ mod tests {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("journal.jsonl");
         let header = serde_json::to_string(&header(PLAN)).unwrap();
+        let row = serde_json::to_string(&row(18, "")).unwrap();
         for (text, part) in [
-            ("so\n".to_owned(), "journal.jsonl:1: not a journal"),
-            (format!("{header}\nso\n"), "journal.jsonl:2: not a row"),
+            ("so\n", "journal.jsonl:1: not a journal"),
+            (&format!("{header}\nso\n"), "journal.jsonl:2: not a row"),
             (
-                format!(
-                    "{header}\n{}\n",
-                    serde_json::to_string(&row(18, "")).unwrap()
-                ),
+                &format!("{header}\n{row}\n"),
                 "journal.jsonl:2: there is no run 18",
             ),
         ] {

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// A file of lines that is open for writing. The file stays locked while it is open.
@@ -87,16 +88,22 @@ fn unseal(line: &str) -> Option<String> {
     }
 }
 
-/// Returns the text of a line whose checksum matches.
+/// Parses a line whose checksum matches. `refusal` precedes the problem of an invalid line.
 ///
 /// # Errors
-/// Returns the line number and the problem.
-pub fn verified_text(number: usize, line: &[u8]) -> Result<String, (usize, String)> {
-    str::from_utf8(line).ok().and_then(unseal).ok_or_else(|| {
-        (
-            number,
-            "the line was changed after it was written".to_owned(),
-        )
+/// Returns the line number and the problem in one line.
+pub fn parse_line<T: DeserializeOwned>(
+    (number, line): (usize, &[u8]),
+    refusal: &str,
+) -> Result<T, (usize, String)> {
+    let Some(text) = str::from_utf8(line).ok().and_then(unseal) else {
+        let what = "the line was changed after it was written";
+        return Err((number, what.to_owned()));
+    };
+    serde_json::from_str(&text).map_err(|error| {
+        // serde's messages quote the input.
+        let what = format!("{refusal}{error}").replace(char::is_control, " ");
+        (number, what)
     })
 }
 

@@ -7,9 +7,10 @@ use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
 
 use super::statistics::mean;
-use crate::report::failures::TakeoverCause;
-use crate::report::history::{History, HistoryError, RobotHistory};
-use crate::report::metrics::Metrics;
+use crate::report::history::{History, HistoryError};
+use crate::report::metrics::{Metrics, TaskMetrics};
+use crate::report::robot_history::RobotHistory;
+use crate::report::spans::Spans;
 use in_process::BroadcastCounts;
 
 /// The measures of one run, for the whole team.
@@ -47,54 +48,61 @@ pub struct BroadcastTraffic {
 }
 
 impl ComparisonMeasures {
+    /// Returns all measures except the limit and the traffic, with their names in tables.
+    #[must_use]
+    pub fn figures(&self) -> [(&'static str, Option<f64>); 9] {
+        [
+            ("distance_m", Some(self.distance_m)),
+            ("distance_gini", Some(self.distance_gini)),
+            ("energy_j", self.energy_j),
+            ("energy_gini", self.energy_gini),
+            ("duplicate_s", Some(self.duplicate_s)),
+            ("orphan_s", Some(self.orphan_s)),
+            ("unattended_s", Some(self.unattended_s)),
+            ("detection_s", self.detection_s),
+            ("takeover_s", self.takeover_s),
+        ]
+    }
+
     /// Computes the measures from a full log.
     pub fn from_log(log: &RunLog, traffic: &BroadcastCounts) -> Result<Self, HistoryError> {
         let history = History::read(log)?;
         let metrics = Metrics::compute(&history, &log.run);
         let ways: Vec<f64> = history.robots.iter().map(way).collect();
         let drawn = drawn(&history);
-        let over_tasks = |time: fn(&crate::report::metrics::TaskMetrics) -> SimTime| {
-            let times = metrics.tasks.iter().map(time);
-            times
-                .fold(SimTime::ZERO, |sum, time| sum + time)
-                .as_secs_f64()
+        let over_tasks = |spans: fn(&TaskMetrics) -> Option<&Spans>| {
+            let times = metrics.tasks.iter().filter_map(spans).map(Spans::total);
+            let total = times.fold(SimTime::ZERO, |sum, time| sum + time);
+            total.as_secs_f64()
         };
         let detections = metrics.failures.iter().filter_map(|failure| {
             let detection = failure.orphan.as_ref()?.detection?;
             Some(detection.at.since(failure.at).as_secs_f64())
         });
         let takeovers = metrics.takeovers.iter();
-        let takeovers =
-            takeovers.filter(|takeover| matches!(takeover.cause, TakeoverCause::Lost(_)));
+        let takeovers = takeovers.filter(|takeover| takeover.cause.is_loss());
         let takeovers = takeovers.map(|takeover| takeover.latency().as_secs_f64());
         let bulletins = history.catalog.mission.vocabulary().bulletins;
         let sent = traffic
             .by_kind()
             .filter(|(_, traffic)| traffic.messages > 0);
+        let sent = sent.map(|(kind, traffic)| {
+            let (messages, bytes) = (traffic.messages, traffic.bytes);
+            let traffic = BroadcastTraffic { messages, bytes };
+            (kind.name(bulletins).to_owned(), traffic)
+        });
         Ok(Self {
             limit_s: log.run.setup.scenario.limit_s,
             distance_m: ways.iter().sum(),
             distance_gini: gini(&ways),
             energy_j: drawn.as_ref().map(|drawn| drawn.iter().sum()),
             energy_gini: drawn.as_deref().map(gini),
-            duplicate_s: over_tasks(|task| {
-                task.duplicate
-                    .as_ref()
-                    .map_or(SimTime::ZERO, |time| time.total())
-            }),
-            orphan_s: over_tasks(|task| task.orphan.total()),
-            unattended_s: over_tasks(|task| task.unattended.total()),
+            duplicate_s: over_tasks(|task| task.duplicate.as_ref()),
+            orphan_s: over_tasks(|task| Some(&task.orphan)),
+            unattended_s: over_tasks(|task| Some(&task.unattended)),
             detection_s: mean(&detections.collect::<Vec<_>>()),
             takeover_s: mean(&takeovers.collect::<Vec<_>>()),
-            sent: sent
-                .map(|(kind, traffic)| {
-                    let (messages, bytes) = (traffic.messages, traffic.bytes);
-                    (
-                        kind.name(bulletins).to_owned(),
-                        BroadcastTraffic { messages, bytes },
-                    )
-                })
-                .collect(),
+            sent: sent.collect(),
         })
     }
 }
@@ -124,10 +132,10 @@ fn gini(amounts: &[f64]) -> f64 {
     if sum <= 0.0 {
         return 0.0;
     }
-    let differences: f64 = amounts
+    let pairs = amounts
         .iter()
-        .flat_map(|a| amounts.iter().map(move |b| (a - b).abs()))
-        .sum();
+        .flat_map(|a| amounts.iter().map(move |b| (a - b).abs()));
+    let differences: f64 = pairs.sum();
     differences / (2.0 * amounts.len() as f64 * sum)
 }
 

@@ -7,29 +7,12 @@ use super::execution::counted;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, failed_by_reason, faults_by_kind};
-use crate::columns::Entry::{self, Text, Whole};
-use crate::columns::Table;
+use crate::columns::{Entry, Table};
 use crate::figures::Figure;
-use crate::page::{definitions, document, drawing, estimate, percent, table};
+use crate::page::{document, drawing, estimate, percent, table};
 
 /// The largest number of rows in a table of the page; the files contain the rest.
 const ROWS: usize = 500;
-
-const DEFINITIONS: [(&str, &str); 3] = [
-    (
-        "share",
-        "Complete runs divided by runs that did not fail, with Wilson's score interval.",
-    ),
-    (
-        "makespan",
-        "Median simulated time of complete runs in s, with the bootstrap's percentile interval.",
-    ),
-    (
-        "lateness",
-        "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval; \
-         runs without recurring tasks are omitted.",
-    ),
-];
 
 pub struct Page<'s> {
     pub sweep: &'s str,
@@ -78,17 +61,21 @@ impl Page<'_> {
             }
             (self.failures())
             (self.faults())
-            (definitions(&DEFINITIONS))
+            h2 { "Definitions" }
+            dl {
+                dt { "share" } dd { "Complete runs divided by runs that did not fail, with Wilson's score interval." }
+                dt { "makespan" } dd { "Median simulated time of complete runs in s, with the bootstrap's percentile interval." }
+                dt { "lateness" } dd { "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval; runs without recurring tasks are omitted." }
+            }
         };
         document(&title, "", &body)
     }
 
     /// Returns the result in two sentences: the settings with the extreme completion and makespan.
     fn answer(&self) -> Vec<String> {
-        let completion = match self.extremes(|summary| summary.share()) {
-            None if self.overall.share() == Some(1.0) => {
-                "Every run that did not fail completed its mission.".to_owned()
-            }
+        let all_complete = self.overall.share() == Some(1.0);
+        let completion = match self.extremes(Summary::share) {
+            None if all_complete => "Every run that did not fail completed its mission.".to_owned(),
             None => "Completion does not depend on the settings.".to_owned(),
             Some([(least, low), (most, high)]) => format!(
                 "Completion is lowest, {:.0} %, with {low}, and highest, {:.0} %, with {high}.",
@@ -121,10 +108,8 @@ impl Page<'_> {
             let mut all = self.conditions.iter().map(|(cells, _)| cells[*place]);
             all.any(|cell| cell != cells[*place])
         });
-        let named: Vec<String> = varied
-            .map(|(place, column)| format!("{column} {}", cells[place]))
-            .collect();
-        named.join(", ")
+        let named = varied.map(|(place, column)| format!("{column} {}", cells[place]));
+        named.collect::<Vec<_>>().join(", ")
     }
 
     /// Returns the conditions as a table; times in s.
@@ -140,11 +125,11 @@ impl Page<'_> {
             let [makespan, makespan_from, makespan_to] = estimated(summary.makespan_s);
             let [lateness, lateness_from, lateness_to] = estimated(summary.lateness_s);
             let settings = columns.iter().zip(cells);
-            let settings = settings.map(|(column, cell)| (*column, Text(cell.to_string())));
+            let settings = settings.map(|(column, cell)| (*column, Entry::text(cell)));
             settings.chain([
-                ("runs", Whole(summary.runs)),
-                ("failed", Whole(summary.failed)),
-                ("complete", Whole(summary.complete)),
+                ("runs", Entry::count(summary.runs)),
+                ("failed", Entry::count(summary.failed)),
+                ("complete", Entry::count(summary.complete)),
                 ("share", share),
                 ("share_from", share_from),
                 ("share_to", share_to),
@@ -173,10 +158,10 @@ impl Page<'_> {
         Table::of_rows(faults.map(|(kind, FaultCount { armed, hit, hits })| {
             // Counts of faults fit a usize on all supported platforms.
             [
-                ("kind", Text(kind.to_owned())),
-                ("armed", Whole(armed as usize)),
-                ("hit", Whole(hit as usize)),
-                ("hits", Whole(hits as usize)),
+                ("kind", Entry::text(kind)),
+                ("armed", Entry::count(armed as usize)),
+                ("hit", Entry::count(hit as usize)),
+                ("hits", Entry::count(hits as usize)),
             ]
         }))
     }
@@ -201,14 +186,11 @@ impl Page<'_> {
 
     fn failures(&self) -> Markup {
         let reasons = failed_by_reason(self.rows);
-        let failures: Vec<_> = self
-            .rows
-            .iter()
-            .filter_map(|row| match &row.end {
-                RunResult::Failed(failure) => Some((row.run, failure)),
-                RunResult::Ended(_) => None,
-            })
-            .collect();
+        let failures = self.rows.iter().filter_map(|row| match &row.end {
+            RunResult::Failed(failure) => Some((row.run, failure)),
+            RunResult::Ended(_) => None,
+        });
+        let failures: Vec<_> = failures.collect();
         html! {
             @if !failures.is_empty() {
                 h2 { "Failed runs" }

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use proto::control::FaultStatus;
+use proto::program_build;
 use proto::tick::Outcome;
-use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
+use run_log::{LogLevel, MemoryLog, RobotFigures, RunFile, RunLog, RunOutcome};
 use scenario::fault::Fault;
 use scenario::mission::columns::{ColumnKind, ColumnValue, Progress};
 use scenario::mission::{FigureValue, MissionFigures};
@@ -25,6 +26,9 @@ const TICKS_PER_LOOK: u64 = 64;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     pub run: usize,
+    /// The build of the program that executed the run; empty in journals of older versions.
+    #[serde(default)]
+    pub build: String,
     pub end: RunResult,
 }
 
@@ -82,7 +86,8 @@ pub struct Failure {
 /// Executes a run. Returns `None` if `stops` returned true. A panic becomes the reason of a failed run.
 pub fn execute_run(plan: &Plan, run: usize, stops: &dyn Fn() -> bool) -> Option<Row> {
     let end = execute_changed_run(plan, run, &[], plan.design.seed(run), stops)?;
-    Some(Row { run, end })
+    let build = program_build::get().to_owned();
+    Some(Row { run, build, end })
 }
 
 /// Executes a run with changes of its scenario and with the given seed.
@@ -95,17 +100,19 @@ pub fn execute_changed_run(
 ) -> Option<RunResult> {
     let scenario = plan.scenario(run).and_then(|mut scenario| {
         let mut changes = changes.iter();
-        changes.try_for_each(|each| apply_change(&mut scenario, each))?;
+        changes
+            .try_for_each(|each| apply_change(&mut scenario, each))
+            .map_err(|problem| problem.to_string())?;
         Ok(scenario)
     });
     let ended = scenario
-        .clone()
-        .map_err(anyhow::Error::msg)
-        .map(|scenario| {
-            let ended = catch(|| simulate(plan, &scenario, seed, stops));
-            ended.unwrap_or_else(|panic| Err(anyhow::Error::msg(panic)))
-        });
-    match ended.and_then(|ended| ended) {
+        .as_ref()
+        .map_err(|why| anyhow::Error::msg(why.clone()));
+    let ended = ended.and_then(|scenario| {
+        let ended = catch(|| simulate(plan, scenario, seed, stops));
+        ended.unwrap_or_else(|panic| Err(anyhow::Error::msg(panic)))
+    });
+    match ended {
         Ok(None) => None,
         Ok(Some(figures)) => Some(RunResult::Ended(figures)),
         Err(error) => Some(RunResult::Failed(Failure {
@@ -164,18 +171,18 @@ impl Figures {
     fn of(run: &RunFile, outcome: Outcome) -> Self {
         debug_assert_eq!(run.outcome, RunOutcome::Ended(outcome));
         let result = &run.result;
-        let robots = || result.robots.values();
+        let sum = |of: fn(&RobotFigures) -> u64| result.robots.values().map(of).sum();
         Self {
             outcome,
             hash: run.hash.clone().unwrap_or_default(),
             sim_time_ms: result.sim_time_ms.0,
             mission: of_mission(run),
             expired: expired(run),
-            activations: robots().map(|robot| u64::from(robot.activations)).sum(),
-            messages_sent: robots().map(|robot| robot.messages_sent).sum(),
-            bytes_sent: robots().map(|robot| robot.bytes_sent).sum(),
-            messages_received: robots().map(|robot| robot.messages_received).sum(),
-            messages_lost: robots().map(|robot| robot.messages_lost).sum(),
+            activations: sum(|robot| robot.activations.into()),
+            messages_sent: sum(|robot| robot.messages_sent),
+            bytes_sent: sum(|robot| robot.bytes_sent),
+            messages_received: sum(|robot| robot.messages_received),
+            messages_lost: sum(|robot| robot.messages_lost),
             faults: by_kind(&run.faults),
             measures: None,
         }
@@ -229,11 +236,8 @@ fn of_mission(run: &RunFile) -> MissionFigures {
     let mut figures = MissionFigures::default();
     for (name, value) in reported.iter() {
         let name = name.replace('.', "_");
-        match row
-            .iter()
-            .find(|column| column.name == name)
-            .map(|column| column.kind)
-        {
+        let column = row.iter().find(|column| column.name == name);
+        match column.map(|column| column.kind) {
             Some(ColumnKind::Left) => {}
             Some(ColumnKind::Done) => {
                 figures.add(&name, value);
@@ -254,27 +258,22 @@ fn total_of(done: &str) -> String {
 fn by_kind(faults: &[FaultStatus]) -> BTreeMap<String, FaultCount> {
     let mut counts: BTreeMap<String, FaultCount> = BTreeMap::new();
     for fault in faults {
-        counts
-            .entry(kind(&fault.order.fault))
-            .or_default()
-            .add(&FaultCount {
-                armed: 1,
-                hit: u64::from(fault.hits > 0),
-                hits: fault.hits,
-            });
+        let count = counts.entry(kind(&fault.order.fault)).or_default();
+        count.add(&FaultCount {
+            armed: 1,
+            hit: u64::from(fault.hits > 0),
+            hits: fault.hits,
+        });
     }
     counts
 }
 
 /// Returns the fault's name; for sensors and actuators followed by the mode of failure.
 fn kind(fault: &Fault) -> String {
-    let mode = match fault {
-        Fault::Sensor(fault) => fault.mode.to_string(),
-        Fault::Actuator(fault) => fault.mode.to_string(),
-        _ => return fault.name().to_owned(),
-    };
-    let mode = mode.split(' ').next().unwrap_or_default();
-    format!("{} {mode}", fault.name())
+    match fault.mode() {
+        Some(mode) => format!("{} {mode}", fault.name()),
+        None => fault.name().to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -331,13 +330,11 @@ mod tests {
         let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
         let (outcome, recorder) = team.run().unwrap();
         assert_eq!(
-            (figures.outcome, &figures.hash),
-            (outcome, &recorder.hash())
+            (figures.outcome, outcome),
+            (Outcome::TimeLimit, Outcome::TimeLimit)
         );
-        assert_eq!(
-            (figures.outcome, figures.sim_time_ms),
-            (Outcome::TimeLimit, 30_000)
-        );
+        assert_eq!(figures.hash, recorder.hash());
+        assert_eq!(figures.sim_time_ms, 30_000);
         let of_mission: Vec<_> = figures.mission.iter().collect();
         let expected = [
             ("items_delivered", FigureValue::Count(0)),

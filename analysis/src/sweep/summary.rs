@@ -97,15 +97,14 @@ pub fn failed_by_reason(rows: &[Row]) -> BTreeMap<&str, usize> {
 /// Summarizes the runs of each condition, which differ only in the seed. `rows` are all rows, in run order.
 #[must_use]
 pub fn by_condition<'d>(design: &'d Design, rows: &[Row]) -> Vec<(Vec<&'d Cell>, Summary)> {
-    rows.chunk_by(|a, b| {
-        a.run / design.seeds_per_condition() == b.run / design.seeds_per_condition()
-    })
-    .map(|rows| {
+    let condition = |row: &Row| row.run / design.seeds_per_condition();
+    let conditions = rows.chunk_by(|a, b| condition(a) == condition(b));
+    let summaries = conditions.map(|rows| {
         let mut cells: Vec<&Cell> = design.cells(rows[0].run).collect();
         cells.pop();
         (cells, Summary::of(rows))
-    })
-    .collect()
+    });
+    summaries.collect()
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -134,36 +133,26 @@ pub fn by_column(design: &Design, rows: &[Row]) -> Vec<ColumnSeries> {
     let factors = design.factors.iter().enumerate();
     for (number, factor) in factors.take(design.factors.len().saturating_sub(1)) {
         for (place, column) in factor.columns.iter().enumerate() {
-            let cells: Vec<&Cell> = factor
-                .levels
-                .iter()
-                .map(|level| &level.cells[place])
-                .collect();
+            let cells = factor.levels.iter().map(|level| &level.cells[place]);
             let Groups {
                 names: groups,
                 numbers,
                 of: group_of,
-            } = groups(&cells);
+            } = groups(&cells.collect::<Vec<_>>());
             if groups.len() < 2 {
                 continue;
             }
-            let apart = presets.filter(|presets| *presets != number);
-            let names = match apart {
-                Some(presets) => {
-                    let levels = design.factors[presets].levels.iter();
-                    levels.map(|level| level.cells[0].to_string()).collect()
-                }
-                None => vec![String::new()],
+            let names_of = |factor: usize| -> Vec<String> {
+                let levels = design.factors[factor].levels.iter();
+                levels.map(|level| level.cells[0].to_string()).collect()
             };
+            let apart = presets.filter(|presets| *presets != number);
+            let names = apart.map_or_else(|| vec![String::new()], names_of);
             let faults = faults.filter(|faults| *faults != number);
-            let classes: Vec<Option<String>> = match faults {
-                Some(faults) if design.factors[faults].levels.len() > 1 => {
-                    let levels = design.factors[faults].levels.iter();
-                    levels
-                        .map(|level| Some(level.cells[0].to_string()))
-                        .collect()
-                }
-                _ => vec![None],
+            let classes = faults.map_or_else(Vec::new, names_of);
+            let classes: Vec<Option<String>> = match classes.len() {
+                0 | 1 => vec![None],
+                _ => classes.into_iter().map(Some).collect(),
             };
             let empty: Vec<Vec<Vec<&Row>>> = vec![vec![Vec::new(); groups.len()]; names.len()];
             let mut sorted = vec![empty; classes.len()];
@@ -225,12 +214,11 @@ fn groups(cells: &[&Cell]) -> Groups {
     let names = (0..count).map(|wanted| {
         let mut members = (0..values.len()).filter(|place| group(*place) == wanted);
         let (first, last) = (members.next(), members.next_back());
-        match (
-            first.map(|place| values[place]),
-            last.map(|place| values[place]),
-        ) {
-            (Some(first), Some(last)) => format!("{} to {}", rounded(first), rounded(last)),
-            (Some(only), None) => only.to_string(),
+        match (first, last) {
+            (Some(first), Some(last)) => {
+                format!("{} to {}", rounded(values[first]), rounded(values[last]))
+            }
+            (Some(only), None) => values[only].to_string(),
             _ => String::new(),
         }
     });
@@ -264,12 +252,8 @@ mod tests {
 
     #[test]
     fn failed_runs_count_only_as_failed() {
-        let rows = [
-            complete(0, 4_000),
-            complete(1, 6_000),
-            incomplete(2),
-            failed(3),
-        ];
+        let two = [complete(0, 4_000), complete(1, 6_000)];
+        let rows = [&two[..], &[incomplete(2), failed(3)]].concat();
         let summary = overall(&rows);
         assert_eq!((summary.runs, summary.failed, summary.complete), (4, 1, 2));
         assert_eq!(summary.share(), Some(2.0 / 3.0));
@@ -316,46 +300,49 @@ mod tests {
         let rows: Vec<Row> = (0..8)
             .map(|run| complete(run, (run as u64 + 1) * 1000))
             .collect();
-        let median = |summary: &Summary| summary.makespan_s.unwrap().median;
-        let conditions: Vec<(String, f64)> = by_condition(&design, &rows)
+        let conditions: Vec<String> = by_condition(&design, &rows)
             .into_iter()
             .map(|(cells, summary)| {
                 let cells: Vec<String> = cells.iter().map(|cell| cell.to_string()).collect();
-                (cells.join(" "), median(&summary))
+                format!("{}: {}", cells.join(" "), median(&summary))
             })
             .collect();
         let expected = [
-            ("1 team", 1.5),
-            ("1 par98", 3.5),
-            ("0.5 team", 5.5),
-            ("0.5 par98", 7.5),
+            "1 team: 1.5",
+            "1 par98: 3.5",
+            "0.5 team: 5.5",
+            "0.5 par98: 7.5",
         ];
-        assert_eq!(
-            conditions,
-            expected.map(|(cells, median)| (cells.to_owned(), median))
-        );
-
-        let against = by_column(&design, &rows);
-        assert_eq!(against.len(), 2);
-        assert_eq!(
-            (against[0].column.as_str(), &against[0].groups[..]),
-            ("body.speed_m_s", &["0.5".to_owned(), "1".to_owned()][..])
-        );
-        let medians = |against: &ColumnSeries| -> Vec<(String, Vec<f64>)> {
-            let series = against.series.iter();
-            let medians =
-                |groups: &[Option<Summary>]| groups.iter().flatten().map(median).collect();
-            series
-                .map(|(name, groups)| (name.clone(), medians(groups)))
-                .collect()
-        };
+        assert_eq!(conditions, expected);
         let expected = [
-            ("team".to_owned(), vec![5.5, 1.5]),
-            ("par98".to_owned(), vec![7.5, 3.5]),
+            "body.speed_m_s, 0.5 and 1: team 5.5 1.5, par98 7.5 3.5",
+            "preset, team and par98:  3.5 5.5",
         ];
-        assert_eq!(medians(&against[0]), expected);
-        assert_eq!(against[1].column, "preset");
-        assert_eq!(medians(&against[1]), [(String::new(), vec![3.5, 5.5])]);
+        assert_eq!(columns(&design, &rows), expected);
+    }
+
+    fn median(summary: &Summary) -> f64 {
+        summary.makespan_s.unwrap().median
+    }
+
+    /// Describes the groups of each column, and the medians of each series.
+    fn columns(design: &Design, rows: &[Row]) -> Vec<String> {
+        let described = by_column(design, rows).into_iter().map(|against| {
+            let series = against.series.iter().map(|(name, groups)| {
+                let medians = groups.iter().flatten().map(median);
+                medians.fold(name.clone(), |text, median| format!("{text} {median}"))
+            });
+            let faults = against
+                .faults
+                .map_or_else(String::new, |faults| format!(" ({faults})"));
+            format!(
+                "{}{faults}, {}: {}",
+                against.column,
+                against.groups.join(" and "),
+                series.collect::<Vec<_>>().join(", ")
+            )
+        });
+        described.collect()
     }
 
     #[test]
@@ -366,25 +353,13 @@ mod tests {
         let rows: Vec<Row> = (0..4)
             .map(|run| complete(run, (run as u64 + 1) * 1000))
             .collect();
-        let found: Vec<_> = by_column(&design, &rows)
-            .into_iter()
-            .map(|against| {
-                let medians = against.series[0].1.iter().flatten();
-                let medians: Vec<f64> = medians
-                    .map(|summary| summary.makespan_s.unwrap().median)
-                    .collect();
-                (against.column, against.faults, medians)
-            })
-            .collect();
-        let speed = "body.speed_m_s".to_owned();
-        let class = |name: &str| Some(name.to_owned());
         // One block per class of faults, and one with the classes as groups.
         let expected = [
-            (speed.clone(), class("dies"), vec![3.0, 1.0]),
-            (speed, class("none"), vec![4.0, 2.0]),
-            ("faults".to_owned(), None, vec![2.0, 3.0]),
+            "body.speed_m_s (dies), 0.5 and 1:  3 1",
+            "body.speed_m_s (none), 0.5 and 1:  4 2",
+            "faults, dies and none:  2 3",
         ];
-        assert_eq!(found, expected);
+        assert_eq!(columns(&design, &rows), expected);
     }
 
     #[test]
@@ -406,8 +381,8 @@ mod tests {
         let few = [Cell::Integer(10), Cell::Integer(9), Cell::Integer(10)];
         let found = groups(&few.iter().collect::<Vec<_>>());
         assert_eq!(
-            (found.names, found.of),
-            (vec!["9".to_owned(), "10".to_owned()], vec![1, 0, 1])
+            (found.names.join(" "), found.of),
+            ("9 10".to_owned(), vec![1, 0, 1])
         );
         assert_eq!(found.numbers, Some(vec![9.0, 10.0]));
     }

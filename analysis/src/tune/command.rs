@@ -1,31 +1,30 @@
 //! Command line, output files and terminal output of `alliance tune`.
 
-use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::thread::available_parallelism;
+use std::slice;
 
 use anyhow::Context;
 use clap::Args;
-use scenario::decode_text;
 use terminal::stderr_line;
 use world_server::mission_args::Known;
 
 use super::page::{Page, sentence};
-use super::record::{Executor, Header, SearchJournal, StoppedSearch};
-use super::result::{AllocatorResult, TUNED};
+use super::record::{Executor, Header, SearchJournal};
 use super::search::{Method, population};
 use super::task::{Allocator, Task};
 use super::tuning::{TrialExecutor, Tuned, tune};
-use super::verdict::verdicts;
-use crate::columns::Entry::{self, Flag, Number, Text, Whole};
-use crate::columns::Table;
-use crate::interrupted::InterruptFlag;
-use crate::new_file::write_atomically;
+use super::verdict::{AllocatorResult, TUNED, verdicts};
+use crate::columns::{Entry, Table};
+use crate::exit_status;
+use crate::interrupted::{InterruptFlag, Interrupted};
+use crate::new_file::{make_folder, write_atomically};
 use crate::progress::RunProgress;
 use crate::sweep::design::apply_change;
-use crate::sweep::execution::{PLAN, jobs, read_plan, shell_quoted};
+use crate::sweep::execution::{
+    PLAN, command_words, jobs, jobs_or_cores, plan_name, read_plan, read_text, shell_quoted,
+};
 use crate::table::bullets;
 
 const PAGE: &str = "tuning.html";
@@ -52,58 +51,43 @@ impl TuneCommand {
         // All inputs are read and checked before the first run.
         let (task, record, folder) = match self.prepare(known) {
             Ok(prepared) => prepared,
-            Err(error) => {
-                stderr_line!("alliance tune: {error:#}");
-                return ExitCode::from(2);
-            }
+            Err(error) => return exit_status("tune", Err(error), 2),
         };
-        match self.work(&task, record, &folder) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) if error.is::<StoppedSearch>() => {
-                stderr_line!("interrupted; continue with\n  {}", self.again());
-                ExitCode::from(1)
-            }
-            Err(error) => {
-                stderr_line!("alliance tune: {error:#}");
-                ExitCode::from(3)
-            }
+        let done = self.work(&task, record, &folder);
+        if done.as_ref().is_err_and(|error| error.is::<Interrupted>()) {
+            let paths = slice::from_ref(&self.plan);
+            let again = command_words("tune", paths, self.out.as_deref(), self.jobs);
+            stderr_line!("interrupted; continue with\n  {again}");
         }
-    }
-
-    fn name(&self) -> String {
-        let stem = self.plan.file_stem().unwrap_or_default();
-        stem.to_string_lossy().into_owned()
+        exit_status("tune", done.map(|()| ExitCode::SUCCESS), 3)
     }
 
     fn prepare(&self, known: &Known) -> anyhow::Result<(Task, SearchJournal, PathBuf)> {
-        let file = self.plan.display().to_string();
-        let bytes = fs::read(&self.plan).with_context(|| file.clone())?;
-        let text = decode_text(&file, bytes)?;
+        let text = read_text(&self.plan)?;
         let plan = read_plan(&self.plan, &text, known)?;
+        let name = plan_name(&self.plan);
+        let folder = self.out.clone();
+        let folder = folder.unwrap_or_else(|| Path::new("tunings").join(&name));
         let header = Header {
-            tune: self.name(),
+            tune: name,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             digest: plan.digest(),
         };
-        let task = Task::of(plan).with_context(|| file.clone())?;
-        let folder = match &self.out {
-            Some(folder) => folder.clone(),
-            None => Path::new("tunings").join(self.name()),
-        };
-        fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+        let task = Task::of(plan).with_context(|| self.plan.display().to_string())?;
+        make_folder(&folder)?;
         let record = SearchJournal::open(&folder, &header)?;
-        write_atomically(&folder, PLAN, text.as_bytes())?;
+        write_atomically(&folder.join(PLAN), text.as_bytes())?;
         Ok((task, record, folder))
     }
 
     fn work(&self, task: &Task, record: SearchJournal, folder: &Path) -> anyhow::Result<()> {
         let interrupted = InterruptFlag::install()?;
-        let jobs = self.jobs.or_else(|| available_parallelism().ok());
+        let name = plan_name(&self.plan);
         let done = record.done();
         let stops = || interrupted.is_set();
         let mut working = Executor {
             task,
-            jobs: jobs.unwrap_or(NonZeroUsize::MIN),
+            jobs: jobs_or_cores(self.jobs),
             stops: &stops,
             progress: RunProgress::new(done, expected(task).max(done)),
             record,
@@ -113,8 +97,7 @@ impl TuneCommand {
             known => format!(", {known} of them done before"),
         };
         working.report_progress(&format!(
-            "tune {}: about {} runs{known}; {} at a time",
-            self.name(),
+            "tune {name}: about {} runs{known}; {} at a time",
             expected(task),
             working.jobs
         ));
@@ -122,19 +105,7 @@ impl TuneCommand {
             .map(|allocator| tune(task, allocator, &mut working))
             .collect();
         working.progress.clear();
-        finish(task, &self.name(), folder, &found?)
-    }
-
-    /// Returns the command that resumes the search.
-    fn again(&self) -> String {
-        let mut words = vec!["alliance tune".to_owned(), shell_quoted(&self.plan)];
-        if let Some(out) = &self.out {
-            words.push(format!("--out {}", shell_quoted(out)));
-        }
-        if let Some(jobs) = self.jobs {
-            words.push(format!("--jobs {jobs}"));
-        }
-        words.join(" ")
+        finish(task, &name, folder, &found?)
     }
 }
 
@@ -168,7 +139,10 @@ fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Re
             verdicts: [0, 1].map(|method| verdicts(task, tuned, method)),
         })
         .collect();
-    write_atomically(folder, TUNED, scenario(task, name, &results)?.as_bytes())?;
+    write_atomically(
+        &folder.join(TUNED),
+        scenario(task, name, &results)?.as_bytes(),
+    )?;
     candidates(&results).write_csv(folder, "candidates")?;
     tests(&results).write_csv(folder, "test")?;
     let figures = super::figures::figures(task, &results)?;
@@ -181,7 +155,7 @@ fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Re
         results: &results,
         figures: &figures,
     };
-    write_atomically(folder, PAGE, page.html().as_bytes())?;
+    write_atomically(&folder.join(PAGE), page.html().as_bytes())?;
     let sentences = results.iter().map(|result| sentence(task, result));
     stderr_line!("{}", bullets(&sentences.collect::<Vec<_>>()));
     stderr_line!(
@@ -217,11 +191,13 @@ fn scenario(task: &Task, name: &str, results: &[AllocatorResult<'_>]) -> anyhow:
         text += &format!("# {}\n", sentence(task, result));
         if result.is_better() {
             for each in allocator.changes(Some(&best.values)).into_iter().skip(1) {
-                apply_change(&mut table, &each).map_err(anyhow::Error::msg)?;
+                apply_change(&mut table, &each)?;
             }
-            for (parameter, value) in allocator.parameters.iter().zip(&best.values) {
-                let bounds = parameter.bounds(&allocator.parameters);
-                text += &format!("#   {} = {value}, of {bounds}\n", parameter.key);
+            for (place, parameter) in allocator.parameters.iter().enumerate() {
+                let (value, bounds) = (best.values[place], parameter.bounds(&allocator.parameters));
+                let note = parameter.bound_reached(&best.values, place);
+                let note = note.map_or_else(String::new, |note| format!(", {note}"));
+                text += &format!("#   {} = {value}, of {bounds}{note}\n", parameter.key);
             }
         } else {
             text += &format!(
@@ -250,19 +226,19 @@ fn candidates(results: &[AllocatorResult<'_>]) -> Table {
             let values = candidate.values.iter().copied();
             let values = values.map(Some).chain(std::iter::repeat(None));
             let is_own = other.allocator.name == result.allocator.name;
-            let values = values.map(move |value| Number(value.filter(|_| is_own)));
+            let values = values.map(move |value| Entry::number(value.filter(|_| is_own)));
             let keys = other.allocator.parameters.iter();
             keys.map(|parameter| parameter.key.as_str()).zip(values)
         });
         let row = [
-            ("allocator", Text(result.allocator.name.clone())),
-            ("method", Text(candidate.method.as_str().to_owned())),
-            ("generation", Whole(candidate.generation)),
-            ("runs", Whole(candidate.own_runs)),
-            ("dropped", Flag(candidate.dropped)),
-            ("score", Number(Some(candidate.score))),
-            ("log_metric_ratio", Number(Some(candidate.metric))),
-            ("log_bytes_ratio", Number(Some(candidate.bytes))),
+            ("allocator", Entry::text(&result.allocator.name)),
+            ("method", Entry::text(candidate.method.as_str())),
+            ("generation", Entry::count(candidate.generation)),
+            ("runs", Entry::count(candidate.own_runs)),
+            ("dropped", Entry::Flag(candidate.dropped)),
+            ("score", Entry::number(candidate.score)),
+            ("log_metric_ratio", Entry::number(candidate.metric)),
+            ("log_bytes_ratio", Entry::number(candidate.bytes)),
         ];
         row.into_iter().chain(parameters)
     }))
@@ -277,19 +253,19 @@ fn tests(results: &[AllocatorResult<'_>]) -> Table {
                 let [percent, percent_from, percent_to] =
                     Entry::with_interval(Some(verdict.percent));
                 table.add([
-                    ("allocator", Text(result.allocator.name.clone())),
-                    ("method", Text(method.as_str().to_owned())),
-                    ("condition", Text(verdict.condition.clone())),
-                    ("n", Whole(verdict.n)),
-                    ("default", Number(verdict.means.map(|means| means.0))),
-                    ("tuned", Number(verdict.means.map(|means| means.1))),
+                    ("allocator", Entry::text(&result.allocator.name)),
+                    ("method", Entry::text(method.as_str())),
+                    ("condition", Entry::text(&verdict.condition)),
+                    ("n", Entry::count(verdict.n)),
+                    ("default", Entry::number(verdict.means.map(|means| means.0))),
+                    ("tuned", Entry::number(verdict.means.map(|means| means.1))),
                     ("difference", difference),
                     ("difference_from", from),
                     ("difference_to", to),
                     ("percent", percent),
                     ("percent_from", percent_from),
                     ("percent_to", percent_to),
-                    ("bytes_percent", Number(Some(verdict.bytes_percent))),
+                    ("bytes_percent", Entry::number(verdict.bytes_percent)),
                 ]);
             }
         }

@@ -1,16 +1,18 @@
 //! SVG figures of a parameter search.
 
+use std::ops::Range;
+
 use plotters::style::RGBColor;
 
 use super::importance::importance;
-use super::result::AllocatorResult;
 use super::search::Method;
 use super::task::Task;
 use super::tuning::{Candidate, percent};
+use super::verdict::AllocatorResult;
 use crate::figures::Figure;
 use crate::figures::canvas::{
-    Axes, FAINT, FRAME, Frame, INK, Mark, TextLabel, WIDTH_PX, chart, curve, fill, horizontal_line,
-    line, part, svg,
+    Area, Axes, Chart, DrawResult, FAINT, FRAME, Frame, INK, Mark, TextLabel, WIDTH_PX, chart,
+    curve, fill, horizontal_line, line, part, svg,
 };
 use crate::figures::legend::{Legend, Sample};
 
@@ -23,21 +25,20 @@ const COLORS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0)];
 
 /// Draws search, importance, test, and bytes against the metric, for each allocator.
 pub fn figures(task: &Task, results: &[AllocatorResult<'_>]) -> anyhow::Result<Vec<Vec<Figure>>> {
-    results
-        .iter()
-        .map(|result| {
-            Ok(vec![
-                search(task, result)?,
-                matters(result)?,
-                test(task, result)?,
-                front(task, result)?,
-            ])
-        })
-        .collect()
+    let figures = results.iter().map(|result| {
+        let (search, matters) = (search(task, result)?, matters(result)?);
+        Ok(vec![
+            search,
+            matters,
+            test(task, result)?,
+            front(task, result)?,
+        ])
+    });
+    figures.collect()
 }
 
 /// Returns the range of the values and 0, with a margin at both ends.
-fn span(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+fn span(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (low, high) = values.fold((0.0_f64, 0.0_f64), |(low, high), value| {
         (low.min(value), high.max(value))
     });
@@ -53,55 +54,86 @@ fn legend() -> Legend<'static> {
     Legend::column(entries.collect(), WIDTH_PX - 160.0)
 }
 
+/// Draws a plot with the legend of the methods beside it.
+fn beside_legend(
+    title: &str,
+    axes: &Axes<'_>,
+    draw: impl FnOnce(&Area<'_>, &Chart<'_>) -> DrawResult,
+) -> anyhow::Result<String> {
+    svg(title, PLOT_PX + 10.0, |area| {
+        let within = part(area, (0.0, 6.0), (WIDTH_PX - 170.0, PLOT_PX));
+        draw(area, &chart(&within, FRAME, axes)?)?;
+        legend().draw(area, 12.0)
+    })
+}
+
+/// Draws a plot with one named row per entry of `names`, from above. `draw` calls its last argument to write a name.
+fn rows(
+    title: &str,
+    (top_px, bottom_px): (f64, f64),
+    (x, x_title): (Range<f64>, &str),
+    names: &[&str],
+    draw: impl FnOnce(&Area<'_>, &Chart<'_>, &dyn Fn(usize) -> DrawResult) -> DrawResult,
+) -> anyhow::Result<String> {
+    let height = ROW_PX * names.len() as f64 + 50.0;
+    svg(title, top_px + height + bottom_px, |area| {
+        let within = part(area, (NAMES_PX, top_px), (WIDTH_PX - NAMES_PX, height));
+        let frame = Frame {
+            left: 12.0,
+            ..FRAME
+        };
+        let axes = Axes {
+            x: (x, x_title),
+            y: (0.0..(names.len() as f64).max(1.0), ""),
+            y_labels: 0,
+        };
+        draw(area, &chart(&within, frame, &axes)?, &|row| {
+            let y = top_px + 2.0 + ROW_PX * (row as f64 + 0.5);
+            TextLabel::RIGHT.write(area, names[row], (NAMES_PX - 6.0, y))
+        })
+    })
+}
+
 fn search(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
     let title = format!("{name}: best score so far against runs");
-    let curves: Vec<Vec<(f64, f64)>> = Method::ALL
-        .iter()
-        .map(|method| {
-            let candidates = result.tuned.candidates.iter();
-            let candidates: Vec<&Candidate> = candidates
-                .filter(|candidate| candidate.method == *method && !candidate.dropped)
-                .collect();
-            let mut best = f64::INFINITY;
-            let mut points: Vec<(f64, f64)> = Vec::new();
-            for generation in candidates.chunk_by(|a, b| a.generation == b.generation) {
-                let least = generation
-                    .iter()
-                    .map(|candidate| candidate.score)
-                    .fold(f64::INFINITY, f64::min);
-                let runs = generation[0].runs as f64;
-                if let Some((_, before)) = points.last().copied() {
-                    points.push((runs, before));
-                }
-                best = best.min(least);
-                points.push((runs, percent(best)));
+    let curves = Method::ALL.map(|method| {
+        let candidates = result.tuned.candidates.iter();
+        let candidates: Vec<&Candidate> = candidates
+            .filter(|candidate| candidate.method == method && !candidate.dropped)
+            .collect();
+        let mut best = f64::INFINITY;
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for generation in candidates.chunk_by(|a, b| a.generation == b.generation) {
+            let scores = generation.iter().map(|candidate| candidate.score);
+            let runs = generation[0].runs as f64;
+            if let Some((_, before)) = points.last().copied() {
+                points.push((runs, before));
             }
-            points
-        })
-        .collect();
-    let y = span(curves.iter().flatten().map(|point| point.1));
-    let most = curves
-        .iter()
-        .flatten()
-        .map(|point| point.0)
-        .fold(1.0, f64::max);
+            best = scores.fold(best, f64::min);
+            points.push((runs, percent(best)));
+        }
+        points
+    });
+    let points = || curves.iter().flatten();
+    let most = points().map(|point| point.0).fold(1.0, f64::max);
     let axes = Axes {
         x: (0.0..most, "runs of the method"),
-        y: (y, "score relative to the defaults, %"),
+        y: (
+            span(points().map(|point| point.1)),
+            "score relative to the defaults, %",
+        ),
         y_labels: 6,
     };
-    let svg = svg(&title, PLOT_PX + 10.0, |area| {
-        let within = part(area, (0.0, 6.0), (WIDTH_PX - 170.0, PLOT_PX));
-        let chart = chart(&within, FRAME, &axes)?;
-        horizontal_line(&chart, 0.0..most, 0.0, line(FAINT, 1.0))?;
+    let svg = beside_legend(&title, &axes, |area, chart| {
+        horizontal_line(chart, 0.0..most, 0.0, line(FAINT, 1.0))?;
         for (place, points) in curves.iter().enumerate() {
-            curve(&chart, points.clone(), line(COLORS[place], 2.0))?;
+            curve(chart, points.clone(), line(COLORS[place], 2.0))?;
             for point in points {
-                Mark::of_series(place).draw_at(area, &chart, *point, COLORS[place])?;
+                Mark::of_series(place).draw_at(area, chart, *point, COLORS[place])?;
             }
         }
-        legend().draw(area, 12.0)
+        Ok(())
     })?;
     Ok(Figure {
         name: format!("search-{name}"),
@@ -118,44 +150,22 @@ fn matters(result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
     let title = format!("{name}: importance of the parameters");
     let all = importance(&result.tuned.candidates);
-    let rows = all.len() as f64;
-    let axes = Axes {
-        x: (0.0..1.0, "share of the variance of scores, η²"),
-        y: (0.0..rows.max(1.0), ""),
-        y_labels: 0,
-    };
-    let height = ROW_PX * rows + 50.0;
-    let svg = svg(&title, height + 8.0, |area| {
-        let within = part(area, (NAMES_PX, 4.0), (WIDTH_PX - NAMES_PX, height));
-        let chart = chart(
-            &within,
-            Frame {
-                left: 12.0,
-                ..FRAME
-            },
-            &axes,
-        )?;
-        for (place, (parameter, importance)) in
-            result.allocator.parameters.iter().zip(&all).enumerate()
-        {
-            let y = rows - place as f64 - 0.5;
+    let names = result.allocator.parameters.iter().take(all.len());
+    let names: Vec<&str> = names.map(|parameter| &*parameter.key).collect();
+    let x = (0.0..1.0, "share of the variance of scores, η²");
+    let svg = rows(&title, (4.0, 4.0), x, &names, |_, chart, write_name| {
+        for (place, importance) in all.iter().enumerate() {
+            let y = (all.len() - place) as f64 - 0.5;
             fill(
-                &chart,
+                chart,
                 0.0..importance.share,
                 y - 0.3..y + 0.3,
                 COLORS[0],
                 1.0,
             )?;
-            curve(
-                &chart,
-                vec![
-                    (importance.by_chance, y - 0.42),
-                    (importance.by_chance, y + 0.42),
-                ],
-                line(INK, 1.5),
-            )?;
-            let at = (NAMES_PX - 6.0, 6.0 + ROW_PX * (place as f64 + 0.5));
-            TextLabel::RIGHT.write(area, &parameter.key, at)?;
+            let ends = [y - 0.42, y + 0.42].map(|end| (importance.by_chance, end));
+            curve(chart, ends.to_vec(), line(INK, 1.5))?;
+            write_name(place)?;
         }
         Ok(())
     })?;
@@ -172,43 +182,22 @@ fn matters(result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
 fn test(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
     let title = format!("{name}: tuned against default on test seeds");
-    let rows = result.verdicts[0].len();
-    let ends = result
-        .verdicts
-        .iter()
-        .flatten()
-        .flat_map(|verdict| [verdict.percent.1.0, verdict.percent.1.1]);
-    let x = span(ends);
-    let height = ROW_PX * rows as f64 + 50.0;
-    let axes = Axes {
-        x: (x, "change relative to the defaults, %"),
-        y: (0.0..rows as f64, ""),
-        y_labels: 0,
-    };
-    let svg = svg(&title, height + 50.0, |area| {
-        let within = part(area, (NAMES_PX, 48.0), (WIDTH_PX - NAMES_PX, height));
-        let chart = chart(
-            &within,
-            Frame {
-                left: 12.0,
-                ..FRAME
-            },
-            &axes,
-        )?;
-        curve(
-            &chart,
-            vec![(0.0, 0.0), (0.0, rows as f64)],
-            line(FAINT, 1.0),
-        )?;
+    let conditions = result.verdicts[0].iter();
+    let names: Vec<&str> = conditions.map(|verdict| &*verdict.condition).collect();
+    let count = names.len() as f64;
+    let verdicts = result.verdicts.iter().flatten();
+    let x = span(verdicts.flat_map(|verdict| [verdict.percent.1.0, verdict.percent.1.1]));
+    let x = (x, "change relative to the defaults, %");
+    let svg = rows(&title, (48.0, 2.0), x, &names, |area, chart, write_name| {
+        curve(chart, vec![(0.0, 0.0), (0.0, count)], line(FAINT, 1.0))?;
         for (place, verdicts) in result.verdicts.iter().enumerate() {
             for (row, verdict) in verdicts.iter().enumerate() {
-                let y = rows as f64 - row as f64 - 0.35 - 0.3 * place as f64;
+                let y = count - row as f64 - 0.35 - 0.3 * place as f64;
                 let (found, (from, to)) = verdict.percent;
-                curve(&chart, vec![(from, y), (to, y)], line(COLORS[place], 2.0))?;
-                Mark::of_series(place).draw_at(area, &chart, (found, y), COLORS[place])?;
+                curve(chart, vec![(from, y), (to, y)], line(COLORS[place], 2.0))?;
+                Mark::of_series(place).draw_at(area, chart, (found, y), COLORS[place])?;
                 if place == 0 {
-                    let at = (NAMES_PX - 6.0, 50.0 + ROW_PX * (row as f64 + 0.5));
-                    TextLabel::RIGHT.write(area, &verdict.condition, at)?;
+                    write_name(row)?;
                 }
             }
         }
@@ -227,16 +216,16 @@ fn test(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
 fn front(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
     let name = &result.allocator.name;
     let title = format!("{name}: {} against bytes", task.metric.name());
-    let candidates = || {
-        result
-            .tuned
-            .candidates
-            .iter()
-            .filter(|candidate| !candidate.dropped)
-    };
-    let mut best: Vec<(f64, f64)> = candidates()
-        .map(|candidate| (percent(candidate.metric), percent(candidate.bytes)))
+    let candidates = result.tuned.candidates.iter();
+    let candidates = candidates.filter(|candidate| !candidate.dropped);
+    // The index of the method, and the change of metric and bytes.
+    let points: Vec<(usize, (f64, f64))> = candidates
+        .map(|candidate| {
+            let place = usize::from(candidate.method == Method::Random);
+            (place, (percent(candidate.metric), percent(candidate.bytes)))
+        })
         .collect();
+    let mut best: Vec<(f64, f64)> = points.iter().map(|(_, point)| *point).collect();
     best.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut least = f64::INFINITY;
     best.retain(|(_, bytes)| {
@@ -246,25 +235,20 @@ fn front(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
     });
     let axes = Axes {
         x: (
-            span(candidates().map(|candidate| percent(candidate.metric))),
+            span(points.iter().map(|(_, point)| point.0)),
             "metric relative to the defaults, %",
         ),
         y: (
-            span(candidates().map(|candidate| percent(candidate.bytes))),
+            span(points.iter().map(|(_, point)| point.1)),
             "bytes relative to the defaults, %",
         ),
         y_labels: 6,
     };
-    let svg = svg(&title, PLOT_PX + 10.0, |area| {
-        let within = part(area, (0.0, 6.0), (WIDTH_PX - 170.0, PLOT_PX));
-        let chart = chart(&within, FRAME, &axes)?;
-        for candidate in candidates() {
-            let place = usize::from(candidate.method == Method::Random);
-            let at = (percent(candidate.metric), percent(candidate.bytes));
-            Mark::of_series(place).draw_at(area, &chart, at, COLORS[place])?;
+    let svg = beside_legend(&title, &axes, |area, chart| {
+        for &(place, at) in &points {
+            Mark::of_series(place).draw_at(area, chart, at, COLORS[place])?;
         }
-        curve(&chart, best.clone(), line(INK, 1.5))?;
-        legend().draw(area, 12.0)
+        curve(chart, best, line(INK, 1.5))
     })?;
     Ok(Figure {
         name: format!("front-{name}"),

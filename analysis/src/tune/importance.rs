@@ -11,7 +11,8 @@ use super::search::Method;
 use super::tuning::{Candidate, mean};
 use crate::compare::statistics::ranks::ranks;
 
-const MISSION: usize = 5;
+/// The number of equal parts of a range.
+const PARTS: usize = 5;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Importance {
@@ -25,35 +26,31 @@ pub struct Importance {
 
 #[must_use]
 pub fn importance(candidates: &[Candidate]) -> Vec<Importance> {
-    let random: Vec<&Candidate> = candidates
-        .iter()
-        .filter(|candidate| candidate.method == Method::Random)
-        .collect();
-    let scores: Vec<f64> = random.iter().map(|candidate| candidate.score).collect();
-    let dimensions = random.first().map_or(0, |candidate| candidate.point.len());
-    (0..dimensions)
-        .map(|place| {
-            let coordinates: Vec<f64> = random
-                .iter()
-                .map(|candidate| candidate.point[place])
-                .collect();
-            Importance {
-                share: correlation_ratio(&coordinates, &scores),
-                by_chance: (MISSION as f64 - 1.0) / (random.len() as f64 - 1.0).max(1.0),
-                correlation: correlation(&ranks(&coordinates), &ranks(&scores)),
-            }
-        })
-        .collect()
+    let random = candidates.iter();
+    let random = random.filter(|candidate| candidate.method == Method::Random);
+    let scores: Vec<f64> = random.clone().map(|candidate| candidate.score).collect();
+    let dimensions = random
+        .clone()
+        .next()
+        .map_or(0, |candidate| candidate.point.len());
+    let importance = (0..dimensions).map(|place| {
+        let coordinates = random.clone().map(|candidate| candidate.point[place]);
+        let coordinates: Vec<f64> = coordinates.collect();
+        Importance {
+            share: correlation_ratio(&coordinates, &scores),
+            by_chance: (PARTS as f64 - 1.0) / (scores.len() as f64 - 1.0).max(1.0),
+            correlation: correlation(&ranks(&coordinates), &ranks(&scores)),
+        }
+    });
+    importance.collect()
 }
 
 fn correlation_ratio(coordinates: &[f64], scores: &[f64]) -> f64 {
     let whole = mean(scores.iter().copied());
-    let total: f64 = scores
-        .iter()
-        .map(|score| (score - whole) * (score - whole))
-        .sum();
-    let part = |coordinate: f64| ((coordinate * MISSION as f64) as usize).min(MISSION - 1);
-    let between: f64 = (0..MISSION)
+    let squares = scores.iter().map(|score| (score - whole) * (score - whole));
+    let total: f64 = squares.sum();
+    let part = |coordinate: f64| ((coordinate * PARTS as f64) as usize).min(PARTS - 1);
+    let between: f64 = (0..PARTS)
         .map(|number| {
             let both = coordinates.iter().zip(scores);
             let members: Vec<f64> = both
@@ -124,9 +121,7 @@ mod tests {
         assert!((correlation(&[1.0, 2.0, 3.0], &[1.0, 3.0, 2.0]) - 0.5).abs() < 1e-12);
         assert_eq!(correlation(&[1.0, 1.0], &[1.0, 2.0]), 0.0);
         // Two parts of two values: the entire variance lies between them.
-        assert_eq!(
-            correlation_ratio(&[0.0, 0.1, 0.9, 1.0], &[1.0, 1.0, 3.0, 3.0]),
-            1.0
-        );
+        let ratio = correlation_ratio(&[0.0, 0.1, 0.9, 1.0], &[1.0, 1.0, 3.0, 3.0]);
+        assert_eq!(ratio, 1.0);
     }
 }

@@ -12,7 +12,6 @@ mod importance;
 mod page;
 mod race;
 mod record;
-mod result;
 mod search;
 mod task;
 mod tuning;

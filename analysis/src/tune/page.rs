@@ -3,10 +3,9 @@
 use maud::{Markup, html};
 
 use super::importance::importance;
-use super::result::{AllocatorResult, TUNED};
 use super::search::Method;
 use super::task::Task;
-use super::verdict::TestComparison;
+use super::verdict::{AllocatorResult, TUNED, TestComparison};
 use crate::figures::Figure;
 use crate::page::{LANDSCAPE, document, drawing, estimate, number, table};
 use crate::sweep::execution::counted;
@@ -95,7 +94,13 @@ fn allocator(result: &AllocatorResult<'_>, figures: &[Figure]) -> Markup {
                     tr {
                         td.text { (parameter.key) }
                         td.text { (parameter.bounds(parameters)) }
-                        @for method in [0, 1] { td { (result.tuned.best(method).values[place]) } }
+                        @for method in [0, 1] {
+                            @let values = &result.tuned.best(method).values;
+                            td {
+                                (values[place])
+                                @if let Some(note) = parameter.bound_reached(values, place) { ", " (note) }
+                            }
+                        }
                         @match importance.get(place) {
                             Some(found) => {
                                 td { (format!("{:.2}", found.share)) } td { (format!("{:.2}", found.by_chance)) }

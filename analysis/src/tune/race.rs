@@ -48,13 +48,8 @@ mod tests {
     fn a_clearly_worse_candidate_is_dropped_and_the_best_stays() {
         // With four candidates in the same order ten times, ranks 1 to 4 are compared with the critical difference 2.569
         // √(20/60) = 1.48.
-        let values: Vec<Vec<f64>> = (0..4)
-            .map(|offset| {
-                (0..10)
-                    .map(|instance| f64::from(instance * 7 % 5 + offset))
-                    .collect()
-            })
-            .collect();
+        let values = |offset: i32| (0..10).map(move |at| f64::from(at * 7 % 5 + offset));
+        let values: Vec<Vec<f64>> = (0..4).map(|offset| values(offset).collect()).collect();
         assert_eq!(race(&values), [true, true, false, false]);
         // Three instances are too few.
         let few: Vec<Vec<f64>> = values.iter().map(|values| values[..3].to_vec()).collect();

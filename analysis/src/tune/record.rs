@@ -10,18 +10,14 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::task::Task;
 use super::tuning::{Outcome, Trial, TrialExecutor};
+use crate::interrupted::Interrupted;
 use crate::progress::RunProgress;
-use crate::sweep::lines::{LineFile, numbered_lines, verified_text};
+use crate::sweep::lines::{LineFile, numbered_lines, parse_line};
 use crate::sweep::measures::ComparisonMeasures;
 use crate::sweep::run::{RunResult, execute_changed_run};
 use crate::workers::run_parallel;
 
 const JOURNAL: &str = "journal.jsonl";
-
-/// The error of an interrupted search.
-#[derive(Debug, thiserror::Error)]
-#[error("interrupted")]
-pub struct StoppedSearch;
 
 /// The first line of the journal, which identifies the search.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,20 +50,17 @@ impl SearchJournal {
         let (mut lines, bytes) = LineFile::open(folder.join(JOURNAL))?;
         let path = lines.path().display().to_string();
         let mut known = VecDeque::new();
-        for (number, line) in numbered_lines(&bytes) {
-            let broken = |what: String| {
-                anyhow!(
-                    "{path}:{number}: {what}; remove this line and all below it to repeat their runs"
-                )
-            };
-            let text = verified_text(number, line).map_err(|(_, what)| broken(what))?;
-            if number > 1 {
-                let batch = serde_json::from_str(&text);
-                known.push_back(batch.map_err(|error| broken(error.to_string()))?);
+        let broken = |(number, what)| {
+            anyhow!(
+                "{path}:{number}: {what}; remove this line and all below it to repeat their runs"
+            )
+        };
+        for line in numbered_lines(&bytes) {
+            if line.0 > 1 {
+                known.push_back(parse_line(line, "").map_err(broken)?);
                 continue;
             }
-            let found: Header =
-                serde_json::from_str(&text).map_err(|error| broken(error.to_string()))?;
+            let found: Header = parse_line(line, "").map_err(broken)?;
             if found != *header {
                 bail!(
                     "{} holds another tuning, or this one before it was changed; name a new folder with --out, or remove that folder",
@@ -123,21 +116,16 @@ impl TrialExecutor for Executor<'_> {
             let end = execute_changed_run(&task.plan, *condition, &changes, *seed, stops)?;
             Some((place, outcome(task, *condition, &end)))
         };
-        run_parallel(
-            &places,
-            self.jobs,
-            self.stops,
-            attempt,
-            |(place, outcome)| {
-                self.progress.add(outcome.value.is_none());
-                found[place] = Some(outcome);
-                Ok(())
-            },
-        )?;
+        let (jobs, stops) = (self.jobs, self.stops);
+        run_parallel(&places, jobs, stops, attempt, |(place, outcome)| {
+            self.progress.add(outcome.value.is_none());
+            found[place] = Some(outcome);
+            Ok(())
+        })?;
         let outcomes: Option<Vec<Outcome>> = found.into_iter().collect();
         let batch = Batch {
             asked: digest,
-            outcomes: outcomes.ok_or(StoppedSearch)?,
+            outcomes: outcomes.ok_or(Interrupted)?,
         };
         self.record.lines.add(&batch)?;
         Ok(batch.outcomes)
@@ -200,23 +188,14 @@ mod tests {
         assert_eq!((record.done(), &record.known[0]), (2, &batch));
         drop(record);
         assert_eq!(std::fs::read(&path).unwrap(), whole);
-        let error = SearchJournal::open(folder.path(), &header("b"))
-            .err()
-            .unwrap();
-        assert!(
-            error.to_string().contains("holds another tuning"),
-            "{error}"
-        );
+        let refused = |digest: &str, part: &str| {
+            let error = SearchJournal::open(folder.path(), &header(digest)).err();
+            let error = error.unwrap().to_string();
+            assert!(error.contains(part), "{error}");
+        };
+        refused("b", "holds another tuning");
         let text = String::from_utf8(whole).unwrap().replace("0.3", "0.4");
         std::fs::write(&path, text).unwrap();
-        let error = SearchJournal::open(folder.path(), &header("a"))
-            .err()
-            .unwrap();
-        assert!(
-            error
-                .to_string()
-                .contains(":2: the line was changed after it was written"),
-            "{error}"
-        );
+        refused("a", ":2: the line was changed after it was written");
     }
 }

@@ -108,12 +108,8 @@ mod tests {
         let mut count = 0;
         while count < most {
             let points = next_points(method, 1, dimensions, &before);
-            assert!(
-                points
-                    .iter()
-                    .flatten()
-                    .all(|coordinate| (0.0..=1.0).contains(coordinate))
-            );
+            let mut coordinates = points.iter().flatten();
+            assert!(coordinates.all(|coordinate| (0.0..=1.0).contains(coordinate)));
             let values: Vec<f64> = points.iter().map(|point| function(point)).collect();
             count += values.len();
             if values.iter().any(|value| *value < goal) {
@@ -161,16 +157,11 @@ mod tests {
             assert_eq!(first.len(), population(3));
             assert_eq!(first, next_points(method, 7, 3, &[]));
             assert_ne!(first, next_points(method, 8, 3, &[]));
-            let ranks = vec![
-                (0..population(3))
-                    .map(|rank| rank as f64)
-                    .collect::<Vec<_>>(),
-            ];
-            let second = next_points(method, 7, 3, &ranks);
+            let ranks = (0..population(3)).map(|rank| rank as f64);
+            let second = next_points(method, 7, 3, &[ranks.clone().collect()]);
             assert_ne!(first, second);
-            let shifted: Vec<Vec<f64>> =
-                vec![ranks[0].iter().map(|rank| rank * 9.0 - 4.0).collect()];
-            assert_eq!(second, next_points(method, 7, 3, &shifted));
+            let shifted = ranks.map(|rank| rank * 9.0 - 4.0).collect();
+            assert_eq!(second, next_points(method, 7, 3, &[shifted]));
         }
         assert_eq!([1, 3, 6, 22].map(population), [4, 7, 9, 13]);
     }

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::{Context, bail};
-use scenario::name_remedy;
+use scenario::limits::{NumberRange, check_known, closed, whole};
+use scenario::{Problem, name_remedy};
 
 use crate::compare::metrics::Metric;
 use crate::sweep::comparison::OwnFigure;
-use crate::sweep::design::{Change, FAULTS, MISSION};
+use crate::sweep::design::{Change, FAULTS, MISSION, apply_change};
 use crate::sweep::plan::space::{Parameter, changes, values};
 use crate::sweep::plan::tuning::SearchSettings;
 use crate::sweep::plan::{Plan, setup};
@@ -68,10 +69,12 @@ impl Task {
             );
         };
         if plan.design.seeds_per_condition() > 1 {
-            bail!("seeds: [tune] states the seeds as training, selection and test; remove seeds");
+            let what = "[tune] states the seeds as training, selection and test";
+            bail!(Problem::at(["seeds"], what, "remove seeds"));
         }
         if plan.design.columns().any(|column| column == "allocator") {
-            bail!("grid.allocator: [tune.parameters] states the allocators; remove it");
+            let what = "[tune.parameters] states the allocators";
+            bail!(Problem::at(["grid", "allocator"], what, "remove it"));
         }
         check_seeds(&tuning)?;
         let conditions = conditions(&plan, &tuning)?;
@@ -85,19 +88,24 @@ impl Task {
         };
         let names: Vec<String> = task.tuning.parameters.keys().cloned().collect();
         if names.is_empty() {
-            bail!(
-                "tune.parameters: there is no allocator to tune; write [tune.parameters.alliance]"
-            );
+            let remedy = "write [tune.parameters.alliance]";
+            bail!(Problem::at(
+                ["tune", "parameters"],
+                "there is no allocator to tune",
+                remedy
+            ));
         }
         let mut owners: BTreeMap<String, String> = BTreeMap::new();
         for name in names {
             let allocator = task.allocator(&name)?;
             for parameter in &allocator.parameters {
                 if let Some(other) = owners.insert(parameter.key.clone(), name.clone()) {
-                    bail!(
-                        "tune.parameters.{name}: '{}' is also tuned for {other}, but one scenario contains both; tune it for one of them",
+                    let what = format!(
+                        "'{}' is also tuned for {other}, but one scenario contains both",
                         parameter.key
                     );
+                    let at = ["tune", "parameters", &name];
+                    bail!(Problem::at(at, what, "tune it for one of them"));
                 }
             }
             task.allocators.push(allocator);
@@ -121,15 +129,19 @@ impl Task {
         self.attempt(&allocator.changes(None))
             .with_context(|| format!("tune.parameters.{name}"))?;
         let ranges = self.tuning.ranges(name);
-        let ranges = ranges.map_err(|(key, what)| anyhow::anyhow!("{}: {what}", place(&key)))?;
+        let ranges = ranges.with_context(|| format!("tune.parameters.{name}"))?;
         for (key, range) in ranges {
             let parameter = Parameter::new(&key, &range, &allocator.parameters);
-            let parameter = parameter.map_err(anyhow::Error::msg);
             let parameter = parameter.with_context(|| place(&key))?;
             allocator.parameters.push(parameter);
         }
         if allocator.parameters.is_empty() {
-            bail!("tune.parameters.{name}: there is no parameter; write a key with its bounds");
+            let at = ["tune", "parameters", name];
+            bail!(Problem::at(
+                at,
+                "there is no parameter",
+                "write a key with its bounds"
+            ));
         }
         let parameters = &allocator.parameters;
         let attempt = |point: &[f64]| {
@@ -153,8 +165,7 @@ impl Task {
         for run in 0..self.conditions.len() {
             let mut scenario = self.plan.scenario(run).map_err(anyhow::Error::msg)?;
             for each in changes {
-                crate::sweep::design::apply_change(&mut scenario, each)
-                    .map_err(anyhow::Error::msg)?;
+                apply_change(&mut scenario, each)?;
             }
             setup(&scenario, 1)?;
         }
@@ -163,7 +174,7 @@ impl Task {
 }
 
 /// Returns the stated metric, or the one that ranks the runs of all missions.
-fn metric(stated: Option<&str>, conditions: &[Condition]) -> anyhow::Result<Metric> {
+fn metric(stated: Option<&str>, conditions: &[Condition]) -> Result<Metric, Problem> {
     let primary: BTreeSet<&Metric> = conditions
         .iter()
         .map(|condition| &condition.primary)
@@ -173,23 +184,23 @@ fn metric(stated: Option<&str>, conditions: &[Condition]) -> anyhow::Result<Metr
     let Some(stated) = stated else {
         return match primary.first() {
             Some(only) if primary.len() == 1 => Ok((*only).clone()),
-            _ => bail!(
-                "tune.metric: the missions are ranked by different measures; state one of {}",
-                names.join(", ")
-            ),
+            _ => {
+                let what = "the missions are ranked by different measures";
+                let remedy = format!("state one of {}", names.join(", "));
+                Err(Problem::at(["tune", "metric"], what, remedy))
+            }
         };
     };
     let found = known.into_iter().find(|metric| metric.name() == stated);
-    let names = &mut names.iter().map(String::as_str);
-    found.cloned().with_context(|| {
-        format!(
-            "tune.metric: there is no metric '{stated}' to tune by; {}",
-            name_remedy(stated, names)
-        )
+    found.cloned().ok_or_else(|| {
+        let what = format!("there is no metric '{stated}' to tune by");
+        let remedy = name_remedy(stated, names.iter().map(String::as_str));
+        Problem::at(["tune", "metric"], what, remedy)
     })
 }
 
-fn check_seeds(tuning: &SearchSettings) -> anyhow::Result<()> {
+fn check_seeds(tuning: &SearchSettings) -> Result<(), Problem> {
+    const COUNT: NumberRange = whole(1, 1_000_000, "");
     let sets = [
         ("training", &tuning.training.0),
         ("selection", &tuning.selection.0),
@@ -197,13 +208,18 @@ fn check_seeds(tuning: &SearchSettings) -> anyhow::Result<()> {
     ];
     for (place, (name, seeds)) in sets.iter().enumerate() {
         if seeds.is_empty() {
-            bail!("tune.{name}: there are no {name} seeds; write {{ from = 1, to = 50 }}");
+            let what = format!("there are no {name} seeds");
+            return Err(Problem::at(
+                ["tune", name],
+                what,
+                "write { from = 1, to = 50 }",
+            ));
         }
         for (other, before) in &sets[..place] {
             if let Some(seed) = seeds.iter().find(|seed| before.contains(seed)) {
-                bail!(
-                    "tune.{name}: seed {seed} also belongs to {other}; the sets of seeds must be disjoint: take other seeds"
-                );
+                let what = format!("seed {seed} also belongs to {other}");
+                let remedy = "the sets of seeds must be disjoint: take other seeds";
+                return Err(Problem::at(["tune", name], what, remedy));
             }
         }
     }
@@ -213,24 +229,18 @@ fn check_seeds(tuning: &SearchSettings) -> anyhow::Result<()> {
         ("finalists", tuning.finalists),
     ];
     for (name, count) in counts {
-        if !(1..=1_000_000).contains(&count) {
-            bail!("tune.{name}: {count} is out of range; write a number from 1 to 1000000");
-        }
+        COUNT.check(["tune", name], count as f64)?;
     }
     if tuning.seeds_per_candidate > tuning.training.0.len() {
-        bail!(
-            "tune.seeds_per_candidate: {} are more than the {} training seeds; take fewer",
-            tuning.seeds_per_candidate,
-            tuning.training.0.len()
-        );
+        let (seeds, all) = (tuning.seeds_per_candidate, tuning.training.0.len());
+        let what = format!("{seeds} are more than the {all} training seeds");
+        return Err(Problem::at(
+            ["tune", "seeds_per_candidate"],
+            what,
+            "take fewer",
+        ));
     }
-    if !(0.0..=1000.0).contains(&tuning.bytes_weight) {
-        bail!(
-            "tune.bytes_weight: {} is out of range; it must be at least 0 and at most 1000",
-            tuning.bytes_weight
-        );
-    }
-    Ok(())
+    closed(0.0, 1000.0, "").check(["tune", "bytes_weight"], tuning.bytes_weight)
 }
 
 fn conditions(plan: &Plan, tuning: &SearchSettings) -> anyhow::Result<Vec<Condition>> {
@@ -240,9 +250,7 @@ fn conditions(plan: &Plan, tuning: &SearchSettings) -> anyhow::Result<Vec<Condit
     let mut all = Vec::new();
     for run in 0..plan.design.runs().unwrap_or_default() {
         let cells: Vec<String> = plan.design.cells(run).map(ToString::to_string).collect();
-        let class = classes
-            .map(|place| cells[place].clone())
-            .unwrap_or_default();
+        let class = classes.map_or_else(String::new, |place| cells[place].clone());
         let named = columns.iter().zip(&cells).take(cells.len() - 1);
         let named = named.map(|(column, cell)| match *column {
             MISSION | FAULTS => cell.clone(),
@@ -252,7 +260,7 @@ fn conditions(plan: &Plan, tuning: &SearchSettings) -> anyhow::Result<Vec<Condit
         let scenario = plan.scenario(run).map_err(anyhow::Error::msg);
         let setup = scenario.and_then(|table| setup(&table, 1));
         let setup = setup.with_context(|| name.clone())?;
-        let own = OwnFigure::new(setup.catalog.mission.objective());
+        let own = OwnFigure::new(setup.catalog.mission.vocabulary().objective);
         all.push(Condition {
             limit_s: setup.scenario.limit_s,
             primary: Metric::primary(own.as_ref()),
@@ -261,18 +269,20 @@ fn conditions(plan: &Plan, tuning: &SearchSettings) -> anyhow::Result<Vec<Condit
         });
         known.push(class);
     }
-    let stated = &mut tuning.unseen.iter();
-    if let Some(class) = stated.find(|class| !known.contains(class)) {
-        known.sort();
-        known.dedup();
-        let known = &mut known.iter().map(String::as_str);
-        bail!(
-            "tune.unseen: there is no class of faults '{class}'; {}",
-            name_remedy(class, known)
-        );
+    known.sort();
+    known.dedup();
+    for class in &tuning.unseen {
+        let known = known.iter().map(String::as_str);
+        check_known(
+            ["tune", "unseen"],
+            "there is no class of faults",
+            class,
+            known,
+        )?;
     }
     if all.iter().all(|condition| condition.is_unseen) {
-        bail!("tune.unseen: no class of faults is left for the search; remove one");
+        let what = "no class of faults is left for the search";
+        bail!(Problem::at(["tune", "unseen"], what, "remove one"));
     }
     Ok(all)
 }

@@ -8,6 +8,7 @@ use super::race::survivors;
 use super::search::{Method, next_points};
 use super::task::Task;
 use crate::sweep::plan::space::values;
+use crate::sweep::statistics;
 
 /// The log ratio of a failed run: ten times the defaults' value.
 const FAILED: f64 = std::f64::consts::LN_10;
@@ -98,11 +99,7 @@ impl Tuned {
 #[must_use]
 pub fn ratios(task: &Task, found: Outcome, defaults: Outcome) -> (f64, f64) {
     let log = |value: f64, other: f64| libm::log(value.max(LEAST) / other.max(LEAST));
-    let sign = if task.metric.more_is_better() {
-        -1.0
-    } else {
-        1.0
-    };
+    let sign = task.metric.sign();
     match (found.value, defaults.value) {
         (Some(value), Some(other)) => (sign * log(value, other), log(found.bytes, defaults.bytes)),
         (None, Some(_)) => (FAILED, 0.0),
@@ -143,6 +140,7 @@ struct Tuner<'t, R> {
     candidates: Vec<Candidate>,
 }
 
+#[derive(Default)]
 struct Runner {
     values: Vec<f64>,
     /// The log ratios of metric and bytes, one per instance.
@@ -152,15 +150,6 @@ struct Runner {
 }
 
 impl Runner {
-    fn new(values: Vec<f64>) -> Self {
-        Self {
-            values,
-            ratios: Vec::new(),
-            scores: Vec::new(),
-            rounds: 0,
-        }
-    }
-
     fn score(&self) -> f64 {
         mean(self.scores.iter().copied())
     }
@@ -180,20 +169,17 @@ impl<R: TrialExecutor> Tuner<'_, R> {
             let points = next_points(method, tuning.seed, parameters.len(), &before);
             let mut runners: Vec<Runner> = points
                 .iter()
-                .map(|point| Runner::new(values(parameters, point)))
+                .map(|point| Runner {
+                    values: values(parameters, point),
+                    ..Runner::default()
+                })
                 .collect();
             for round in 0..rounds {
                 let seed = training[(generation * rounds + round) % training.len()];
-                let mut alive: Vec<&mut Runner> = runners
-                    .iter_mut()
-                    .filter(|runner| runner.rounds == round)
-                    .collect();
-                let keep = {
-                    let scores: Vec<&[f64]> =
-                        alive.iter().map(|runner| &runner.scores[..]).collect();
-                    survivors(&scores)
-                };
-                let mut keep = keep.into_iter();
+                let alive = runners.iter_mut().filter(|runner| runner.rounds == round);
+                let mut alive: Vec<&mut Runner> = alive.collect();
+                let scores: Vec<&[f64]> = alive.iter().map(|runner| &runner.scores[..]).collect();
+                let mut keep = survivors(&scores).into_iter();
                 alive.retain(|_| keep.next().unwrap_or(true));
                 used += self.round(&mut alive, seed)?;
             }
@@ -212,13 +198,8 @@ impl<R: TrialExecutor> Tuner<'_, R> {
                     values: runner.values,
                 });
             }
-            let tried = self
-                .candidates
-                .iter()
-                .filter(|candidate| candidate.method == method);
-            let best = tried
-                .filter(|candidate| !candidate.dropped)
-                .map(|candidate| candidate.score);
+            let finished = self.finished(method);
+            let best = finished.map(|place| self.candidates[place].score);
             let best = best.fold(f64::INFINITY, f64::min);
             let name = &self.task.allocators[self.allocator].name;
             self.runs.report_progress(&format!(
@@ -230,6 +211,14 @@ impl<R: TrialExecutor> Tuner<'_, R> {
             ));
         }
         Ok(())
+    }
+
+    /// Returns the indices of a method's candidates that finished their race.
+    fn finished(&self, method: Method) -> impl Iterator<Item = usize> {
+        let candidates = self.candidates.iter().enumerate();
+        candidates
+            .filter(move |(_, candidate)| candidate.method == method && !candidate.dropped)
+            .map(|(place, _)| place)
     }
 
     /// Runs all conditions of the search with one seed. Returns the number of runs without those of the defaults.
@@ -255,78 +244,56 @@ impl<R: TrialExecutor> Tuner<'_, R> {
         conditions: &[usize],
         seeds: &[i64],
     ) -> anyhow::Result<Vec<Vec<(f64, f64)>>> {
-        let instances: Vec<(u64, usize)> = seeds
-            .iter()
-            .flat_map(|seed| {
-                conditions
-                    .iter()
-                    .map(|condition| (*seed as u64, *condition))
-            })
-            .collect();
+        let with_seed = |seed: &i64| {
+            let seed = *seed as u64;
+            conditions.iter().map(move |condition| (seed, *condition))
+        };
+        let instances: Vec<(u64, usize)> = seeds.iter().flat_map(with_seed).collect();
         let trial = |values: Option<&Vec<f64>>, (seed, condition): (u64, usize)| Trial {
             allocator: self.allocator,
             values: values.cloned(),
             condition,
             seed,
         };
-        let new: Vec<(u64, usize)> = instances
-            .iter()
-            .copied()
-            .filter(|instance| !self.defaults.contains_key(instance))
-            .collect();
+        let mut new = instances.clone();
+        new.retain(|instance| !self.defaults.contains_key(instance));
         let mut trials: Vec<Trial> = new.iter().map(|instance| trial(None, *instance)).collect();
         for values in all {
-            trials.extend(
-                instances
-                    .iter()
-                    .map(|instance| trial(Some(values), *instance)),
-            );
+            let instances = instances.iter();
+            trials.extend(instances.map(|instance| trial(Some(values), *instance)));
         }
         let outcomes = self.runs.run(&trials)?;
         let (of_defaults, of_values) = outcomes.split_at(new.len());
         self.defaults
             .extend(new.into_iter().zip(of_defaults.iter().copied()));
+        let ratios = |(outcome, instance): (&Outcome, &(u64, usize))| {
+            ratios(self.task, *outcome, self.defaults[instance])
+        };
         let each = of_values.chunks(instances.len());
-        Ok(each
-            .map(|outcomes| {
-                let pairs = outcomes.iter().zip(&instances);
-                pairs
-                    .map(|(outcome, instance)| ratios(self.task, *outcome, self.defaults[instance]))
-                    .collect()
-            })
-            .collect())
+        let each = each.map(|outcomes| outcomes.iter().zip(&instances).map(ratios).collect());
+        Ok(each.collect())
     }
 
     /// Returns the best candidates of a method, in the order of their scores on the selection seeds.
     fn select(&mut self, method: Method) -> anyhow::Result<Vec<Finalist>> {
         let tuning = &self.task.tuning;
-        let mut places: Vec<usize> = (0..self.candidates.len())
-            .filter(|place| {
-                let candidate = &self.candidates[*place];
-                candidate.method == method && !candidate.dropped
-            })
-            .collect();
-        places.sort_by(|a, b| {
-            self.candidates[*a]
-                .score
-                .total_cmp(&self.candidates[*b].score)
-        });
+        let mut places: Vec<usize> = self.finished(method).collect();
+        let score = |place: &usize| self.candidates[*place].score;
+        places.sort_by(|a, b| score(a).total_cmp(&score(b)));
         places.truncate(tuning.finalists);
-        let all: Vec<Vec<f64>> = places
+        let all = places
             .iter()
-            .map(|place| self.candidates[*place].values.clone())
-            .collect();
+            .map(|place| self.candidates[*place].values.clone());
+        let all: Vec<Vec<f64>> = all.collect();
         let conditions: Vec<usize> = self.task.seen().collect();
         let found = self.paired(&all, &conditions, &tuning.selection.0)?;
         let weight = tuning.bytes_weight;
-        let mut finalists: Vec<Finalist> = places
-            .into_iter()
-            .zip(found)
-            .map(|(candidate, ratios)| Finalist {
-                candidate,
-                score: mean(ratios.into_iter().map(|ratio| ratio.0 + weight * ratio.1)),
-            })
-            .collect();
+        let finalists = places.into_iter().zip(found);
+        let finalists = finalists.map(|(candidate, ratios)| Finalist {
+            candidate,
+            score: mean(ratios.into_iter().map(|ratio| ratio.0 + weight * ratio.1)),
+        });
+        let mut finalists: Vec<Finalist> = finalists.collect();
         finalists.sort_by(|a, b| a.score.total_cmp(&b.score));
         Ok(finalists)
     }
@@ -334,20 +301,19 @@ impl<R: TrialExecutor> Tuner<'_, R> {
     fn test(&mut self, candidate: Option<usize>) -> anyhow::Result<Vec<Vec<Outcome>>> {
         let seeds = &self.task.tuning.test.0;
         let values = candidate.map(|place| self.candidates[place].values.clone());
-        let mut trials = Vec::new();
-        for condition in 0..self.task.conditions.len() {
-            trials.extend(seeds.iter().map(|seed| Trial {
-                allocator: self.allocator,
-                values: values.clone(),
-                condition,
-                seed: *seed as u64,
-            }));
-        }
+        let conditions = 0..self.task.conditions.len();
+        let trials =
+            conditions.flat_map(|condition| seeds.iter().map(move |seed| (condition, *seed)));
+        let trials = trials.map(|(condition, seed)| Trial {
+            allocator: self.allocator,
+            values: values.clone(),
+            condition,
+            seed: seed as u64,
+        });
+        let trials: Vec<Trial> = trials.collect();
         let outcomes = self.runs.run(&trials)?;
-        Ok(outcomes
-            .chunks(seeds.len())
-            .map(<[Outcome]>::to_vec)
-            .collect())
+        let by_condition = outcomes.chunks(seeds.len());
+        Ok(by_condition.map(<[Outcome]>::to_vec).collect())
     }
 }
 
@@ -369,12 +335,8 @@ fn in_order(runners: &[Runner]) -> Vec<f64> {
 /// Returns the mean, or 0 without values.
 #[must_use]
 pub fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (mut count, mut sum) = (0.0, 0.0);
-    for value in values {
-        count += 1.0;
-        sum += value;
-    }
-    if count > 0.0 { sum / count } else { 0.0 }
+    // The sum turns -0 into 0.
+    statistics::mean(&values.collect::<Vec<_>>()).map_or(0.0, |mean| mean + 0.0)
 }
 
 /// Converts a mean logarithm of ratios to a change in percent.
@@ -471,33 +433,26 @@ mod tests {
 
         // Search, selection and test follow in this order, each with its seeds and conditions.
         let seeds = |from: u64, to: u64| {
-            let matching = runs.trials.iter().enumerate();
-            let matching: Vec<usize> = matching
-                .filter(|(_, trial)| (from..=to).contains(&trial.seed))
-                .map(|(place, _)| place)
-                .collect();
-            (matching[0], matching[matching.len() - 1])
+            let matches = |trial: &Trial| (from..=to).contains(&trial.seed);
+            let first = runs.trials.iter().position(matches);
+            (
+                first.unwrap(),
+                runs.trials.iter().rposition(matches).unwrap(),
+            )
         };
         let (search, selection, test) = (seeds(101, 140), seeds(201, 205), seeds(1, 6));
         assert!(search.1 < selection.0 && selection.1 < test.0);
         assert_eq!(test.1, runs.trials.len() - 1);
-        let unseen = |range: std::ops::Range<usize>| {
-            let trials = runs.trials[range].iter();
-            trials
-                .filter(|trial| task.conditions[trial.condition].is_unseen)
-                .count()
+        let unseen = |trials: &[Trial]| {
+            let is_unseen = |trial: &&Trial| task.conditions[trial.condition].is_unseen;
+            trials.iter().filter(is_unseen).count()
         };
-        assert_eq!(unseen(0..test.0), 0);
-        assert_eq!(unseen(test.0..runs.trials.len()), 3 * 6);
+        let (before, tests) = runs.trials.split_at(test.0);
+        assert_eq!((unseen(before), unseen(tests)), (0, 3 * 6));
         // Runs of the defaults are never repeated.
-        let defaults = runs.trials[..test.0]
-            .iter()
-            .filter(|trial| trial.values.is_none());
-        let once: BTreeSet<(u64, usize)> = defaults
-            .clone()
-            .map(|trial| (trial.seed, trial.condition))
-            .collect();
-        assert_eq!(once.len(), defaults.count());
+        let defaults = before.iter().filter(|trial| trial.values.is_none());
+        let once = defaults.clone().map(|trial| (trial.seed, trial.condition));
+        assert_eq!(once.collect::<BTreeSet<_>>().len(), defaults.count());
 
         // A repetition gives the same result.
         let again = tune(&task, 0, &mut Formula::default()).unwrap();
@@ -509,14 +464,10 @@ mod tests {
         let runner = |rounds: usize, score: f64| Runner {
             scores: vec![score; rounds],
             rounds,
-            ..Runner::new(Vec::new())
+            ..Runner::default()
         };
-        let all = [
-            runner(4, 0.3),
-            runner(2, -5.0),
-            runner(4, 0.1),
-            runner(3, 0.0),
-        ];
+        let all = [(4, 0.3), (2, -5.0), (4, 0.1), (3, 0.0)];
+        let all = all.map(|(rounds, score)| runner(rounds, score));
         assert_eq!(in_order(&all), [1.0, 3.0, 0.0, 2.0]);
     }
 
@@ -527,10 +478,8 @@ mod tests {
         let found = ratios(&task, of(Some(50.0), 400.0), of(Some(100.0), 100.0));
         assert!((found.0 + std::f64::consts::LN_2).abs() < 1e-12);
         assert!((found.1 - 2.0 * std::f64::consts::LN_2).abs() < 1e-12);
-        assert_eq!(
-            ratios(&task, of(None, 0.0), of(Some(1.0), 1.0)),
-            (FAILED, 0.0)
-        );
+        let failed = ratios(&task, of(None, 0.0), of(Some(1.0), 1.0));
+        assert_eq!(failed, (FAILED, 0.0));
         assert!((percent(-std::f64::consts::LN_2) + 50.0).abs() < 1e-9);
     }
 }

@@ -1,10 +1,30 @@
-//! The results of the test: tuned values against the defaults, in pairs with the same seeds.
+//! The result of a search for one allocator, and of the test: tuned values against the defaults, in pairs with the same
+//! seeds.
 
-use super::task::Task;
+use super::task::{Allocator, Task};
 use super::tuning::{Outcome, Tuned, mean, percent, ratios};
 use crate::compare::statistics::LEVEL;
 use crate::compare::statistics::bootstrap::means;
 use crate::sweep::statistics::Interval;
+
+/// The file name of the scenario with the best parameters.
+pub const TUNED: &str = "tuned.toml";
+
+pub struct AllocatorResult<'r> {
+    pub allocator: &'r Allocator,
+    pub tuned: &'r Tuned,
+    pub chosen: usize,
+    pub verdicts: [Vec<TestComparison>; 2],
+}
+
+impl AllocatorResult<'_> {
+    /// Checks whether the tuned values are significantly better than the defaults on the test seeds. Otherwise the defaults are
+    /// kept.
+    #[must_use]
+    pub fn is_better(&self) -> bool {
+        self.verdicts[self.chosen][0].is_better()
+    }
+}
 
 /// The comparison of tuned values with the defaults, under one or several conditions.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,18 +105,12 @@ fn verdict(
         condition: condition.to_owned(),
         n: seeds,
         means: pairs.as_ref().map(|pairs| {
-            let each = pairs.iter();
-            (
-                mean(each.clone().map(|pair| pair.0)),
-                mean(each.map(|pair| pair.1)),
-            )
+            let mean = |of: fn(&(f64, f64)) -> f64| mean(pairs.iter().map(of));
+            (mean(|pair| pair.0), mean(|pair| pair.1))
         }),
         difference: pairs.map(|pairs| {
-            let each: Vec<f64> = pairs
-                .iter()
-                .map(|(defaults, tuned)| tuned - defaults)
-                .collect();
-            with_interval(&each)
+            let each = pairs.iter().map(|(defaults, tuned)| tuned - defaults);
+            with_interval(&each.collect::<Vec<_>>())
         }),
         percent: (percent(log), (percent(from), percent(to))),
         bytes_percent: percent(mean(by_seed(|ratio| ratio.1).into_iter())),
@@ -105,9 +119,6 @@ fn verdict(
 
 fn with_interval(values: &[f64]) -> (f64, Interval) {
     let found = mean(values.iter().copied());
-    let resampled = means(&[values]);
-    let interval = resampled
-        .first()
-        .and_then(|resampled| resampled.interval(LEVEL));
+    let interval = means(&[values])[0].interval(LEVEL);
     (found, interval.unwrap_or((found, found)))
 }

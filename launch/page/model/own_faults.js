@@ -1,4 +1,4 @@
-// Faults that the mission declares.
+// Faults and their values as the run declares them.
 
 /** Returns the label of a fault's button: `move-robot` → `Move robot`. */
 export function label({ name }) {
@@ -16,6 +16,17 @@ export function ownFault({ name, place }, values, point) {
   const stated = Object.entries(values).filter(([, value]) => !Number.isNaN(value));
   const at = place ? [[place[0], point.x], [place[1], point.y]] : [];
   return { [name]: Object.fromEntries([...stated, ...at]) };
+}
+
+/** Returns the groups of robots in a text such as `blue,gold / green`. */
+export function groupsIn(text) {
+  return text.split("/").map((group) => group.split(/[,\s]+/).filter(Boolean));
+}
+
+/** Returns a declared mode with its size in the form of files. */
+export function modeOf({ name, from, words, takes_deg }, size, deg) {
+  if (takes_deg) return { [name]: { m: size, deg: Number.isNaN(deg) ? 0 : deg } };
+  return from === null && words === null ? name : { [name]: size };
 }
 
 /** Returns a key for each fault: the first letter of its name that is still free, or null. */

@@ -40,6 +40,12 @@ export function numberField(label, options) {
   return { input, element: el("label", { class: "field" }, el("span", {}, label), input) };
 }
 
+/** Creates a labeled text field. `options` are attributes of the input. */
+export function textField(label, options) {
+  const input = el("input", { type: "text", ...options });
+  return { input, element: el("label", { class: "field" }, el("span", {}, label), input) };
+}
+
 /** Creates a labeled choice of `values` = `[[value, text], …]`. */
 export function selectField(label, values, options = {}) {
   const input = el("select", options, ...values.map(([value, shown]) => el("option", { value }, shown)));

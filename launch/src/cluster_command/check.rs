@@ -40,10 +40,7 @@ impl CheckCommand {
     pub fn run(&self) -> ExitCode {
         match self.checks() {
             Ok((text, status)) => terminal::print_result("alliance cluster check", text, status),
-            Err(error) => {
-                terminal::stderr_line!("alliance cluster check: {error:#}");
-                ExitCode::from(2)
-            }
+            Err(error) => terminal::fail("alliance cluster check", &error, 2),
         }
     }
 

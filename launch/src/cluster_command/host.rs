@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use clap::Args;
+use cluster::file::check_host_name;
 use cluster::key_files::KeyFiles;
 use cluster::keyring::Keyring;
 use cluster::locator::Locator;
@@ -15,10 +16,9 @@ use cluster::remote::{self, RemoteArgs};
 use nix::sys::signal::{Signal as NixSignal, kill};
 use nix::unistd::Pid;
 use proto::identity;
-use proto::keys::LAUNCHER_HOST;
 use proto::process::ProcessAction;
-use scenario::names::is_name;
-use terminal::stderr_line;
+use scenario::Problem;
+use terminal::{fail, stderr_line};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::{Instant, sleep};
 
@@ -247,8 +247,7 @@ fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
     let daemon = match daemon {
         Ok(daemon) => daemon,
         Err(error) => {
-            stderr_line!("alliance cluster {command}: {error:#}");
-            return ExitCode::from(2);
+            return fail(&format!("alliance cluster {command}"), &error, 2);
         }
     };
     let served = runtime::start_runtime().and_then(|runtime| {
@@ -269,10 +268,7 @@ fn serve(command: &str, daemon: anyhow::Result<Daemon>) -> ExitCode {
     });
     match served {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            stderr_line!("alliance cluster {command}: {error:#}");
-            ExitCode::from(3)
-        }
+        Err(error) => fail(&format!("alliance cluster {command}"), &error, 3),
     }
 }
 
@@ -289,12 +285,6 @@ fn say(line: &str) {
     stderr_line!("{line}");
 }
 
-fn host_name(text: &str) -> Result<String, String> {
-    if is_name(text) && text != LAUNCHER_HOST {
-        Ok(text.to_owned())
-    } else {
-        Err(format!(
-            "use letters, digits, '-' and '_', at most 32, and not '{LAUNCHER_HOST}'"
-        ))
-    }
+fn host_name(text: &str) -> Result<String, Problem> {
+    check_host_name((), text).map(|()| text.to_owned())
 }

@@ -7,8 +7,9 @@ use analysis::table;
 use anyhow::bail;
 use clap::Args;
 use cluster::locator::is_address;
-use scenario::names::is_name;
-use terminal::stderr_line;
+use scenario::Problem;
+use scenario::limits::read_name;
+use terminal::fail;
 use time::OffsetDateTime;
 use world_server::mission_args::read_scenario;
 use world_server::size::SizeArgs;
@@ -63,8 +64,7 @@ impl KeysCommand {
                 Err(error) => (3, error),
             },
         };
-        stderr_line!("alliance cluster keys: {error:#}");
-        ExitCode::from(status)
+        fail("alliance cluster keys", &error, status)
     }
 
     fn carry_out(&self, team: &Team, folder: &Path) -> anyhow::Result<String> {
@@ -155,26 +155,21 @@ fn distribution(team: &Team) -> String {
     )
 }
 
-fn address(text: &str) -> Result<String, String> {
+fn address(text: &str) -> Result<String, Problem> {
+    let remedy = "use an IP address or the name of a machine, without a port";
     match is_address(text) {
         true => Ok(text.to_owned()),
-        false => Err("use an IP address or the name of a machine, without a port".to_owned()),
+        false => Err(Problem::of_value(remedy, "")),
     }
 }
 
-fn host(text: &str) -> Result<HostEntry, String> {
+fn host(text: &str) -> Result<HostEntry, Problem> {
     let (name, at) = match text.split_once('=') {
         Some((name, at)) => (name, at.split(',').map(address).collect::<Result<_, _>>()?),
         None => (text, Vec::new()),
     };
-    if !is_name(name) {
-        return Err(
-            "use at most 32 letters, digits, - and _ for the name, starting with a letter or digit"
-                .to_owned(),
-        );
-    }
     Ok(HostEntry {
-        name: name.to_owned(),
+        name: read_name(name)?,
         robots: Vec::new(),
         at,
     })

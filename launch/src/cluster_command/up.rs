@@ -11,7 +11,7 @@ use cluster::key_files::{KeyFiles, STANDARD_INPUT};
 use cluster::keyring::Keyring;
 use cluster::locator::Transport;
 use proto::identity::WORLD;
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 use world_server::mission_args::read_scenario;
 
 use crate::run::args::{RemoteSettings, RunCommand};
@@ -37,10 +37,7 @@ impl Up {
     pub fn run(&self) -> ExitCode {
         match self.command() {
             Ok(command) => command.run(),
-            Err(error) => {
-                stderr_line!("alliance cluster up: {error:#}");
-                ExitCode::from(2)
-            }
+            Err(error) => fail("alliance cluster up", &error, 2),
         }
     }
 

@@ -7,6 +7,7 @@ use clap::builder::PossibleValuesParser;
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, Subcommand};
 use missions::Registry;
+use scenario::Problem;
 use scenario::fault::{ArgumentForm, Device, Fault, FaultArgument, FaultRange, FaultSpec, Order};
 use scenario::names::ALL;
 use scenario::time::seconds;
@@ -17,7 +18,7 @@ use super::timing::Timing;
 /// A fault with its trigger and duration.
 #[derive(Clone, Debug)]
 pub struct FaultCommand {
-    fault: Result<Fault, String>,
+    fault: Result<Fault, Problem>,
     timing: Timing,
 }
 
@@ -26,7 +27,7 @@ impl FaultCommand {
     ///
     /// # Errors
     /// If the size does not fit the mode of a sensor or actuator.
-    pub fn into_order(self) -> Result<Order, String> {
+    pub fn into_order(self) -> Result<Order, Problem> {
         Ok(self.timing.order(self.fault?))
     }
 }
@@ -45,7 +46,9 @@ struct FaultForm {
 fn forms() -> Vec<FaultForm> {
     let missions = Registry::current().vocabulary().missions;
     let common = Fault::KINDS.into_iter().map(|kind| kind.spec);
-    let own = missions.iter().flat_map(|mission| mission.faults());
+    let own = missions
+        .iter()
+        .flat_map(|mission| mission.vocabulary().faults);
     let mut forms: Vec<FaultForm> = Vec::new();
     for spec in common.chain(own.copied()) {
         if forms.iter().any(|other| other.name == spec.name) {
@@ -136,7 +139,8 @@ impl FromArgMatches for FaultCommand {
             Ok(Table::from_iter([(key, Value::String(name.to_owned()))]))
         };
         let fault = values.and_then(|values| {
-            Fault::from_values(form.spec.name, values).map_err(|error| error.to_string())
+            Fault::from_values(form.spec.name, values)
+                .map_err(|error| Problem::of_value(error.to_string(), ""))
         });
         Ok(Self {
             fault,
@@ -151,7 +155,7 @@ impl FromArgMatches for FaultCommand {
 }
 
 /// Returns the values of the stated arguments and the defaults of numbers.
-fn values(spec: &FaultSpec, matches: &ArgMatches) -> Result<Table, String> {
+fn values(spec: &FaultSpec, matches: &ArgMatches) -> Result<Table, Problem> {
     let mut values = Table::new();
     for argument in spec.arguments {
         let text = || value_of::<String>(matches, argument);
@@ -170,8 +174,8 @@ fn values(spec: &FaultSpec, matches: &ArgMatches) -> Result<Table, String> {
             FaultRange::Flag => Some(Value::Boolean(matches.get_flag(argument.key))),
             FaultRange::Mode(mode) => {
                 let size = matches.get_one::<String>(SIZE).map(String::as_str);
-                let deg = mode.deg.and_then(|_| matches.get_one::<f32>(DEG).copied());
-                Some((mode.parse)(&text().unwrap_or_default(), size, deg)?)
+                let deg = mode.deg.and_then(|_| matches.get_one::<f64>(DEG).copied());
+                Some(mode.parse(&text().unwrap_or_default(), size, deg)?)
             }
             FaultRange::X
             | FaultRange::Y
@@ -258,7 +262,7 @@ fn with_argument(command: Command, argument: &FaultArgument) -> Command {
                                 .long(DEG)
                                 .value_name("DEGREES")
                                 .help(help)
-                                .value_parser(clap::value_parser!(f32))
+                                .value_parser(clap::value_parser!(f64))
                                 .allow_negative_numbers(true),
                         ),
                         None => command,
@@ -291,7 +295,9 @@ fn value(argument: &FaultArgument, id: String) -> Arg {
             .value_parser(PossibleValuesParser::new(devices())),
         FaultRange::Mode(mode) => value
             .value_name(stem)
-            .value_parser(PossibleValuesParser::new(mode.names)),
+            .value_parser(PossibleValuesParser::new(
+                mode.modes.iter().map(|mode| mode.name),
+            )),
         FaultRange::Time => value.value_name("TIME").value_parser(seconds),
         FaultRange::X
         | FaultRange::Y

@@ -11,9 +11,10 @@ use analysis::table;
 use clap::{Args, Subcommand};
 use comfy_table::{CellAlignment, Table};
 use proto::control::{Armed, Cleared, ControlCommand, FaultStatus, Phase, Reply, schema};
+use scenario::Problem;
 use scenario::fault::Order;
 use scenario::time::SimTime;
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 
 use crate::control::{ControlArgs, print, unexpected};
 
@@ -52,17 +53,14 @@ impl FaultArgs {
         if self.schema && self.action.is_none() {
             return match print(&schema()) {
                 Ok(()) => ExitCode::SUCCESS,
-                Err(error) => {
-                    stderr_line!("alliance fault: {error:#}");
-                    ExitCode::from(3)
-                }
+                Err(error) => fail("alliance fault", &error, 3),
             };
         }
         let command = match self.action {
             Some(Action::List) => Ok(ControlCommand::List),
             Some(Action::Clear { id }) => Ok(ControlCommand::Clear(id)),
             Some(Action::Order(order)) => order.into_order().map(ControlCommand::Fault),
-            None => Err("a fault, list or clear is required".to_owned()),
+            None => Err(Problem::of_value("a fault, list or clear is required", "")),
         };
         match command {
             // The schema is printed alone, so that it can be stored.
@@ -87,7 +85,7 @@ impl FaultArgs {
                     Reply::Faults(faults) => in_a_table(faults).trim_fmt(),
                     other => unexpected(other),
                 }),
-            Err(why) => refuse(&why),
+            Err(problem) => refuse(&problem.to_string()),
         }
     }
 }

@@ -28,132 +28,54 @@ fn words(line: &str) -> Vec<String> {
 fn read(line: &str) -> Result<Order, String> {
     let alone = Alone::try_parse_from(words(line)).map_err(|error| error.to_string())?;
     match alone.fault.action {
-        Some(Action::Order(order)) => order.into_order(),
+        Some(Action::Order(order)) => order.into_order().map_err(|problem| problem.to_string()),
         other => panic!("{line}: {other:?}"),
     }
 }
 
-/// Every fault with each of its modes, as text and as JSON.
+/// A fault for each form of argument, as text and as JSON.
 const FAULTS: &[(&str, &str)] = &[
     ("kill gold", r#"{"kill":"gold"}"#),
-    ("terminate gold", r#"{"terminate":"gold"}"#),
-    ("pause gold", r#"{"pause":"gold"}"#),
-    ("continue gold", r#"{"continue":"gold"}"#),
-    ("restart gold", r#"{"restart":"gold"}"#),
-    ("add red", r#"{"add":"red"}"#),
-    ("remove gold", r#"{"remove":"gold"}"#),
-    (
-        "drop --from green --to all --p 0.3",
-        r#"{"drop":{"from":"green","p":0.3}}"#,
-    ),
     (
         "drop --from all --to green --p 1 --burst 2.5s",
         r#"{"drop":{"to":"green","p":1,"burst_s":2.5}}"#,
     ),
     (
-        "delay --from all --to all --by 0.5s",
-        r#"{"delay":{"delay_s":0.5}}"#,
-    ),
-    (
-        "delay --from blue --to gold --by 0.5s --jitter 1.5s",
-        r#"{"delay":{"from":"blue","to":"gold","delay_s":0.5,"jitter_s":1.5}}"#,
-    ),
-    (
-        "duplicate --from all --to all --p 0.1",
-        r#"{"duplicate":{"p":0.1}}"#,
-    ),
-    (
-        "reorder --from green --to all --p 0.1",
-        r#"{"reorder":{"from":"green","p":0.1}}"#,
-    ),
-    ("hold --from all --to blue", r#"{"hold":{"to":"blue"}}"#),
-    (
-        "partition blue,gold / green",
-        r#"{"partition":{"groups":[["blue","gold"],["green"]]}}"#,
-    ),
-    (
         "partition blue / gold / green --one-way",
         r#"{"partition":{"groups":[["blue"],["gold"],["green"]],"one_way":true}}"#,
     ),
-    ("mute gold", r#"{"mute":"gold"}"#),
-    ("deaf gold", r#"{"deaf":"gold"}"#),
-    ("range 3.5", r#"{"range":{"range_m":3.5}}"#),
-    ("radio good-radio", r#"{"radio":"good-radio"}"#),
     ("radio poor-radio", r#"{"radio":"poor-radio"}"#),
-    ("radio severe-radio", r#"{"radio":"severe-radio"}"#),
-    (
-        "sensor blue side-border dead",
-        r#"{"sensor":{"robot":"blue","device":"side-border","mode":"dead"}}"#,
-    ),
     (
         "sensor blue gripper stuck",
         r#"{"sensor":{"robot":"blue","device":"gripper","mode":"stuck"}}"#,
-    ),
-    (
-        "sensor gold position bias 0.5 --deg 3",
-        r#"{"sensor":{"robot":"gold","device":"position","mode":{"bias":{"m":0.5,"deg":3}}}}"#,
-    ),
-    (
-        "sensor gold waste bias -0.5",
-        r#"{"sensor":{"robot":"gold","device":"waste","mode":{"bias":{"m":-0.5}}}}"#,
     ),
     (
         "sensor gold position noise 0 --deg -0.1",
         r#"{"sensor":{"robot":"gold","device":"position","mode":{"noise":{"deg":-0.1}}}}"#,
     ),
     (
-        "sensor gold ground dropout 0.25",
-        r#"{"sensor":{"robot":"gold","device":"ground","mode":{"dropout":0.25}}}"#,
-    ),
-    (
-        "actuator gold dead",
-        r#"{"actuator":{"robot":"gold","mode":"dead"}}"#,
-    ),
-    (
-        "actuator gold slowed 0.2",
-        r#"{"actuator":{"robot":"gold","mode":{"slowed":0.2}}}"#,
+        "sensor gold waste bias -0.5",
+        r#"{"sensor":{"robot":"gold","device":"waste","mode":{"bias":{"m":-0.5}}}}"#,
     ),
     (
         "actuator gold turn-bias -10.5",
         r#"{"actuator":{"robot":"gold","mode":{"turn-bias":-10.5}}}"#,
     ),
     (
-        "actuator gold one-wheel left",
-        r#"{"actuator":{"robot":"gold","mode":{"one-wheel":"left"}}}"#,
-    ),
-    (
         "actuator gold one-wheel right",
         r#"{"actuator":{"robot":"gold","mode":{"one-wheel":"right"}}}"#,
     ),
     (
-        "actuator gold gripper",
-        r#"{"actuator":{"robot":"gold","mode":"gripper"}}"#,
-    ),
-    (
         "skill gold dust 0.3",
         r#"{"skill":{"robot":"gold","skill":"dust","share":0.3}}"#,
-    ),
-    ("power gold", r#"{"power":"gold"}"#),
-    ("babble gold", r#"{"babble":"gold"}"#),
-    (
-        "obstacle 2 1 0.5 0.25",
-        r#"{"obstacle":{"x_m":2,"y_m":1,"width_m":0.5,"height_m":0.25}}"#,
     ),
     (
         "obstacle -2 -1.5 0.5 0.5 --penetrability 0.5",
         r#"{"obstacle":{"x_m":-2,"y_m":-1.5,"width_m":0.5,"height_m":0.5,"penetrability":0.5}}"#,
     ),
     (
-        "waste --items 2 --x-m 3 --y-m 4",
-        r#"{"waste":{"x_m":3,"y_m":4,"items":2}}"#,
-    ),
-    (
         "move-waste --item 7 --x-m 3 --y-m 4.5",
         r#"{"move-waste":{"item":7,"x_m":3,"y_m":4.5}}"#,
-    ),
-    (
-        "move-robot gold 3 4",
-        r#"{"move-robot":{"robot":"gold","x_m":3,"y_m":4}}"#,
     ),
     (
         "move-robot gold 3 4 --heading -90",

@@ -55,8 +55,8 @@ fn page(command: &Command, words: &str) -> std::io::Result<Vec<u8>> {
     roff.control("SH", ["EXIT STATUS"]);
     for (status, meaning) in commands::exit_statuses(words) {
         roff.control("TP", []);
-        roff.text([bold(status.to_string())]);
-        roff.text([roman(*meaning)]);
+        roff.text([bold(status)]);
+        roff.text([roman(meaning)]);
     }
     roff.control("SH", ["SEE ALSO"]);
     let related: Vec<String> = related(words)

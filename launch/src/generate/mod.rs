@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Command, Subcommand};
 use clap_complete::Shell;
-use terminal::stderr_line;
+use terminal::fail;
 
 /// Generate completion scripts and manual pages
 #[derive(Args, Clone, Debug)]
@@ -44,10 +44,7 @@ impl GenerateCommand {
             }
             What::Man { folder } => match man::write(command, folder) {
                 Ok(()) => ExitCode::SUCCESS,
-                Err(error) => {
-                    stderr_line!("alliance generate man: {error:#}");
-                    ExitCode::from(3)
-                }
+                Err(error) => fail("alliance generate man", &error, 3),
             },
         }
     }

@@ -9,7 +9,7 @@ mod scenarios;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
-use terminal::stderr_line;
+use terminal::fail;
 
 use allocators::AllocatorsCommand;
 use missions::MissionsCommand;
@@ -49,10 +49,7 @@ impl ListCommand {
         let command = format!("alliance {name}");
         match text {
             Ok(text) => terminal::print_result(&command, text, ExitCode::SUCCESS),
-            Err(error) => {
-                stderr_line!("{command}: {error:#}");
-                ExitCode::from(status)
-            }
+            Err(error) => fail(&command, &error, status),
         }
     }
 }

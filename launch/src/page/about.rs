@@ -1,7 +1,9 @@
 //! The constant description of a run for the page.
 
 use analysis::palette;
-use scenario::fault::{ArgumentForm, Device, Fault, FaultArgument, FaultRange, FaultSpec};
+use scenario::fault::{
+    ArgumentForm, Device, Fault, FaultArgument, FaultRange, FaultSpec, ModeSize,
+};
 use scenario::mission::registry::Mission;
 use scenario::names::ALL;
 use scenario::{Scenario, Setup};
@@ -24,7 +26,7 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         .map(|set| json!({"name": set.name, "task": set.task}))
         .collect();
     let terms = catalog.mission.vocabulary();
-    let mission_faults = catalog.mission.faults().iter();
+    let mission_faults = catalog.mission.vocabulary().faults.iter();
     let mission = json!({
         "name": catalog.mission.name(),
         "columns": terms.columns,
@@ -70,7 +72,7 @@ fn devices(mission: Mission) -> Vec<Value> {
 
 /// Returns the names of the faults without a duration.
 fn momentary(mission: Mission) -> Vec<&'static str> {
-    let mission_names = mission.faults().iter().map(|spec| spec.name);
+    let mission_names = mission.vocabulary().faults.iter().map(|spec| spec.name);
     let all = Fault::COMMON_NAMES.into_iter().chain(mission_names);
     all.filter(|name| Fault::is_instantaneous_name(name))
         .collect()
@@ -80,17 +82,20 @@ fn momentary(mission: Mission) -> Vec<&'static str> {
 fn fault(spec: &FaultSpec, scenario: &Scenario) -> Value {
     let arguments = spec.arguments.iter().map(|argument| {
         let (stem, unit) = argument.stem_and_unit();
-        let (from, to) = argument.range.bounds(scenario.room).unzip();
+        let range = argument.numbers(scenario.room);
         json!({
             "key": argument.key,
             "label": stem.replace('_', " "),
             "unit": unit,
             "about": argument.about,
-            "from": from,
-            "to": to,
-            "is_whole": argument.range.is_whole(),
+            "from": range.map(|range| range.from),
+            "to": range.map(|range| range.to),
+            "is_whole": range.is_some_and(|range| range.is_whole),
             "default": argument.default,
+            "form": form(argument),
+            "is_required": argument.is_required(),
             "names": names(argument, scenario),
+            "modes": modes(argument),
             "option": match argument.form {
                 ArgumentForm::Option(name) | ArgumentForm::Optional(name) => Some(name),
                 ArgumentForm::Either | ArgumentForm::Position => None,
@@ -120,6 +125,51 @@ fn names(argument: &FaultArgument, scenario: &Scenario) -> Option<Vec<String>> {
         FaultRange::Skill => mission.skills(scenario),
         _ => return None,
     })
+}
+
+/// Returns the kind of control for an argument.
+fn form(argument: &FaultArgument) -> &'static str {
+    match argument.range {
+        FaultRange::Name
+        | FaultRange::Robot
+        | FaultRange::From
+        | FaultRange::To
+        | FaultRange::Choice(_)
+        | FaultRange::Device
+        | FaultRange::Skill => "name",
+        FaultRange::Groups => "groups",
+        FaultRange::Flag => "flag",
+        FaultRange::Mode(_) => "mode",
+        FaultRange::X
+        | FaultRange::Y
+        | FaultRange::Item
+        | FaultRange::Whole(..)
+        | FaultRange::Within(..)
+        | FaultRange::Above(_)
+        | FaultRange::Time => "number",
+    }
+}
+
+/// Returns the modes of an argument with their sizes; `None` if it is no mode.
+fn modes(argument: &FaultArgument) -> Option<Vec<Value>> {
+    let FaultRange::Mode(form) = argument.range else {
+        return None;
+    };
+    let modes = form.modes.iter().map(|mode| {
+        let (range, words) = match mode.size {
+            ModeSize::None => (None, None),
+            ModeSize::Number(range) | ModeSize::Error { m: range, .. } => (Some(range), None),
+            ModeSize::Word(words) => (None, Some(words)),
+        };
+        json!({
+            "name": mode.name,
+            "from": range.map(|range| range.from),
+            "to": range.map(|range| range.to),
+            "words": words,
+            "takes_deg": matches!(mode.size, ModeSize::Error { .. }),
+        })
+    });
+    Some(modes.collect())
 }
 
 #[cfg(test)]
@@ -195,7 +245,7 @@ mod tests {
             json!({
                 "key": key, "label": label, "unit": unit, "about": about,
                 "from": 0.0, "to": 12.0, "is_whole": false, "default": null, "names": null,
-                "option": null, "is_time": false,
+                "form": "number", "is_required": true, "modes": null, "option": null, "is_time": false,
             })
         };
         assert_eq!(shake["arguments"][0], argument("x_m", "x", "m", "where, m"));
@@ -204,7 +254,7 @@ mod tests {
             json!({
                 "key": "times", "label": "times", "unit": "", "about": "how often",
                 "from": 1.0, "to": 9.0, "is_whole": true, "default": 1.0, "names": null,
-                "option": null, "is_time": false,
+                "form": "number", "is_required": false, "modes": null, "option": null, "is_time": false,
             })
         );
     }

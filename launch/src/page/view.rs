@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 use tokio::signal::ctrl_c;
 
 use super::link::{LinkArgs, PageLink};
@@ -23,10 +23,7 @@ pub fn show_folder(folder: &Path, options: &LinkArgs) -> ExitCode {
     };
     match shown {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            stderr_line!("alliance watch: {error:#}");
-            ExitCode::from(status)
-        }
+        Err(error) => fail("alliance watch", &error, status),
     }
 }
 

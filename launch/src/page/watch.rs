@@ -9,7 +9,7 @@ use analysis::LATEST;
 use clap::{Args, ValueHint};
 use cluster::rendezvous::Rendezvous;
 use scenario::names::is_name;
-use terminal::stderr_line;
+use terminal::{fail, stderr_line};
 use tokio::signal::ctrl_c;
 use tokio::time::{Instant, sleep};
 
@@ -55,16 +55,12 @@ impl WatchCommand {
         let watched = match link {
             Ok(link) => self.serve(link),
             Err(error) => {
-                stderr_line!("alliance watch: {error:#}");
-                return ExitCode::from(2);
+                return fail("alliance watch", &error, 2);
             }
         };
         match watched {
             Ok(()) => ExitCode::SUCCESS,
-            Err(error) => {
-                stderr_line!("alliance watch: {error:#}");
-                ExitCode::from(3)
-            }
+            Err(error) => fail("alliance watch", &error, 3),
         }
     }
 

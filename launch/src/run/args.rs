@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use missions::Registry;
 use run_log::RunLog;
-use terminal::stderr_line;
+use terminal::fail;
 use world_server::args::{OUTPUT, RunArgs, random_run_id, run_id_for};
 use world_server::mission_args::MissionArgs;
 
@@ -96,8 +96,7 @@ impl RunCommand {
         let (folder, setup, controllers, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
-                stderr_line!("{}: {error:#}", self.name());
-                return ExitCode::from(2);
+                return fail(self.name(), &error, 2);
             }
         };
         // The socket outlives the run, so that an open page can show the log afterwards.
@@ -105,16 +104,14 @@ impl RunCommand {
         let stay = match stay.map(PageLink::try_clone).transpose() {
             Ok(stay) => stay,
             Err(error) => {
-                stderr_line!("{}: {error:#}", self.name());
-                return ExitCode::from(3);
+                return fail(self.name(), &error, 3);
             }
         };
         let drawn = self.over.as_ref().map(|_| random_run_id(&setup));
         let run = match drawn.transpose() {
             Ok(drawn) => drawn.unwrap_or_else(|| run_id_for(&setup)),
             Err(error) => {
-                stderr_line!("{}: {error:#}", self.name());
-                return ExitCode::from(3);
+                return fail(self.name(), &error, 3);
             }
         };
         let over = self.over.as_ref();
@@ -129,20 +126,17 @@ impl RunCommand {
             paused: self.is_paused(),
             open: self.page.open,
             json: self.json,
+            log: self.run.log,
         };
-        let carried_out = self.carry_out(&plan, link).and_then(|complete| {
+        let carried_out = self.carry_out(&plan, link).and_then(|status| {
             if let Some(link) = stay {
                 show_log(link, &plan.folder)?;
             }
-            Ok(complete)
+            Ok(status)
         });
         match carried_out {
-            Ok(true) => ExitCode::SUCCESS,
-            Ok(false) => ExitCode::from(1),
-            Err(error) => {
-                stderr_line!("{}: {error:#}", self.name());
-                ExitCode::from(3)
-            }
+            Ok(status) => ExitCode::from(status),
+            Err(error) => fail(self.name(), &error, 3),
         }
     }
 
@@ -175,9 +169,9 @@ impl RunCommand {
         }
     }
 
-    /// Runs the mission, then writes the profile and the export if requested. Returns `true` if the mission is complete.
-    fn carry_out(&self, plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<bool> {
-        let complete = if self.in_process {
+    /// Runs the mission, then writes the profile and the export if requested. Returns the exit status.
+    fn carry_out(&self, plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<u8> {
+        let status = if self.in_process {
             one_process::run(plan, self.run.log(&plan.setup), self.check)?
         } else {
             supervise(plan, link)?
@@ -190,7 +184,7 @@ impl RunCommand {
         if self.mcap {
             export_mcap(&plan.folder).context("--mcap")?;
         }
-        Ok(complete)
+        Ok(status)
     }
 
     /// Opens the socket of the page; `None` for a run without a page.

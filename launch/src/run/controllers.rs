@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use anyhow::bail;
 use robot_agent::args::{ROBOT, RUN};
-use scenario::names::is_name;
-use scenario::{Scenario, name_remedy};
+use scenario::limits::check_name;
+use scenario::{Problem, Scenario, name_remedy};
 
 /// A value of `--controller`: `NAME[@VERSION]=COMMAND`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,22 +20,19 @@ pub struct ControllerCommand {
 
 impl ControllerCommand {
     /// Parses a value of `--controller`.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    pub fn parse(text: &str) -> Result<Self, Problem> {
+        let problem = |what| Problem::of_value(what, "");
         let (name, command) = text
             .split_once('=')
             .filter(|(_, command)| !command.trim().is_empty())
-            .ok_or("use NAME=COMMAND, such as greedy='python3 greedy.py'")?;
+            .ok_or_else(|| problem("use NAME=COMMAND, such as greedy='python3 greedy.py'"))?;
         let (name, version) = match name.split_once('@') {
             Some((name, version)) => (name, Some(version)),
             None => (name, None),
         };
-        if !is_name(name) {
-            return Err(format!(
-                "'{name}' is not a controller name; use letters, digits, '-' and '_', at most 32"
-            ));
-        }
+        check_name((), name)?;
         if version.is_some_and(|version| version.is_empty() || version.contains(char::is_control)) {
-            return Err("use NAME@VERSION=COMMAND, or leave the @ out".to_owned());
+            return Err(problem("use NAME@VERSION=COMMAND, or leave the @ out"));
         }
         Ok(Self {
             name: name.to_owned(),
@@ -56,21 +53,26 @@ pub fn commands(
     let names = scenario.external_controllers();
     for (index, command) in stated.iter().enumerate() {
         let name = command.name.as_str();
+        let problem = |what: String, remedy: String| {
+            Problem::with_source(format!("--controller {name}"), what, remedy)
+        };
         if stated[..index].iter().any(|other| other.name == name) {
-            bail!("--controller {name}: it is given twice; a controller has one command");
+            bail!(problem(
+                "it is given twice".to_owned(),
+                "a controller has one command".to_owned()
+            ));
         }
         if names.is_empty() {
-            bail!(
-                "--controller {name}: no robot of '{}' has an external controller; set controller = \"{name}\" for one in [[robots]]",
-                scenario.name
-            );
+            let what = format!("no robot of '{}' has an external controller", scenario.name);
+            bail!(problem(
+                what,
+                format!("set controller = \"{name}\" for one in [[robots]]")
+            ));
         }
         if !names.contains(name) {
             let remedy = name_remedy(name, names.iter().copied());
-            bail!(
-                "--controller {name}: no robot of '{}' has that controller; {remedy}",
-                scenario.name
-            );
+            let what = format!("no robot of '{}' has that controller", scenario.name);
+            bail!(problem(what, remedy));
         }
     }
     let mut commands = BTreeMap::new();
@@ -79,10 +81,12 @@ pub fn commands(
             continue;
         };
         let Some(stated) = stated.iter().find(|stated| stated.name == *controller) else {
-            bail!(
-                "the controller '{controller}' of {} is an external program; give its command: --controller {controller}=COMMAND",
+            let what = format!(
+                "the controller '{controller}' of {} is an external program",
                 robot.name
             );
+            let remedy = format!("give its command: --controller {controller}=COMMAND");
+            bail!(Problem::of_value(what, remedy));
         };
         commands.insert(robot.name.clone(), stated.command.clone());
     }
@@ -119,7 +123,7 @@ mod tests {
             ("a b=x", "'a b' is not a"),
             ("a@=x", "NAME@VERSION=COMMAND"),
         ] {
-            let message = ControllerCommand::parse(text).unwrap_err();
+            let message = ControllerCommand::parse(text).unwrap_err().to_string();
             assert!(message.contains(wrong), "{text}: {message}");
         }
     }

@@ -29,7 +29,7 @@ const INTERVAL: Duration = Duration::from_millis(200);
 const TICKS_PER_CLOCK_READING: u64 = 64;
 
 /// Runs the mission to its end or to the first violated invariant. Returns `true` if the mission is complete and nothing is violated.
-pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
+pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<u8> {
     panics::set_process_name(format!(
         "alliance run (mission {}, allocator {})",
         plan.setup.catalog.mission.name(),
@@ -97,7 +97,10 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<bool> {
     if let Some(violation) = &violation {
         stderr_line!("violated: {violation:#}");
     }
-    Ok(outcome == Outcome::Complete && violation.is_none())
+    Ok(match violation {
+        Some(_) => 1,
+        None => summary::exit_status(run.outcome),
+    })
 }
 
 /// Returns the wall-clock time for host.json. The simulation does not use it.

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+use run_log::LogLevel;
 use scenario::Setup;
 
 use cluster::start::StartPlan;
@@ -24,4 +25,6 @@ pub struct RunPlan {
     pub open: bool,
     /// `true` if the result goes to stdout as JSON.
     pub json: bool,
+    /// The value of `--log`, if it was given.
+    pub log: Option<LogLevel>,
 }

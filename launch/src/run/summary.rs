@@ -1,11 +1,13 @@
 //! The result of a finished run, as a table or as JSON.
 
+use analysis::interrupted::INTERRUPTED_STATUS;
 use analysis::report::takeovers::takeover_lines;
 use analysis::sweep::shell_quoted;
 use analysis::table;
 use comfy_table::{CellAlignment, Table};
 use missions::Registry;
 use proto::control::FaultStatus;
+use proto::tick::Outcome;
 use run_log::{LogLevel, RunFile, RunOutcome};
 use scenario::mission::FigureValue;
 use scenario::mission::columns::{ColumnValue, Progress, display_name, format_value};
@@ -62,12 +64,8 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
     stderr_line!("folder  {}", plan.folder.display());
     stderr_line!("seed    {}", run.setup.seed);
     stderr_line!("hash    {}", run.hash.as_deref().unwrap_or("none"));
-    let sets = run.setup.behavior_sets();
-    if run.log != LogLevel::Full && LogLevel::default_for(sets) == run.log {
-        stderr_line!(
-            "log     {}, because the team has {sets} behavior sets; use --log full for a report",
-            run.log.as_str()
-        );
+    if let Some(line) = reduced_log(plan.log, run.setup.behavior_sets()) {
+        stderr_line!("{line}");
     }
     if !plan.open {
         let folder = shell_quoted(&plan.folder);
@@ -77,6 +75,27 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Returns the exit status of `alliance run` for the outcome of the run.
+#[must_use]
+pub fn exit_status(outcome: RunOutcome) -> u8 {
+    match outcome {
+        RunOutcome::Ended(Outcome::Complete) => 0,
+        RunOutcome::Ended(Outcome::Interrupted) => INTERRUPTED_STATUS,
+        RunOutcome::Ended(_) | RunOutcome::Running => 1,
+    }
+}
+
+/// Returns the reason for a log that is not full although the user did not choose its level.
+fn reduced_log(chosen: Option<LogLevel>, behavior_sets: usize) -> Option<String> {
+    let level = LogLevel::default_for(behavior_sets);
+    (chosen.is_none() && level != LogLevel::Full).then(|| {
+        format!(
+            "log     {}, because the team has {behavior_sets} behavior sets; use --log full for a report",
+            level.as_str()
+        )
+    })
 }
 
 fn outcome(run: &RunFile) -> &'static str {
@@ -206,6 +225,18 @@ mod tests {
             failed: None,
             hits,
         }
+    }
+
+    #[test]
+    fn a_log_level_that_the_user_chose_needs_no_reason() {
+        assert_eq!(reduced_log(Some(LogLevel::Summary), 2_001), None);
+        assert_eq!(reduced_log(None, 2_000), None);
+        assert_eq!(
+            reduced_log(None, 2_001).as_deref(),
+            Some(
+                "log     summary, because the team has 2001 behavior sets; use --log full for a report"
+            )
+        );
     }
 
     #[test]

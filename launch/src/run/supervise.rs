@@ -16,7 +16,7 @@ use nix::sys::signal::Signal;
 use proto::control::AgentState;
 use proto::process::{ProcessAction, ProcessState};
 use proto::view::View;
-use run_log::{RunFile, RunOutcome};
+use run_log::RunFile;
 use scenario::names::{PAGE, WORLD};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
@@ -52,11 +52,11 @@ const ENDING: Duration = Duration::from_secs(15);
 /// The interval between checks of processes and progress if no message arrives.
 const INTERVAL: Duration = Duration::from_millis(200);
 
-/// Runs the processes of a plan to their end and prints the result. Returns `true` if the mission is complete.
+/// Runs the processes of a plan to their end and prints the result. Returns the exit status.
 ///
 /// # Errors
 /// If a process cannot be started or fails, or the bus fails.
-pub fn supervise(plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<bool> {
+pub fn supervise(plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<u8> {
     let runtime = runtime::start_runtime()?;
     runtime.block_on(async {
         let mut team = RunProcesses::start(plan, link)?;
@@ -68,7 +68,7 @@ pub fn supervise(plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<bool>
     })?;
     let run = read_run(&plan.folder)?;
     summary::show(plan, &run)?;
-    Ok(run.outcome == RunOutcome::Ended(proto::tick::Outcome::Complete))
+    Ok(summary::exit_status(run.outcome))
 }
 
 struct RunProcesses {

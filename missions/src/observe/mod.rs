@@ -8,10 +8,13 @@ pub mod controller;
 pub mod data;
 pub mod world;
 
+use robot_agent::mission::ControllerConstructor;
+
 use crate::MissionParts;
 
-pub const MISSION: MissionParts =
-    MissionParts::new::<world::Observe, controller::Observer>(data::OBSERVE);
+pub const MISSION: MissionParts = MissionParts::new::<world::Observe>(data::OBSERVE, |_| {
+    ControllerConstructor::new(controller::Observer::new)
+});
 
 #[cfg(test)]
 mod tests;

@@ -48,6 +48,3 @@ pub struct BarReport {
 
 /// The shared knowledge in each heartbeat.
 pub type SharedKnowledge = ArrayVec<BarReport, MAX_REPORTED_BARS>;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum NoAction {}

@@ -10,10 +10,13 @@ pub mod controller;
 pub mod data;
 pub mod world;
 
+use robot_agent::mission::ControllerConstructor;
+
 use crate::MissionParts;
 
-pub const MISSION: MissionParts =
-    MissionParts::new::<world::PushWorld, controller::Pusher>(data::PUSH);
+pub const MISSION: MissionParts = MissionParts::new::<world::PushWorld>(data::PUSH, |_| {
+    ControllerConstructor::new(controller::Pusher::new)
+});
 
 #[cfg(test)]
 mod tests;

@@ -8,13 +8,17 @@ pub mod controller;
 pub mod data;
 pub mod world;
 
-use world_server::mission::MissionWorld;
+use robot_agent::mission::ControllerKind;
+use world_server::mission::WorldKind;
 
 use crate::MissionParts;
 
 pub const MISSION: MissionParts = MissionParts {
-    world: MissionWorld::typed::<world::Service>(data::SERVICE),
-    controller: controller::CONTROLLER,
+    world: WorldKind::new::<world::Service>(data::SERVICE),
+    controller: ControllerKind {
+        planned_cost_ms: controller::planned_cost_ms,
+        ..ControllerKind::new(data::SERVICE, controller::constructor)
+    },
 };
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! Test missions with one flaw each: the testkit finds the flaw and states the rule.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use robot_agent::mission::prelude::*;
@@ -27,7 +26,12 @@ const TRUSTS_ACTIONS: u8 = 10;
 /// Runs the testkit on a mission with a bell. Each active robot rings it, and every robot senses whether the count is
 /// odd.
 fn ring<const FLAW: u8>() {
-    let parts = MissionParts::new::<Bell<FLAW>, Ringer<FLAW>>(DRILL);
+    let parts = MissionParts::new::<Bell<FLAW>>(DRILL, |_| {
+        ControllerConstructor::new(|_, _| Ringer::<FLAW> {
+            rung: 0,
+            cell: Arc::default(),
+        })
+    });
     check_mission(parts, "[drill]\n");
 }
 
@@ -43,10 +47,7 @@ struct Bell<const FLAW: u8> {
 #[derive(Serialize, Deserialize)]
 struct Ring(u8);
 
-impl<const FLAW: u8> TypedMission for Bell<FLAW> {
-    type Reading = bool;
-    type Action = Ring;
-
+impl<const FLAW: u8> MissionWorld for Bell<FLAW> {
     fn new(_: &Setup, _: &Floor) -> Self {
         static RUNS: AtomicU32 = AtomicU32::new(0);
         // Each flaw has its own counter, because the tests run at the same time.
@@ -57,7 +58,10 @@ impl<const FLAW: u8> TypedMission for Bell<FLAW> {
         Self { rung, secret: 0 }
     }
 
-    fn act(&mut self, _: RobotId, Ring(action): Ring, floor: &mut Floor, _: &mut StepEvents) {
+    fn act(&mut self, _: RobotId, action: &Action, floor: &mut Floor, _: &mut StepEvents) {
+        let Some(Ring(action)) = action.value() else {
+            return;
+        };
         self.rung = 3.min(self.rung + 1);
         self.secret += 1;
         assert!(
@@ -68,13 +72,14 @@ impl<const FLAW: u8> TypedMission for Bell<FLAW> {
         floor.invalidate_readings_near(Vec2::ZERO, 100.0);
     }
 
-    fn sense(&self, _: RobotId, _: &Floor) -> (bool, Validity) {
+    fn sense(&self, _: RobotId, _: &Floor, sensed: &mut SensorReading) -> Validity {
         let shown = if FLAW == SHOWS_A_SECRET {
             self.secret
         } else {
             self.rung
         };
-        (shown % 2 == 1, Validity::UntilChange)
+        *sensed.value_mut() = shown % 2 == 1;
+        Validity::UntilChange
     }
 
     fn end(&self, _: SimTime) -> Option<Outcome> {
@@ -91,6 +96,10 @@ impl<const FLAW: u8> TypedMission for Bell<FLAW> {
         let last = (FLAW == REPORTS_NAN).then_some(f64::NAN);
         row.push(FigureValue::from(last));
     }
+
+    fn state_hash(&self) -> u64 {
+        hash_state(self)
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -99,27 +108,17 @@ struct Ringer<const FLAW: u8> {
     cell: Arc<AtomicU32>,
 }
 
-impl<const FLAW: u8> TypedController for Ringer<FLAW> {
-    type SensorReading = bool;
-    type Action = Ring;
-    type SharedKnowledge = u8;
-    type Bulletin = ();
-
-    fn new(_: RobotId, _: &Setup) -> Self {
-        let cell = Arc::default();
-        Self { rung: 0, cell }
-    }
-
+impl<const FLAW: u8> MissionController for Ringer<FLAW> {
     fn perceive(
         &mut self,
-        input: &TypedStepInput<'_, Self>,
-        received: &[ReceivedBroadcast<'_, Self>],
+        input: &ControllerInput<'_>,
+        received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
         if FLAW == TRUSTS_MESSAGES {
             for knowledge in received
                 .iter()
-                .filter_map(|received| received.shared_knowledge)
+                .filter_map(|received| received.shared_knowledge::<u8>())
             {
                 assert!(knowledge < 2, "the value is at most 1");
             }
@@ -131,10 +130,10 @@ impl<const FLAW: u8> TypedController for Ringer<FLAW> {
 
     fn act(
         &mut self,
-        input: &TypedStepInput<'_, Self>,
+        input: &ControllerInput<'_>,
         active: Option<BehaviorId>,
         output: &mut StepOutput,
-    ) -> Option<Ring> {
+    ) {
         static STEPS: AtomicU32 = AtomicU32::new(0);
         let steps = match FLAW {
             SHARES_A_CELL => self.cell.fetch_add(1, Relaxed),
@@ -142,20 +141,21 @@ impl<const FLAW: u8> TypedController for Ringer<FLAW> {
             _ => 0,
         };
         output.actuation.turn_rad_s = (steps % 7) as f32 / 7.0;
-        if FLAW == DRIVES_AT_NAN && *input.reading {
+        if FLAW == DRIVES_AT_NAN && *input.reading::<bool>() {
             output.actuation.speed_m_s = f32::NAN;
         }
-        active?;
-        self.rung = (self.rung + 1) % 2;
-        Some(Ring(1))
+        if active.is_some() {
+            self.rung = (self.rung + 1) % 2;
+            output.actuation.action = Action::new(&Ring(1));
+        }
     }
 
-    fn shared_knowledge(&self) -> u8 {
-        self.rung
+    fn shared_knowledge(&self, _: &ControllerInput<'_>, knowledge: &mut SharedKnowledge) {
+        knowledge.set(&self.rung);
     }
 
-    fn position(&self, sensed: Option<Vec2>) -> Option<Vec2> {
-        sensed.map(|at| {
+    fn position(&self, input: &ControllerInput<'_>) -> Option<Vec2> {
+        input.position().map(|at| {
             if FLAW == IS_NOWHERE {
                 at * f32::NAN
             } else {

@@ -10,11 +10,17 @@ pub mod world;
 #[cfg(test)]
 mod rollback;
 
+use robot_agent::mission::ControllerKind;
+use world_server::mission::WorldKind;
+
 use crate::MissionParts;
 
 pub const MISSION: MissionParts = MissionParts {
-    world: world::WASTE,
-    controller: controller::CONTROLLER,
+    world: WorldKind::new::<world::Waste>(data::WASTE),
+    controller: ControllerKind {
+        planned_cost_ms: controller::planned_cost_ms,
+        ..ControllerKind::new(data::WASTE, controller::constructor)
+    },
 };
 
 #[cfg(test)]

@@ -54,9 +54,9 @@ impl StepMessages {
     }
 }
 
-/// The links to one incarnation of a robot.
+/// The messages in flight to one incarnation of a robot.
 #[derive(Clone, Debug)]
-pub struct IncomingLinks {
+pub struct IncomingMessages {
     seed: u64,
     robot: RobotId,
     step: SimTime,
@@ -92,8 +92,8 @@ enum Passage {
     Kept(Until),
 }
 
-impl IncomingLinks {
-    /// Creates the links of a new incarnation, without messages in flight.
+impl IncomingMessages {
+    /// Creates the state of a new incarnation, without messages in flight.
     #[must_use]
     pub fn new(robot: RobotId, setup: &Setup) -> Self {
         Self {

@@ -1,7 +1,9 @@
 //! Radio links: their state in a tick, its effects on messages, and the deliveries that result.
 //!
-//! The world sends the state of each link to the receiver, whose radio applies it to the messages ([`IncomingLinks`]). The
+//! The world sends the state of each link to the receiver, whose radio applies it to the messages ([`IncomingMessages`]). The
 //! receiver reports the [`Delivery`], and [`LinkState::effect_behind`] returns the effect of the state that decided it.
+//! [`IncomingMessages`] holds the messages in flight to one robot and no faults: the bytes of reports are part of the
+//! hash, so a reported delivery cannot name its cause, and the world, which holds the faults, looks it up.
 
 mod draws;
 mod incoming;
@@ -11,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::telemetry::Delivery;
 use scenario::time::SimTime;
 
-pub use incoming::{IncomingLinks, StepMessages};
+pub use incoming::{IncomingMessages, StepMessages};
 
 /// A probability in units of 2⁻³². Integer arithmetic makes a draw of 32 bits give the same result on every machine.
 #[derive(

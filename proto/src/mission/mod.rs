@@ -1,9 +1,10 @@
 //! Mission data in messages and in the log: sensor readings ([`SensorReading`]), actions ([`Action`]), the shared knowledge in
 //! heartbeats ([`SharedKnowledge`]) and the [`Payload`] of bulletins.
 //!
-//! Missions with [`items`] have typed variants. Any other mission encodes its own types into [`Bytes`].
+//! Missions with [`items`] have typed variants. Any other mission has types of its own, which are bytes on the bus.
 
 pub mod items;
+mod reading;
 
 use std::fmt;
 
@@ -12,6 +13,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::codec::{self, CodecError};
 use items::{ItemsAction, ItemsBulletin, ItemsKnowledge, ItemsReading};
+
+pub use reading::{OpenReading, Reading};
 
 /// The maximum size of an open mission's sensor readings in a step, bytes.
 pub const MAX_READING_BYTES: usize = 160;
@@ -31,34 +34,8 @@ pub enum SensorReading {
     Nothing,
     /// The readings of missions with [`items`].
     Items(ItemsReading),
-    /// The readings of any other mission: the encoding of its own type. The box keeps a robot's readings close
-    /// together.
-    Open(Box<Bytes<MAX_READING_BYTES>>),
-}
-
-impl SensorReading {
-    /// Returns the readings of the devices for [`items`]. They are empty in a mission without items.
-    #[inline]
-    #[must_use]
-    pub fn items(&self) -> &ItemsReading {
-        const NOTHING: &ItemsReading = &ItemsReading::NOTHING;
-        match self {
-            Self::Items(sensed) => sensed,
-            Self::Nothing | Self::Open(_) => NOTHING,
-        }
-    }
-
-    /// Returns the same readings for writing.
-    #[inline]
-    pub fn items_mut(&mut self) -> &mut ItemsReading {
-        if !matches!(self, Self::Items(_)) {
-            *self = Self::Items(ItemsReading::NOTHING);
-        }
-        let Self::Items(sensed) = self else {
-            unreachable!("the variant was set above")
-        };
-        sensed
-    }
+    /// The readings of any other mission, in its own type.
+    Open(OpenReading),
 }
 
 /// A robot's action in a step besides driving.
@@ -75,6 +52,27 @@ pub enum Action {
 }
 
 impl Action {
+    /// Creates the action of a mission without [`items`].
+    ///
+    /// # Panics
+    /// Panics if the encoding takes more than [`MAX_ACTION_BYTES`] bytes.
+    #[must_use]
+    pub fn new<A: Serialize>(action: &A) -> Self {
+        match Bytes::encode(action) {
+            Ok(bytes) => Self::Open(bytes),
+            Err(error) => panic!("the action of a robot for its mission: {error}"),
+        }
+    }
+
+    /// Returns the action of a mission without [`items`]; `None` for an action of another form.
+    #[must_use]
+    pub fn value<A: DeserializeOwned>(&self) -> Option<A> {
+        match self {
+            Self::Open(bytes) => bytes.decode().ok(),
+            Self::Nothing | Self::Items(_) => None,
+        }
+    }
+
     /// Returns the action with [`items`], or the default action in other missions.
     #[inline]
     #[must_use]
@@ -100,6 +98,21 @@ pub enum SharedKnowledge {
     Open(#[serde(deserialize_with = "bounded_knowledge")] Vec<u8>),
 }
 
+impl SharedKnowledge {
+    /// Replaces the knowledge of a mission without [`items`]. It reuses the memory of the old value.
+    ///
+    /// # Panics
+    /// Panics if the encoding takes more than [`MAX_KNOWLEDGE_BYTES`] bytes.
+    pub fn set<K: Serialize>(&mut self, knowledge: &K) {
+        let mut bytes = match std::mem::take(self) {
+            Self::Open(bytes) => bytes,
+            Self::Nothing | Self::Items(_) => Vec::new(),
+        };
+        encode_knowledge("the shared knowledge of a robot", knowledge, &mut bytes);
+        *self = Self::Open(bytes);
+    }
+}
+
 /// The content of a mission's bulletin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -108,6 +121,30 @@ pub enum Payload {
     Items(ItemsBulletin),
     /// The content for any other mission: the encoding of its own type, at most [`MAX_KNOWLEDGE_BYTES`] bytes.
     Open(#[serde(deserialize_with = "bounded_knowledge")] Vec<u8>),
+}
+
+impl Payload {
+    /// Creates the content of a bulletin of a mission without [`items`].
+    ///
+    /// # Panics
+    /// Panics if the encoding takes more than [`MAX_KNOWLEDGE_BYTES`] bytes.
+    #[must_use]
+    pub fn new<B: Serialize>(content: &B) -> Self {
+        let mut bytes = Vec::new();
+        encode_knowledge("the content of a bulletin", content, &mut bytes);
+        Self::Open(bytes)
+    }
+}
+
+fn encode_knowledge<T: Serialize>(subject: &str, value: &T, bytes: &mut Vec<u8>) {
+    bytes.resize(MAX_KNOWLEDGE_BYTES, 0);
+    match codec::encode_to_slice(value, bytes) {
+        Ok(length) if length <= MAX_KNOWLEDGE_BYTES => bytes.truncate(length),
+        Ok(length) => panic!(
+            "{subject} takes {length} bytes; at most {MAX_KNOWLEDGE_BYTES} bytes are allowed"
+        ),
+        Err(error) => panic!("{subject}: {error}"),
+    }
 }
 
 fn bounded_knowledge<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
@@ -251,15 +288,5 @@ mod tests {
         let encoded = |length| codec::encode(&SharedKnowledge::Open(vec![7; length])).unwrap();
         assert!(codec::decode::<SharedKnowledge>(&encoded(MAX_KNOWLEDGE_BYTES)).is_ok());
         assert!(codec::decode::<SharedKnowledge>(&encoded(MAX_KNOWLEDGE_BYTES + 1)).is_err());
-    }
-
-    #[test]
-    fn readings_of_another_mission_contain_no_items() {
-        let mut sensed = SensorReading::Open(Box::default());
-        assert_eq!(*sensed.items(), ItemsReading::default());
-        sensed.items_mut().holding = Some(true);
-        assert_eq!(sensed.items().holding, Some(true));
-        let action = Action::Open(Bytes::default());
-        assert_eq!(action.items(), ItemsAction::default());
     }
 }

@@ -82,7 +82,7 @@ def _is_installed(library: str) -> bool:
 #: Columns of names and other words, in runs, sweeps and comparisons. They stay texts, also if all of them look like numbers: a robot may
 #: have the name "01". `name` and the others with a dot before them are the columns of scenario keys such as `robots.0.name`.
 TEXTS = frozenset(
-    "robot receiver sender target holder behavior_set task state kind subject reason detail delivery fate section hash content "
+    "robot receiver sender target holder behavior_set task state kind subject reason detail delivery fate section hash build content "
     "allocator mission faults preset outcome metric first second hypothesis claim part "
     "name description scenario controller policy region known".split()
 )

@@ -5,13 +5,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::Vec2;
 use proto::team::{BroadcastContent, Heartbeat, TaskState};
-use robot_agent::allocator::{
-    Allocator, AllocatorKind, AllocatorRunner, Choice, ConfigError, ConfiguredAllocator, Decision,
-    Input, RunningAllocator, SelfState,
-};
+use robot_agent::allocator::{Allocator, AllocatorKind, Choice, Decision, Input, SelfState};
+use scenario::AllocatorSpec;
 use scenario::ids::{BehaviorId, RobotId};
 use scenario::time::SimTime;
-use scenario::{AllocatorSpec, Setup};
 
 use crate::rows::rows;
 
@@ -65,30 +62,16 @@ impl fmt::Debug for ExternalAgents {
     }
 }
 
-/// The allocator, as registered for an environment.
-#[derive(Debug)]
-pub struct ExternalAllocators(pub Arc<ExternalAgents>);
-
-impl AllocatorKind for ExternalAllocators {
-    fn spec(&self) -> AllocatorSpec {
-        AllocatorSpec {
-            name: NAME,
-            about: "the decisions of an environment's user",
-            parameters: Vec::new(),
-            needs_ground_truth: false,
-            learns_times: false,
-        }
-    }
-
-    fn prepare(&self, _: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
-        Ok(Arc::new(ExternalAllocators(Arc::clone(&self.0))))
-    }
-}
-
-impl ConfiguredAllocator for ExternalAllocators {
-    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
-        Box::new(AllocatorRunner::<ExternalAllocator>::new(me, &self.0))
-    }
+/// Returns the allocator for the registry of an environment.
+pub fn kind(agents: Arc<ExternalAgents>) -> AllocatorKind {
+    let spec = AllocatorSpec {
+        name: NAME,
+        about: "the decisions of an environment's user",
+        parameters: Vec::new(),
+        needs_ground_truth: false,
+        learns_times: false,
+    };
+    AllocatorKind::with_config::<ExternalAllocator>(spec, move |_| Ok(Arc::clone(&agents)))
 }
 
 #[derive(Clone, Debug)]

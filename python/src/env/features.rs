@@ -212,9 +212,9 @@ fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
     match (section, sensed) {
         ("waste", sensed) => items(row, sensed.items(), range_m),
         ("observe", sensed) => {
-            let sensed: observe::bus::SensorReading = open(sensed);
+            let sensed = sensed.value::<observe::bus::SensorReading>();
             row.flag("targets.works", sensed.targets.is_some());
-            let seen = sensed.targets.unwrap_or_default();
+            let seen = sensed.targets.as_deref().unwrap_or_default();
             for place in 0..TARGETS {
                 let offset = seen.get(place).map(|target| target.offset);
                 row.offset(
@@ -225,7 +225,7 @@ fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
             }
         }
         ("push", sensed) => {
-            let sensed: push::bus::SensorReading = open(sensed);
+            let sensed = sensed.value::<push::bus::SensorReading>();
             let bar = sensed.bar.flatten();
             row.flag("bar.works", sensed.bar.is_some());
             row.offset(
@@ -257,14 +257,6 @@ fn items(row: &mut Row<'_>, sensed: &ItemsReading, range_m: f32) {
     row.flag("site", sensed.at_site == Some(true));
     row.flag("gripper.works", sensed.holding.is_some());
     row.flag("holding", sensed.holding == Some(true));
-}
-
-/// Decodes the readings of a mission. Missing readings become the default value.
-fn open<T: serde::de::DeserializeOwned + Default>(sensed: &SensorReading) -> T {
-    match sensed {
-        SensorReading::Open(bytes) => bytes.decode().unwrap_or_default(),
-        _ => T::default(),
-    }
 }
 
 fn room(setup: &Setup) -> Vec2 {

@@ -21,7 +21,7 @@ use scenario::mission::FigureValue;
 use scenario::mission::columns::ColumnKind;
 use scenario::time::SimTime;
 
-use super::external_agent::{ExternalAgent, ExternalAgents, ExternalAllocators, NAME};
+use super::external_agent::{self, ExternalAgent, ExternalAgents, NAME};
 use super::features::{self, Row};
 use crate::controller::FailureReaction;
 use crate::errors::{alliance_error, scenario_error};
@@ -223,7 +223,7 @@ impl Environment {
         };
         let mut setup = common.setup.clone();
         setup.seed = seed;
-        let allocators = || Arc::new(ExternalAllocators(Arc::clone(&self.external_agents)));
+        let allocators = || external_agent::kind(Arc::clone(&self.external_agents));
         let mut registry = common.registry.clone().with_allocator_kind(allocators());
         if level != LogLevel::Off {
             // The log keeps the answers of external controllers. The decisions come from outside, so a replay needs

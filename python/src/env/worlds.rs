@@ -11,7 +11,7 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 
-use super::external_agent::{ExternalAgents, ExternalAllocators};
+use super::external_agent::{self, ExternalAgents};
 use super::part::{Actions, BatchPart, Slot, actions, width};
 use super::threads::{Threads, Work, lock};
 use super::world::{Common, DRIVE_ACTION_LEN, Level};
@@ -113,8 +113,8 @@ impl EnvironmentBatch {
         if envs == 0 || threads == 0 {
             return Err(scenario_error("envs and threads: each must be at least 1"));
         }
-        let puppets = ExternalAllocators(Arc::new(ExternalAgents::new(0)));
-        let ready = asked.ready(Registry::built_in().with_allocator_kind(Arc::new(puppets)))?;
+        let allocators = external_agent::kind(Arc::new(ExternalAgents::new(0)));
+        let ready = asked.ready(Registry::built_in().with_allocator_kind(allocators))?;
         let common = Common::new(ready, level, period_s)?;
         let size = envs.div_ceil(threads);
         let part = |first| BatchPart::new(&common, first, size.min(envs - first));

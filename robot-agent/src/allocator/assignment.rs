@@ -60,6 +60,7 @@ pub(crate) fn least_cost(
     columns_of_rows.into_iter().enumerate().collect()
 }
 
+/// Returns the tasks of one robot; none without an assignment.
 #[must_use]
 pub fn tasks_of(assignment: &[Arc<[TaskId]>], robot: RobotId) -> Arc<[TaskId]> {
     assignment.get(robot.index()).cloned().unwrap_or_default()

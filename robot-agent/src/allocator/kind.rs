@@ -1,7 +1,6 @@
 //! Allocators by name.
 
-use std::fmt::Debug;
-use std::marker::PhantomData;
+use std::fmt::{self, Debug};
 use std::sync::Arc;
 
 use scenario::ids::RobotId;
@@ -9,35 +8,30 @@ use scenario::{AllocatorSpec, Setup};
 use serde::de::DeserializeOwned;
 
 use super::{Allocator, AllocatorRunner, RunningAllocator, SelfState};
-use crate::mission::AgentMission;
+use crate::mission::{ControllerConstructor, MissionController};
 
-/// An allocator that a scenario can select by name.
-pub trait AllocatorKind: Debug + Send + Sync {
-    /// Returns the name in scenarios and for `--allocator`, a summary of one line, and the parameters.
-    fn spec(&self) -> AllocatorSpec;
+/// Reads the parameters of an allocator from the setup of a run.
+type Prepare = dyn Fn(&Setup) -> Result<ConfiguredAllocator, ConfigError> + Send + Sync;
 
-    /// Reads the parameters of a run, once for all robots of a process.
-    ///
-    /// # Errors
-    /// Fails if a parameter is invalid.
-    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError>;
+/// Creates the allocator of a robot.
+type Start = dyn Fn(SelfState, &Setup) -> Box<dyn RunningAllocator> + Send + Sync;
+
+/// A registered allocator, which scenarios select by name.
+#[derive(Clone)]
+pub struct AllocatorKind {
+    spec: AllocatorSpec,
+    /// See [`Allocator::uses_assignment`].
+    pub(crate) uses_assignment: bool,
+    prepare: Arc<Prepare>,
 }
 
 /// An allocator with the parameters of a run.
-pub trait ConfiguredAllocator: Debug + Send + Sync {
-    /// Returns whether the algorithm uses the tasks assigned before the start, see [`Allocator::uses_assignment`].
-    fn uses_assignment(&self) -> bool {
-        false
-    }
-
+#[derive(Clone)]
+pub(crate) struct ConfiguredAllocator {
     /// Creates a robot's allocator at the start of an incarnation.
-    fn start(&self, me: SelfState, setup: &Setup) -> Box<dyn RunningAllocator>;
-
-    /// Returns a replacement for the mission's controller, which perceives and acts; `None` for a plain allocator.
-    fn mission(&self, robot: RobotId, setup: &Setup) -> Option<Box<dyn AgentMission>> {
-        let _ = (robot, setup);
-        None
-    }
+    pub start: Arc<Start>,
+    /// Creates the controllers that replace those of the mission; `None` for a plain allocator.
+    pub controller: Option<ControllerConstructor>,
 }
 
 /// A part of a run that the program does not support: an unknown allocator or mission, or an invalid parameter.
@@ -50,48 +44,100 @@ pub struct ConfigError {
     pub why: String,
 }
 
-/// The `Kind` of a type that implements `Allocator`.
-pub struct TypedAllocatorKind<A> {
-    name: &'static str,
-    about: &'static str,
-    allocator: PhantomData<fn() -> A>,
-}
-
-impl<A> Debug for TypedAllocatorKind<A> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_tuple("Typed").field(&self.name).finish()
+impl Debug for AllocatorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("AllocatorKind").field(&self.spec).finish()
     }
 }
 
-impl<A: Allocator> TypedAllocatorKind<A> {
-    /// Registers the type under a name, with a summary of one line.
+impl Debug for ConfiguredAllocator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("ConfiguredAllocator")
+    }
+}
+
+impl AllocatorKind {
+    /// Registers an allocator type under a name, with a summary of one line. Its parameters are in the section
+    /// `[allocators.NAME]` of a scenario.
     #[must_use]
-    pub fn new(name: &'static str, about: &'static str) -> Self {
-        Self {
+    pub fn new<A: Allocator>(name: &'static str, about: &'static str) -> Self
+    where
+        A::Config: DeserializeOwned,
+    {
+        let spec = AllocatorSpec {
             name,
             about,
-            allocator: PhantomData,
-        }
-    }
-}
-
-impl<A: Allocator> AllocatorKind for TypedAllocatorKind<A>
-where
-    A::Config: DeserializeOwned,
-{
-    fn spec(&self) -> AllocatorSpec {
-        AllocatorSpec {
-            name: self.name,
-            about: self.about,
             parameters: A::parameters(),
             needs_ground_truth: A::uses_ground_truth(),
             learns_times: false,
+        };
+        Self::with_config::<A>(spec, move |setup| read_config(setup, name))
+    }
+
+    /// Registers an allocator type whose parameters come from elsewhere, such as from another language. `config` creates
+    /// them once per run and process, and its error ends the run before it starts.
+    #[must_use]
+    pub fn with_config<A: Allocator>(
+        spec: AllocatorSpec,
+        config: impl Fn(&Setup) -> Result<A::Config, ConfigError> + Send + Sync + 'static,
+    ) -> Self {
+        Self::typed::<A>(spec, config, |_| None)
+    }
+
+    /// Registers an allocator together with a controller, which replaces that of the mission: it perceives and acts.
+    /// `config` creates the data that both share, once per run and process.
+    #[must_use]
+    pub fn with_controller<A: Allocator, C: MissionController>(
+        spec: AllocatorSpec,
+        config: impl Fn(&Setup) -> Result<A::Config, ConfigError> + Send + Sync + 'static,
+        controller: impl Fn(&A::Config, RobotId, &Setup) -> C + Clone + Send + Sync + 'static,
+    ) -> Self {
+        Self::typed::<A>(spec, config, move |config| {
+            let (config, controller) = (Arc::clone(config), controller.clone());
+            Some(ControllerConstructor::new(move |robot, setup| {
+                controller(&config, robot, setup)
+            }))
+        })
+    }
+
+    fn typed<A: Allocator>(
+        spec: AllocatorSpec,
+        config: impl Fn(&Setup) -> Result<A::Config, ConfigError> + Send + Sync + 'static,
+        controller: impl Fn(&Arc<A::Config>) -> Option<ControllerConstructor> + Send + Sync + 'static,
+    ) -> Self {
+        let kind = Self::from_parts(spec, move |setup| {
+            let config = Arc::new(config(setup)?);
+            Ok(ConfiguredAllocator {
+                controller: controller(&config),
+                start: Arc::new(move |me, _| Box::new(AllocatorRunner::<A>::new(me, &config))),
+            })
+        });
+        Self {
+            uses_assignment: A::uses_assignment(),
+            ..kind
         }
     }
 
-    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
-        let config: A::Config = read_config(setup, self.name)?;
-        Ok(Arc::new(Parameters::<A>(config)))
+    /// Registers an allocator with states and heartbeats of its own.
+    pub(crate) fn from_parts(
+        spec: AllocatorSpec,
+        prepare: impl Fn(&Setup) -> Result<ConfiguredAllocator, ConfigError> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            spec,
+            uses_assignment: false,
+            prepare: Arc::new(prepare),
+        }
+    }
+
+    /// Returns the name in scenarios and for `--allocator`, the summary and the parameters.
+    #[must_use]
+    pub fn spec(&self) -> &AllocatorSpec {
+        &self.spec
+    }
+
+    pub(crate) fn prepare(&self, setup: &Setup) -> Result<ConfiguredAllocator, ConfigError> {
+        (self.prepare)(setup)
     }
 }
 
@@ -104,22 +150,4 @@ pub(crate) fn read_config<C: DeserializeOwned>(
         subject: format!("allocators.{name}"),
         why: error.to_string(),
     })
-}
-
-struct Parameters<A: Allocator>(A::Config);
-
-impl<A: Allocator> Debug for Parameters<A> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Parameters")
-    }
-}
-
-impl<A: Allocator> ConfiguredAllocator for Parameters<A> {
-    fn uses_assignment(&self) -> bool {
-        A::uses_assignment()
-    }
-
-    fn start(&self, me: SelfState, _: &Setup) -> Box<dyn RunningAllocator> {
-        Box::new(AllocatorRunner::<A>::new(me, &self.0))
-    }
 }

@@ -1,11 +1,11 @@
 //! The interface between a robot's controller and its task allocation algorithm.
 //!
-//! An algorithm is a type that implements [`Allocator`]. In each step it receives an [`Input`] with one [`Choice`]
+//! An algorithm is a type that implements [`Allocator`], and an [`AllocatorKind`] registers it under a name. In each
+//! step it receives an [`Input`] with one [`Choice`]
 //! per behavior of the robot, and writes a [`Decision`]: the active behavior, messages for the team, and rows for the
 //! log. The framework adds heartbeats, state changes with their reasons, and the rollback of steps that did not
 //! count.
 //!
-//! - [`kind`](AllocatorKind): an allocator with its name in scenarios and its parameters.
 //! - [`assignment`]: tasks assigned before the start.
 //! - `framed`: the work that the framework does around the step of an [`Allocator`].
 //! - [`mod@unit`]: the unit of work in progress and the events that make a robot select again, for algorithms that
@@ -19,6 +19,9 @@
 //! - A message sent at tick *t* arrives at *t* + 1 or later, possibly twice, or never. Messages of other allocators
 //!   are ignored.
 //! - The active behavior is one of the choices that are applicable in that step.
+//! - Utilities in rows are finite. A panic ends the robot's agent.
+
+#![warn(missing_docs)]
 
 pub mod assignment;
 mod framed;
@@ -43,9 +46,9 @@ use scenario::time::SimTime;
 use scenario::{LearnedTimes, ParameterSpec, Setup, TaskSpec};
 use serde::Deserialize;
 
-pub use framed::AllocatorRunner;
-pub(crate) use kind::read_config;
-pub use kind::{AllocatorKind, ConfigError, ConfiguredAllocator, TypedAllocatorKind};
+pub(crate) use framed::AllocatorRunner;
+pub use kind::{AllocatorKind, ConfigError};
+pub(crate) use kind::{ConfiguredAllocator, read_config};
 
 /// A task allocation algorithm for one robot; a pure function of its inputs.
 ///
@@ -74,31 +77,33 @@ pub use kind::{AllocatorKind, ConfigError, ConfiguredAllocator, TypedAllocatorKi
 /// robot_agent::testkit::check_allocator::<First>(&NoParameters {});
 /// ```
 pub trait Allocator: Clone + Debug + Send + 'static {
-    /// Parameters of the algorithm. [`TypedAllocatorKind`] reads them from `[allocators.NAME]` of a scenario: every key needs a
+    /// Parameters of the algorithm. [`AllocatorKind::new`] reads them from `[allocators.NAME]` of a scenario: every key needs a
     /// default, and unknown keys are errors.
     type Config: Send + Sync + 'static;
 
-    /// Returns the parameters with unit, default, meaning and range, for documentation and for checks.
+    /// Returns the parameters with unit, default, meaning and range, for documentation and for the check of scenarios.
+    /// The default is none.
     #[must_use]
     fn parameters() -> Vec<ParameterSpec> {
         Vec::new()
     }
 
     /// Returns whether the algorithm uses [`SelfState::assigned`]. The assignment is computed only if an allocator of the
-    /// team uses it.
+    /// team uses it. The default is false.
     #[must_use]
     fn uses_assignment() -> bool {
         false
     }
 
-    /// Returns whether the algorithm uses the [ground truth](Input::ground_truth). It is computed only on request.
+    /// Returns whether the algorithm uses the [ground truth](Input::ground_truth). It is computed only on request. The
+    /// default is false.
     #[must_use]
     fn uses_ground_truth() -> bool {
         false
     }
 
     /// Returns whether the robot sends and receives broadcasts. If false, it sends neither heartbeats nor shared
-    /// knowledge, and receives none.
+    /// knowledge, and receives none. The default is true.
     #[must_use]
     fn uses_radio() -> bool {
         true
@@ -108,7 +113,7 @@ pub trait Allocator: Clone + Debug + Send + 'static {
     fn new(me: &SelfState, config: &Self::Config) -> Self;
 
     /// Runs one step. `decision` is empty except [`Decision::active`], which contains the choice of the previous
-    /// step.
+    /// step. A step should not allocate memory while the robot continues its work.
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision);
 }
 
@@ -120,6 +125,7 @@ pub struct NoParameters {}
 /// Facts about a robot and its team that stay the same for the whole run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SelfState {
+    /// The id of the robot, which is its rank in the scenario.
     pub robot: RobotId,
     /// Number of the incarnation, from 1. A restart is the next one.
     pub incarnation: Incarnation,
@@ -190,7 +196,9 @@ impl TaskBrief {
 /// A behavior of a robot, with the data of its task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OwnBehavior {
+    /// The id of the behavior, an index into the run's catalog.
     pub id: BehaviorId,
+    /// The task that the behavior performs.
     pub task: TaskId,
     /// The number of robots that may perform the task at once.
     pub max_robots: usize,
@@ -232,14 +240,15 @@ pub struct Input<'a> {
     /// Sensory feedback (eq. 2.1) of each behavior: true if it can be active in this step. In the order of
     /// [`SelfState::behaviors`].
     pub applicable: &'a [bool],
-    /// A choice per behavior, with cost, round and reward. Empty for a [`RunningAllocator`] that does not weigh costs.
+    /// A choice per behavior, with cost, round and reward. Empty for ALLIANCE, which does not weigh costs.
     pub choices: &'a [Choice],
     /// The tasks on which the robot had an effect on the world since its last step, one entry per effect.
     pub progressed: &'a [TaskId],
     /// The broadcasts received in this step, sorted by sender, incarnation and sequence number.
     pub received: &'a [Arc<Broadcast>],
-    /// The cost of a task after other tasks, for planners of sequences.
-    pub route: &'a dyn RouteCost,
+    /// Returns the estimated duration of a unit of a task after one unit of each of other tasks, s; `None` without an
+    /// estimate. For planners of sequences.
+    pub seconds: &'a dyn Fn(&[TaskId], TaskId) -> Option<f64>,
     /// The offers of the previous step, from the world and not by radio, sorted by robot. Contains all robots that
     /// share tasks with this one, directly or through others. Empty unless the allocator
     /// [requests](Allocator::uses_ground_truth) it. An offer is a row of [`Decision::rows`] with a utility above 0, from a
@@ -252,6 +261,7 @@ pub struct Input<'a> {
 /// The value of one behavior of the robot in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
+    /// The id of the behavior, as in [`OwnBehavior::id`].
     pub behavior: BehaviorId,
     /// The task that the behavior performs.
     pub task: TaskId,
@@ -260,21 +270,15 @@ pub struct Choice {
     pub round: SimTime,
     /// Sensory feedback (eq. 2.1): true if the behavior can be active in this step.
     pub applicable: bool,
-    /// The estimated duration of one unit of work, s, from the robot's own knowledge; `None` without an estimate.
+    /// The estimated duration of one unit of work, s, finite, from the robot's own knowledge; `None` without an
+    /// estimate.
     pub cost_s: Option<f64>,
-    /// The reward of one unit, in a measure of the mission.
+    /// The reward of one unit, finite, in a measure of the mission.
     pub reward: f64,
     /// The priority of the task; a higher one goes first.
     pub priority: i32,
     /// The number of robots that may perform the task at once.
     pub max_robots: usize,
-}
-
-/// Estimates the cost of a task after other tasks.
-pub trait RouteCost {
-    /// Returns the estimated duration of a unit of `task` after one unit of each task of `after`, s; `None` without
-    /// an estimate.
-    fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64>;
 }
 
 /// The result of a step.
@@ -337,6 +341,7 @@ pub struct Announcement {
 /// The complete result of a step, with heartbeats and log rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StepOutcome {
+    /// The behavior to execute; `None` for an idle robot.
     pub active: Option<BehaviorId>,
     /// Rows of motivations.csv, one per behavior, from allocators that have motivations.
     pub motivations: Vec<Motivation>,
@@ -352,7 +357,7 @@ pub struct StepOutcome {
 
 /// A running allocator of any type. [`AllocatorRunner`] creates it from an [`Allocator`]. ALLIANCE implements it directly,
 /// because it has its own states and heartbeats.
-pub trait RunningAllocator: Debug + Send {
+pub(crate) trait RunningAllocator: Debug + Send {
     /// Returns a copy of the state.
     fn checkpoint(&self) -> Box<dyn RunningAllocator>;
 

@@ -14,8 +14,8 @@ use scenario::time::SimTime;
 
 use super::utility::DISCOUNT_PER_S;
 use super::{
-    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RouteCost,
-    RunningAllocator, SelfState, StepOutcome, TaskBrief, assignment,
+    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RunningAllocator,
+    SelfState, StepOutcome, TaskBrief, assignment,
 };
 use crate::agent::TeamConfig;
 use crate::allocators::first_come::FirstCome;
@@ -149,14 +149,6 @@ fn the_testkit_finds_a_panic_on_a_malformed_message() {
     testkit::check_allocator::<Trusts>(&());
 }
 
-struct Flat;
-
-impl RouteCost for Flat {
-    fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
-        None
-    }
-}
-
 fn me(robot: u16, tasks: u16) -> SelfState {
     SelfState {
         robot: RobotId(robot),
@@ -218,7 +210,7 @@ fn step(
         choices,
         progressed,
         received,
-        route: &Flat,
+        seconds: &|_, _| None,
         ground_truth: &[],
         draws: RandomDraws::new(7, RobotId(0), tick),
     };

@@ -21,6 +21,7 @@ struct Situation {
     has_lapsed: bool,
 }
 
+/// The unit of work of one robot, and the state in which it last selected.
 #[derive(Clone, Debug, Default)]
 pub struct WorkUnit {
     under_way: WorkInProgress,
@@ -77,6 +78,7 @@ impl WorkUnit {
         }
     }
 
+    /// Returns the behavior in progress, also before its unit has begun.
     pub fn under_way(&self) -> &WorkInProgress {
         &self.under_way
     }

@@ -71,9 +71,13 @@ impl WorkInProgress {
 /// lower task. [`Ordering::Greater`] is the better bid. Bids of different robots or tasks are never equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bid {
+    /// The priority of the task; a higher one goes first.
     pub priority: i32,
+    /// The utility of the task for the robot.
     pub utility: f64,
+    /// The robot that bids.
     pub robot: RobotId,
+    /// The task that the robot bids for.
     pub task: TaskId,
 }
 

@@ -12,8 +12,8 @@ use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use crate::allocator::{
-    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RouteCost,
-    RunningAllocator, SelfState, StepOutcome, TaskBrief,
+    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RunningAllocator,
+    SelfState, StepOutcome, TaskBrief,
 };
 
 pub const STEP: SimTime = SimTime(50);
@@ -221,7 +221,8 @@ impl<A: Allocator> Team<A> {
                 choices: &choices,
                 progressed: &std::mem::take(&mut robot.progressed),
                 received: &received,
-                route: &FixedCosts(&choices),
+                // The cost does not depend on the previous task.
+                seconds: &|_, task| choices.iter().find(|choice| choice.task == task)?.cost_s,
                 ground_truth: &ground_truth,
                 draws: RandomDraws::new(7, me, tick),
             };
@@ -386,13 +387,4 @@ pub fn allocator_messages(
             BroadcastContent::Allocation(message) => Some((broadcast.sender, message)),
             _ => None,
         })
-}
-
-/// Route costs that do not depend on the previous task.
-struct FixedCosts<'a>(&'a [Choice]);
-
-impl RouteCost for FixedCosts<'_> {
-    fn seconds(&self, _: &[TaskId], task: TaskId) -> Option<f64> {
-        self.0.iter().find(|choice| choice.task == task)?.cost_s
-    }
 }

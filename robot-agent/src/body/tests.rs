@@ -5,7 +5,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::Vec2;
 use proptest::prelude::*;
-use proto::readings::{Actuation, Hit, Pose, Proximity};
+use proto::readings::{Hit, Pose, Proximity};
 use scenario::time::SimTime;
 
 use super::chassis::FACING_RAD;
@@ -69,33 +69,6 @@ fn far_ahead() -> Goal {
 
 fn drive(navigator: &mut Navigator, goal: Goal, around: &Surroundings, now_ms: u64) -> Drive {
     navigator.drive(&chassis(), goal, around, [], SimTime(now_ms))
-}
-
-#[test]
-fn a_free_way_is_driven_straight_at_top_speed() {
-    let drive = drive(&mut Navigator::default(), far_ahead(), &in_the_open(), 0);
-    assert_eq!(drive.status, Status::Going);
-    assert_eq!(drive.actuation.speed_m_s, chassis().speed_m_s);
-    assert_eq!(drive.actuation.turn_rad_s, 0.0);
-}
-
-#[test]
-fn the_robot_turns_on_the_spot_before_it_drives() {
-    let behind = Goal::Direction(Vec2::NEG_X);
-    let drive = drive(&mut Navigator::default(), behind, &in_the_open(), 0);
-    assert_eq!(drive.actuation.speed_m_s, 0.0);
-    assert_eq!(drive.actuation.turn_rad_s.abs(), chassis().turn_rad_s);
-}
-
-#[test]
-fn the_robot_stands_still_at_the_goal() {
-    let here = Goal::Place {
-        at: Vec2::new(0.05, 0.0),
-        within: 0.1,
-    };
-    let drive = drive(&mut Navigator::default(), here, &in_the_open(), 0);
-    assert_eq!(drive.status, Status::Arrived);
-    assert_eq!(drive.actuation, Default::default());
 }
 
 #[test]
@@ -207,64 +180,6 @@ fn on_a_detour() -> Navigator {
     let start = drive(&mut navigator, far_ahead(), &before_a_wall(), 0);
     assert_eq!(start.detour, Some(Side::Left));
     navigator
-}
-
-#[test]
-fn the_robot_follows_a_wall_at_the_clearance() {
-    let mut navigator = on_a_detour();
-    let around = beside_a_wall(Vec2::new(0.0, -0.5), -FRAC_PI_2);
-    let drive = drive(&mut navigator, far_ahead(), &around, 1_000);
-    assert_eq!(drive.actuation.speed_m_s, chassis().speed_m_s);
-    assert!(drive.actuation.turn_rad_s.abs() < 1e-4);
-}
-
-#[test]
-fn the_robot_steers_back_to_the_clearance() {
-    for (off, toward_wall) in [(0.1, 1.0), (-0.05, -1.0)] {
-        let mut navigator = on_a_detour();
-        let mut around = beside_a_wall(Vec2::new(0.0, -0.5), -FRAC_PI_2);
-        around.proximity.left = [hit(CLEARANCE_M + off, -FRAC_PI_2); 3];
-        let drive = drive(&mut navigator, far_ahead(), &around, 1_000);
-        assert!(drive.actuation.turn_rad_s * toward_wall > 0.0, "{off}");
-        assert!(drive.actuation.speed_m_s > 0.0);
-    }
-}
-
-/// Drives south along the wall and past its corner. Returns the actuations of the last two steps.
-fn round_the_corner(navigator: &mut Navigator) -> [Actuation; 2] {
-    let mut south = |y: f32, wall: bool, now_ms| {
-        let mut around = beside_a_wall(Vec2::new(0.0, y), -FRAC_PI_2);
-        if !wall {
-            around.proximity.left = [None; 3];
-        }
-        drive(navigator, far_ahead(), &around, now_ms).actuation
-    };
-    south(-1.0, true, 1_000);
-    [south(-1.02, false, 1_050), south(-1.08, false, 1_100)]
-}
-
-#[test]
-fn the_robot_turns_around_a_corner_a_little_after_it() {
-    let [passing, turning] = round_the_corner(&mut on_a_detour());
-    assert_eq!(passing.turn_rad_s, 0.0);
-    assert!(passing.speed_m_s > 0.0);
-    // The robot is not nearer to the goal, so it turns around the corner, with the wall still to its left.
-    assert_eq!(turning.speed_m_s, 0.0);
-    assert!(turning.turn_rad_s > 0.0);
-}
-
-#[test]
-fn the_robot_leaves_the_wall_only_nearer_to_the_goal() {
-    // Heading east, with the wall to the left and the goal straight ahead.
-    for (x, leaves) in [(-1.0, false), (1.0, true)] {
-        let mut navigator = on_a_detour();
-        round_the_corner(&mut navigator);
-        let mut along = beside_a_wall(Vec2::new(x, 0.0), 0.0);
-        along.proximity.left = [hit(CLEARANCE_M + 0.1, -FRAC_PI_2); 3];
-        let course = drive(&mut navigator, far_ahead(), &along, 1_200).actuation;
-        // Off the detour the robot ignores the wall; on the detour it steers toward it.
-        assert_eq!(course.turn_rad_s == 0.0, leaves, "{x}: {course:?}");
-    }
 }
 
 #[test]

@@ -1,20 +1,17 @@
 //! Checks of an order, independent of its source.
 
-use super::checker::{Checked, Checker, LONGEST_S, above_zero, within, wrong};
-use super::spec::{FaultArgument, FaultKind, FaultRange};
+use super::checker::{Checked, Checker};
+use super::spec::{FaultKind, FaultRange};
 use super::{Fault, MissionFault, Order, Role, TriggerEvent};
-use crate::names::{ALL, is_name};
-use crate::{Catalog, Scenario, name_remedy};
+use crate::limits::{TIME, TIME_OR_ZERO, check_known, check_name};
+use crate::names::ALL;
+use crate::{Catalog, Problem, Scenario, name_remedy};
 
 impl Order {
     /// Checks robots, behavior sets and ranges. `catalog` must be the scenario's.
     pub fn check(&self, scenario: &Scenario, catalog: &Catalog) -> Checked {
-        if let Some(id) = &self.id
-            && !is_name(id)
-        {
-            let remedy =
-                "use at most 32 letters, digits, '-' and '_', with a letter or a digit first";
-            return Err(wrong(&["id"], format!("'{id}' is not a name"), remedy));
+        if let Some(id) = &self.id {
+            check_name(["id"], id)?;
         }
         let checker = Checker { scenario, catalog };
         checker.fault(&self.fault)?;
@@ -23,26 +20,30 @@ impl Order {
 
     fn check_trigger(&self, checker: &Checker<'_>) -> Checked {
         if let Some(at_s) = self.at_s {
-            within(&["at_s"], at_s, 0.0, LONGEST_S, "s")?;
+            TIME_OR_ZERO.check(["at_s"], at_s)?;
         }
         if let Some(every_s) = self.every_s {
-            above_zero(&["every_s"], every_s, LONGEST_S, "s")?;
+            TIME.check(["every_s"], every_s)?;
         }
         if let Some(for_s) = self.for_s {
-            above_zero(&["for_s"], for_s, LONGEST_S, "s")?;
+            TIME.check(["for_s"], for_s)?;
             if self.fault.is_instantaneous() {
                 let what = format!("'{}' is instantaneous", self.fault.name());
-                return Err(wrong(&["for_s"], what, "omit the duration"));
+                return Err(Problem::at(["for_s"], what, "omit the duration"));
             }
             if let Some(every_s) = self.every_s
                 && for_s >= every_s
             {
                 let what = format!("{for_s} s is not shorter than the interval of {every_s} s");
-                return Err(wrong(&["for_s"], what, "make it heal before it repeats"));
+                return Err(Problem::at(
+                    ["for_s"],
+                    what,
+                    "make it heal before it repeats",
+                ));
             }
         } else if self.every_s.is_some() && !self.fault.is_instantaneous() {
-            let what = "the fault repeats but never heals".to_owned();
-            return Err(wrong(&["every_s"], what, "give it a duration"));
+            let what = "the fault repeats but never heals";
+            return Err(Problem::at(["every_s"], what, "give it a duration"));
         }
         checker
             .catalog
@@ -52,19 +53,16 @@ impl Order {
             return Ok(());
         };
         if self.at_s.is_some() || self.every_s.is_some() {
-            let what = "both an event and a time trigger the fault".to_owned();
-            return Err(wrong(&["when"], what, "give only one of them"));
+            let what = "both an event and a time trigger the fault";
+            return Err(Problem::at(["when"], what, "give only one of them"));
         }
         if let Some(robot) = &when.robot {
-            checker.robot(&["when"], robot)?;
+            checker.robot(["when"], robot)?;
         }
-        let mut verbs = TriggerEvent::verbs(checker.catalog.mission);
-        if !verbs.clone().any(|verb| verb == when.what) {
-            let what = format!("there is no event '{}'", when.what);
-            return Err(wrong(&["when"], what, &name_remedy(&when.what, &mut verbs)));
-        }
+        let verbs = TriggerEvent::verbs(checker.catalog.mission);
+        check_known(["when"], "there is no event", &when.what, verbs)?;
         match &when.subject {
-            Some(set) if when.has_behavior_set_subject() => checker.set(&["when"], set),
+            Some(set) if when.has_behavior_set_subject() => checker.set(["when"], set),
             _ => Ok(()),
         }
     }
@@ -76,7 +74,7 @@ impl Checker<'_> {
         if let Some(role) = fault.role() {
             self.role(name, role)?;
         } else if let Some(robot) = fault.robot() {
-            self.robot(&["fault", name], robot)?;
+            self.robot(["fault", name], robot)?;
         }
         match fault {
             Fault::Mission(fault) => self.mission(fault),
@@ -87,7 +85,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Checks the ranges of numbers and the ends of links.
+    /// Checks the ranges of numbers, the sizes of modes and the ends of links.
     fn arguments(&self, kind: &FaultKind, values: &toml::Table) -> Checked {
         let name = kind.spec.name;
         let text = |key| values.get(key).and_then(toml::Value::as_str);
@@ -95,53 +93,41 @@ impl Checker<'_> {
             let at = ["fault", name, argument.key];
             match (argument.range, text(argument.key)) {
                 (FaultRange::From | FaultRange::To, Some(end)) if end != ALL => {
-                    self.robot(&at, end)?;
+                    self.robot(at, end)?;
                     if argument.range == FaultRange::To && text("from") == Some(end) {
                         let what = format!("'{end}' does not receive its own messages");
-                        return Err(wrong(&at, what, "name two robots, or all"));
+                        return Err(Problem::at(at, what, "name two robots, or all"));
                     }
+                }
+                (FaultRange::Mode(form), _) => {
+                    let mode = values.get(argument.key);
+                    mode.map_or(Ok(()), |mode| form.check(at, mode))?;
                 }
                 _ => {
                     let value = values.get(argument.key).and_then(toml::Value::as_float);
-                    value.map_or(Ok(()), |value| self.number(&at, argument, value))?;
+                    if let Some((range, value)) = argument.numbers(self.scenario.room).zip(value) {
+                        range.check(at, value)?;
+                    }
                 }
             }
         }
         Ok(())
     }
 
-    /// Checks a number against the range of its argument.
-    fn number(&self, at: &[&str], argument: &FaultArgument, value: f64) -> Checked {
-        let Some((from, to)) = argument.range.bounds(self.scenario.room) else {
-            return Ok(());
-        };
-        let (_, unit) = argument.stem_and_unit();
-        if argument.range.is_whole() && value.fract() != 0.0 {
-            let what = format!("{value} is not a whole number");
-            return Err(wrong(at, what, &format!("write one from {from} to {to}")));
-        }
-        match argument.range {
-            FaultRange::Above(to) => above_zero(at, value, to, unit),
-            _ => within(at, value, from, to, unit),
-        }
-    }
-
     fn mission(&self, fault: &MissionFault) -> Checked {
         let MissionFault { name, values } = fault;
-        let mission_faults = self.catalog.mission.faults();
+        let mission_faults = self.catalog.mission.vocabulary().faults;
         let Some(spec) = mission_faults.iter().find(|spec| spec.name == name) else {
             let what = format!("there is no choice '{name}'");
-            let known = &mut Fault::COMMON_NAMES
-                .into_iter()
-                .chain(mission_faults.iter().map(|spec| spec.name));
-            return Err(wrong(&["fault"], what, &name_remedy(name, known)));
+            let own = mission_faults.iter().map(|spec| spec.name);
+            let known = Fault::COMMON_NAMES.into_iter().chain(own);
+            return Err(Problem::at(["fault"], what, name_remedy(name, known)));
         };
         for key in values.keys() {
             let mut keys = spec.arguments.iter().map(|argument| argument.key);
             if !keys.clone().any(|known| known == key) {
                 let remedy = name_remedy(key, &mut keys);
-                let at = ["fault", name, key];
-                return Err(wrong(&at, "unknown key".to_owned(), &remedy));
+                return Err(Problem::at(["fault", name, key], "unknown key", remedy));
             }
         }
         for argument in spec.arguments {
@@ -150,30 +136,23 @@ impl Checker<'_> {
                 if argument.default.is_some() {
                     continue;
                 }
-                let what = "the key is missing".to_owned();
-                return Err(wrong(&at, what, "give it a value"));
+                return Err(Problem::at(at, "the key is missing", "give it a value"));
             };
             if argument.range == FaultRange::Name {
-                let names = self
-                    .catalog
-                    .mission
-                    .fault_names(self.scenario, argument.key);
-                let mut names = names.iter().map(String::as_str);
-                let name = stated.to_string();
-                if fault
-                    .get_name(argument.key)
-                    .is_none_or(|name| !names.clone().any(|known| known == name))
-                {
-                    let what = format!("there is no {} '{name}'", argument.key);
-                    return Err(wrong(&at, what, &name_remedy(&name, &mut names)));
-                }
+                let mission = self.catalog.mission;
+                let names = mission.fault_names(self.scenario, argument.key);
+                let what = format!("there is no {}", argument.key);
+                let names = names.iter().map(String::as_str);
+                check_known(at, &what, &stated.to_string(), names)?;
                 continue;
             }
             let Some(value) = fault.get(argument.key) else {
                 let what = format!("'{stated}' is not a number");
-                return Err(wrong(&at, what, "write a number"));
+                return Err(Problem::at(at, what, "write a number"));
             };
-            self.number(&at, argument, value)?;
+            if let Some(range) = argument.numbers(self.scenario.room) {
+                range.check(at, value)?;
+            }
         }
         Ok(())
     }
@@ -187,10 +166,10 @@ impl Checker<'_> {
             let what = format!("'{name}' cannot target a role");
             let known = known.join(", ");
             let remedy = format!("name a robot, or use one of {known}");
-            return Err(wrong(&field, what, &remedy));
+            return Err(Problem::at(field, what, remedy));
         }
         match role {
-            Role::Executing(task) => self.set(&field, task),
+            Role::Executing(task) => self.set(field, task),
             Role::Idle => Ok(()),
         }
     }

@@ -33,7 +33,6 @@ use serde::{Deserialize, Serialize};
 use crate::names::ALL;
 
 pub use campaign::{FaultMix, RandomFaults};
-pub use checker::OrderError;
 pub use device::Device;
 pub use kinds::{
     ActuatorFault, ActuatorMode, Delay, Fault, LinkQuality, Loss, MoveRobot, Partition,
@@ -41,7 +40,10 @@ pub use kinds::{
 };
 pub use mission::{FaultValue, MissionFault};
 pub use order::{Faults, Order};
-pub use spec::{ArgumentForm, FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
+pub use spec::{
+    ArgumentForm, FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec, Mode, ModeForm,
+    ModeSize,
+};
 pub use text::Role;
 pub use when::{EventTrigger, TriggerEvent, WhenError};
 

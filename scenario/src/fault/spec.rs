@@ -3,6 +3,7 @@
 use super::Fault;
 use super::checker::{Checked, Checker};
 use crate::Room;
+use crate::limits::{NumberRange, TIME_OR_ZERO, above_zero, closed, whole};
 
 /// The declaration of a fault: its name, its effect and its arguments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -185,6 +186,22 @@ impl FaultArgument {
         self.default.is_none() && !has_default && !is_optional
     }
 
+    /// Returns the range of a number in a room; `None` for other arguments.
+    #[must_use]
+    pub fn numbers(&self, room: Room) -> Option<NumberRange> {
+        let (_, unit) = self.stem_and_unit();
+        Some(match self.range {
+            FaultRange::X => closed(0.0, room.width_m.into(), unit),
+            FaultRange::Y => closed(0.0, room.height_m.into(), unit),
+            FaultRange::Item => whole(0, u32::MAX.into(), unit),
+            FaultRange::Whole(from, to) => whole(from.into(), to.into(), unit),
+            FaultRange::Within(from, to) => closed(from, to, unit),
+            FaultRange::Above(to) => above_zero(to, unit),
+            FaultRange::Time => TIME_OR_ZERO,
+            _ => return None,
+        })
+    }
+
     /// The suffixes of keys and their units. A suffix stands before any suffix that it ends with.
     const UNITS: [(&str, &str); 10] = [
         ("_deg_s", "degrees/s"),
@@ -249,52 +266,51 @@ pub enum FaultRange {
 
 impl FaultRange {
     /// The range of a share.
-    pub(super) const SHARE: Self = Self::Within(0.0, 1.0);
-
-    /// Returns the least and the greatest allowed value of a number in a room; `None` for other arguments.
-    #[must_use]
-    pub fn bounds(&self, room: Room) -> Option<(f64, f64)> {
-        Some(match *self {
-            Self::X => (0.0, room.width_m.into()),
-            Self::Y => (0.0, room.height_m.into()),
-            Self::Item => (0.0, u32::MAX.into()),
-            Self::Whole(from, to) => (from.into(), to.into()),
-            Self::Within(from, to) => (from, to),
-            Self::Above(to) => (0.0, to),
-            Self::Time => (0.0, super::checker::LONGEST_S),
-            _ => return None,
-        })
-    }
-
-    /// Returns true if the value must be a whole number.
-    #[must_use]
-    pub fn is_whole(&self) -> bool {
-        matches!(self, Self::Item | Self::Whole(..))
-    }
+    pub const SHARE: Self = Self::Within(0.0, 1.0);
 }
 
-/// A function from the name, the size and the degrees of a mode to its form in files.
-pub type ParseMode = fn(&str, Option<&str>, Option<f32>) -> Result<toml::Value, String>;
-
-/// The text form of a mode of failure: a name, possibly a size, and possibly the option `--deg`.
-#[derive(Clone, Copy, Debug)]
+/// The modes of failure of a device: a name, possibly a size, and possibly the option `--deg`.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModeForm {
-    /// The names of the modes.
-    pub names: &'static [&'static str],
+    pub modes: &'static [Mode],
     /// The meaning of the size.
     pub size: &'static str,
     /// The meaning of the option `--deg`, if there is one.
     pub deg: Option<&'static str>,
-    /// A function that parses a mode.
-    pub parse: ParseMode,
-    /// A function that formats a mode from its form in files.
-    pub(super) format: fn(toml::Value) -> Option<String>,
 }
 
-impl PartialEq for ModeForm {
-    fn eq(&self, other: &Self) -> bool {
-        self.names == other.names
+/// A mode of failure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode {
+    pub name: &'static str,
+    pub size: ModeSize,
+    /// The required size in words; empty if there is none.
+    pub needs: &'static str,
+}
+
+impl Mode {
+    /// Creates a mode without a size.
+    pub(super) const fn alone(name: &'static str) -> Self {
+        Self::new(name, ModeSize::None, "")
     }
+
+    pub(super) const fn new(name: &'static str, size: ModeSize, needs: &'static str) -> Self {
+        Self { name, size, needs }
+    }
+}
+
+/// The size of a mode of failure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ModeSize {
+    None,
+    Number(NumberRange),
+    /// The error of lengths, and that of a heading after `--deg`. In files it is a table of `m` and `deg`.
+    Error {
+        m: NumberRange,
+        deg: NumberRange,
+    },
+    /// One of these words.
+    Word(&'static [&'static str]),
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 
 use super::spec::{ArgumentForm, FaultArgument, FaultGroup, FaultKind, FaultRange};
-use super::{Fault, Order};
+use super::{Fault, Order, modes};
 use crate::limits::readable;
 
 /// A role that selects the target of a fault in place of a robot's name. The fault applies to the robot that holds the
@@ -44,6 +44,15 @@ impl Fault {
             Self::Mission(fault) => &fault.name,
             _ => self.kind().map_or("", |kind| kind.spec.name),
         }
+    }
+
+    /// Returns the name of the mode of failure, if the fault has one.
+    #[must_use]
+    pub fn mode(&self) -> Option<String> {
+        let is_mode = |argument: &&FaultArgument| matches!(argument.range, FaultRange::Mode(_));
+        let argument = self.kind()?.spec.arguments.iter().find(is_mode)?;
+        let mode = modes::format(self.values().get(argument.key)?);
+        mode.split(' ').next().map(str::to_owned)
     }
 
     /// Returns the role that the fault targets, if any.
@@ -146,9 +155,7 @@ impl FaultArgument {
         }
         match (self.range, value) {
             (FaultRange::Time, toml::Value::Float(time_s)) => write!(f, "{}s", readable(time_s)),
-            (FaultRange::Mode(mode), value) => {
-                f.write_str(&(mode.format)(value).unwrap_or_default())
-            }
+            (FaultRange::Mode(_), mode) => f.write_str(&modes::format(&mode)),
             (_, toml::Value::Float(number)) => f.write_str(&readable(number)),
             (_, toml::Value::Array(groups)) => {
                 let robots = |group: &toml::Value| {

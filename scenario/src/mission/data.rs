@@ -1,6 +1,8 @@
 //! The definition of a mission in files: its section of a scenario, its tasks, behaviors and names. Its world and its robots'
 //! controllers are defined elsewhere.
 
+#![warn(missing_docs)]
+
 use std::fmt::Debug;
 
 use glam::Vec2;
@@ -9,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use super::columns::Column;
 use super::expected_properties::ExpectedProperties;
 use super::section::{MissionSection, Section};
-use crate::fault::{FaultSpec, MissionFault, Order, OrderError};
+use crate::fault::{FaultSpec, MissionFault, Order};
 use crate::ids::TaskId;
 use crate::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
 
@@ -74,16 +76,6 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// Removes values from the section that robots do not receive in advance.
     fn withhold(&self, _section: &mut MissionSection) {}
 
-    /// Returns the scenarios that come with the mission.
-    fn scenarios(&self) -> &'static [BuiltinScenario] {
-        &[]
-    }
-
-    /// Returns the name of a scenario that states none; `None` means the mission's name.
-    fn scenario_name(&self) -> Option<&'static str> {
-        None
-    }
-
     /// Returns the team of a scenario that states none.
     fn team(&self) -> Vec<Robot> {
         let robot = |name: &str| Robot {
@@ -99,27 +91,25 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         None
     }
 
-    /// Returns the unit of a [`family`](Self::family)'s size. The command line accepts `--WORD` instead of `--size`.
-    fn size_option(&self) -> Option<&'static str> {
-        None
-    }
-
     /// Returns the keys of the mission's section in display order. The values of a scenario are checked against them.
     fn parameters(&self) -> Vec<ParameterSpec> {
         Vec::new()
     }
 
-    /// Returns the names that the mission adds to those of every run.
+    /// Returns the declarations that are the same in every scenario.
     fn vocabulary(&self) -> MissionVocabulary;
 
     /// Returns the names of the tasks, and the behaviors in the order of their tasks. Both lists are complete and the
     /// same for the whole run. See [`one_behavior_each`].
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>);
 
-    /// Returns the number of robots that may execute a behavior's task at once, unless the scenario states it; 1 is
-    /// exclusive.
-    fn max_robots(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> u32 {
-        1
+    /// Returns the properties of a behavior's work, which depend on the scenario.
+    fn behavior_properties(
+        &self,
+        _scenario: &Scenario,
+        _behavior: &BehaviorSpec,
+    ) -> BehaviorProperties {
+        BehaviorProperties::default()
     }
 
     /// Returns true if a robot's devices allow a behavior whose task and skill the robot has. By default every robot
@@ -160,11 +150,6 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
     }
 
-    /// Returns the faults that the mission defines.
-    fn faults(&self) -> &'static [FaultSpec] {
-        &[]
-    }
-
     /// Returns the names that an argument of the mission's faults accepts; see [`FaultRange::Name`].
     ///
     /// [`FaultRange::Name`]: crate::fault::FaultRange::Name
@@ -172,11 +157,11 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Checks an order beyond the declarations of the mission's [`faults`](MissionData::faults).
+    /// Checks an order beyond the declarations of the mission's [faults](MissionVocabulary::faults).
     ///
     /// # Errors
     /// Returns the first mistake.
-    fn check_order(&self, _scenario: &Scenario, _order: &Order) -> Result<(), OrderError> {
+    fn check_order(&self, _scenario: &Scenario, _order: &Order) -> Result<(), Problem> {
         Ok(())
     }
 
@@ -184,11 +169,6 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// mission.csv before the next is late, s.
     fn max_event_interval_s(&self, _scenario: &Scenario, _column: &str) -> Option<f64> {
         None
-    }
-
-    /// Returns the measure by which runs of the mission are ranked. The default is the time to completion.
-    fn objective(&self) -> Objective {
-        Objective::Time
     }
 
     /// Returns the properties that every run of the scenario must have.
@@ -210,16 +190,6 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// left. Returns `None` if robots do not search.
     fn search_s(&self, _scenario: &Scenario, _body: &Body) -> Option<f64> {
         None
-    }
-
-    /// Returns the interval after which the work of a behavior is due again, s, if it recurs.
-    fn recurrence_s(&self, _scenario: &Scenario, _behavior: &BehaviorSpec) -> Option<f64> {
-        None
-    }
-
-    /// Returns true if a behavior's task has many units of work, so that a robot keeps the task.
-    fn is_long_running(&self, _behavior: &BehaviorSpec) -> bool {
-        false
     }
 
     /// Returns a function that adds a random section, and the equipment for it, to a scenario with random room and
@@ -337,9 +307,41 @@ pub enum Objective {
     },
 }
 
-/// The names that a mission defines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The properties of a behavior's work.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BehaviorProperties {
+    /// The number of robots that may execute the task at once, unless the scenario states it; 1, the default, is
+    /// exclusive.
+    pub max_robots: u32,
+    /// The interval after which the work is due again, s; `None`, the default, for work that does not recur.
+    pub recurrence_s: Option<f64>,
+    /// True if the task has many units of work, so that a robot keeps the task. The default is false.
+    pub is_long_running: bool,
+}
+
+impl Default for BehaviorProperties {
+    fn default() -> Self {
+        Self {
+            max_robots: 1,
+            recurrence_s: None,
+            is_long_running: false,
+        }
+    }
+}
+
+/// The declarations of a mission that are the same in every scenario.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MissionVocabulary {
+    /// The scenarios that come with the mission.
+    pub scenarios: &'static [BuiltinScenario],
+    /// The name of a scenario that states none; `None` means the mission's name.
+    pub scenario_name: Option<&'static str>,
+    /// The unit of a [family](MissionData::family)'s size. The command line accepts `--WORD` instead of `--size`.
+    pub size_option: Option<&'static str>,
+    /// The faults that the mission defines.
+    pub faults: &'static [FaultSpec],
+    /// The measure by which runs of the mission are ranked. The default is the time to completion.
+    pub objective: Objective,
     /// The sensing devices of this mission alone, which faults can break.
     pub devices: &'static [&'static str],
     /// The devices among them that measure lengths, so that faults can make them noisy or biased.
@@ -364,8 +366,13 @@ pub struct MissionVocabulary {
 }
 
 impl MissionVocabulary {
-    /// A mission without any names, as a base for others.
+    /// A mission without any declarations, as a base for others.
     pub const NONE: Self = Self {
+        scenarios: &[],
+        scenario_name: None,
+        size_option: None,
+        faults: &[],
+        objective: Objective::Time,
         devices: &[],
         measuring_devices: &[],
         notes: &[],

@@ -4,8 +4,8 @@ pub use glam::Vec2;
 
 pub use super::columns::Column;
 pub use super::data::{
-    BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData, MissionVocabulary, Objective,
-    one_behavior_each,
+    BehaviorProperties, BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData,
+    MissionVocabulary, Objective, one_behavior_each,
 };
 pub use super::registry::{Mission, read_section};
 pub use super::section::Section;

@@ -46,7 +46,7 @@ impl Mission {
     /// Returns the name of a scenario of this mission that states none.
     #[must_use]
     pub fn scenario_name(&self) -> &'static str {
-        self.data.scenario_name().unwrap_or(self.name)
+        self.data.vocabulary().scenario_name.unwrap_or(self.name)
     }
 }
 

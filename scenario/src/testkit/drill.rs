@@ -70,6 +70,16 @@ pub fn unlike_robots() -> Setup {
 #[derive(Debug)]
 struct Drill;
 
+const FAULTS: &[FaultSpec] = &[FaultSpec {
+    name: "shake",
+    about: "shakes the floor",
+    arguments: &[
+        FaultArgument::new("x_m", "where, m", FaultRange::X, None),
+        FaultArgument::new("y_m", "where, m", FaultRange::Y, None),
+        FaultArgument::new("times", "how often", FaultRange::Whole(1, 9), Some(1.0)),
+    ],
+}];
+
 impl MissionData for Drill {
     fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
         read_section::<std::collections::BTreeMap<String, u32>>(text)
@@ -88,6 +98,7 @@ impl MissionData for Drill {
 
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
+            faults: FAULTS,
             devices: &["eye", "hand"],
             optional_devices: &[Robot::SIDE_BORDER, "horn"],
             measuring_devices: &["eye"],
@@ -168,18 +179,5 @@ impl MissionData for Drill {
         _behavior: &BehaviorSpec,
     ) -> f64 {
         30.0
-    }
-
-    fn faults(&self) -> &'static [FaultSpec] {
-        const ARGUMENTS: &[FaultArgument] = &[
-            FaultArgument::new("x_m", "where, m", FaultRange::X, None),
-            FaultArgument::new("y_m", "where, m", FaultRange::Y, None),
-            FaultArgument::new("times", "how often", FaultRange::Whole(1, 9), Some(1.0)),
-        ];
-        &[FaultSpec {
-            name: "shake",
-            about: "shakes the floor",
-            arguments: ARGUMENTS,
-        }]
     }
 }

@@ -1,9 +1,11 @@
-//! Shared test data of several crates: a mission without dependencies, and a fault of each kind.
+//! Shared test data of several crates: a mission without dependencies, a fault of each kind, and random values.
 
+mod draw;
 mod drill;
 mod faults;
 mod snapshot;
 
+pub use draw::drawn;
 pub use drill::{DRILL, default_scenario, default_setup, unlike_robots, vocabulary};
 pub use faults::{examples_of, one_of_each};
 pub use snapshot::{entry, refusals};

@@ -1,13 +1,13 @@
 //! Exported files contain the values of the log at each log level, and the same bytes each time.
 
+use alliance_tests::harness::Lab;
+use alliance_tests::python::python;
+use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
 use run_log::{LogLevel, MotivationRow, RunOutcome, TableRow};
 use serde_json::{Value, json};
 
 use super::{bad_day, bytes, files, read};
-use crate::harness::Lab;
-use crate::python::python;
-use crate::team::Team;
 
 const TABLES: [&str; 6] = [
     "events",
@@ -144,22 +144,6 @@ fn tables_keep_every_value() {
             ["run/parquet", "again/tables"].map(|folder| bytes(&lab, &format!("{folder}/{name}")));
         assert!(first == second, "{name}");
     }
-}
-
-#[test]
-fn a_long_table_has_several_row_groups() {
-    let Some(python) = python(&PARQUET) else {
-        return;
-    };
-    let lab = Lab::new();
-    lab.mission("run", &["--in-process"]).expect(0);
-    lab.run(&["export", "run", "--parquet"]).expect(0);
-    let found = read(&lab, &python, "read_parquet.py", &["run", "run/parquet"]);
-    assert!(found["motivations"]["rows"].as_u64() > Some(1 << 16));
-    assert_eq!(found["motivations"]["groups"], 2);
-    assert_eq!(found["events"]["groups"], 1);
-    // Energy is not simulated in this run.
-    assert_eq!(found["poses"]["nulls"], found["poses"]["rows"]);
 }
 
 #[test]

@@ -6,10 +6,9 @@ mod refusals;
 
 use std::path::Path;
 
+use alliance_tests::harness::Lab;
+use alliance_tests::python::run;
 use serde_json::Value;
-
-use crate::harness::Lab;
-use crate::python::run;
 
 /// A scenario with many faults: a late robot, a crash, obstacles, slow ground, energy, message loss, delay and
 /// duplication, and a dead sensor.

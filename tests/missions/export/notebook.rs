@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use alliance_tests::harness::Lab;
+use alliance_tests::python::python;
 use run_log::MotivationRow;
 
 use super::{bytes, read};
-use crate::harness::Lab;
-use crate::python::python;
 
 #[test]
 fn figure_4_9_shows_the_motivations_of_the_log() {

@@ -1,9 +1,9 @@
 //! An export that is impossible is refused in one line and changes no file.
 
+use alliance_tests::harness::Lab;
 use scenario::testkit::entry;
 
 use super::{bytes, files};
-use crate::harness::Lab;
 
 #[test]
 fn wrong_arguments_are_refused_in_one_line() {

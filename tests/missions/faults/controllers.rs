@@ -1,11 +1,11 @@
 //! Faulty sensors, broken actuators and babbling robots: the team detects them, takes over their tasks, and completes
 //! the mission.
 
+use proto::tick::Outcome;
 use run_log::{EventRow, MotivationRow, RunLog};
 use scenario::time::SimTime;
 
 use super::{at, events, hit, mission};
-use crate::harness::Lab;
 
 fn motivation_rows(log: &RunLog, robot: &str, set: &str) -> Vec<MotivationRow> {
     let mut rows = log.rows::<MotivationRow>().unwrap();
@@ -20,41 +20,6 @@ fn taken_over(log: &RunLog, task: &str, from: &str, after: SimTime) -> EventRow 
     rows.filter(|row| row.detail == task && row.robot != from)
         .find(|row| row.t_ms > after)
         .unwrap_or_else(|| panic!("no robot takes {task} over from {from} after {after}"))
-}
-
-#[test]
-fn without_its_side_sensor_blue_continues_with_wander() {
-    let lab = Lab::new();
-    let scenario = r#"
-        [[faults.timeline]]
-        id = "s"
-        fault.sensor = { robot = "blue", device = "side-border", mode = "dead" }
-        at_s = 20.0
-        # Blue must be the first robot to try the other behavior.
-        [alliance.robots.blue.sets.find-locations-wander]
-        fast_impatience = 20.0
-    "#;
-    let log = mission(&lab, "no-side-sensor", scenario, &[], 0);
-    hit(&log, "s");
-    let methodical = motivation_rows(&log, "blue", "find-locations-methodical");
-    let before = methodical.iter().find(|row| row.t_ms == at(19.95)).unwrap();
-    assert_eq!(before.state, "active");
-    assert!(before.sensory_feedback);
-    let from = methodical.iter().filter(|row| row.t_ms >= at(20.0));
-    for row in from {
-        assert!(
-            !row.sensory_feedback && row.state == "hibernating",
-            "{row:?}"
-        );
-    }
-    let stopped = events(&log, "hibernated", Some("blue"));
-    assert_eq!(stopped[0].t_ms, at(20.0));
-    assert_eq!(stopped[0].reason, "not-applicable");
-    let wander = events(&log, "activated", Some("blue"));
-    let wander = wander
-        .iter()
-        .find(|row| row.subject == "find-locations-wander");
-    assert!(wander.is_some(), "blue does not wander");
 }
 
 /// Returns the largest error of the border in a PositionUpdate, in m.
@@ -77,7 +42,6 @@ fn error_m(update: &EventRow) -> f32 {
 
 #[test]
 fn wrong_locations_are_detected_and_withdrawn() {
-    let lab = Lab::new();
     for (name, mode, from, to) in [
         ("biased", "{ bias = { m = 1.5 } }", 5.0, 75.0),
         ("noisy", "{ noise = { m = 1.0 } }", 5.0, 75.0),
@@ -88,7 +52,7 @@ fn wrong_locations_are_detected_and_withdrawn() {
             "[[faults.timeline]]\nid = \"s\"\nat_s = {from}\nfor_s = {seconds}\n\
              fault.sensor = {{ robot = \"blue\", device = \"position\", mode = {mode} }}\n"
         );
-        let log = mission(&lab, name, &scenario, &[], 0);
+        let log = mission(name, &scenario, Outcome::Complete);
         hit(&log, "s");
         let updates = events(&log, "position-update", None);
         let wrong = updates.iter().find(|update| error_m(update) > 1.0);
@@ -105,8 +69,8 @@ fn wrong_locations_are_detected_and_withdrawn() {
 }
 
 /// Returns the robot that first moves items of the top spill, and the time of its activation.
-fn mover(lab: &Lab, name: &str) -> (String, SimTime) {
-    let log = mission(lab, name, "", &[], 0);
+fn mover() -> (String, SimTime) {
+    let log = mission("undisturbed", "", Outcome::Complete);
     let activated = events(&log, "activated", None);
     let first = activated
         .iter()
@@ -117,8 +81,7 @@ fn mover(lab: &Lab, name: &str) -> (String, SimTime) {
 
 #[test]
 fn the_tasks_of_robots_with_broken_actuators_or_babble_are_taken_over() {
-    let lab = Lab::new();
-    let (robot, since) = mover(&lab, "undisturbed");
+    let (robot, since) = mover();
     let at_s = since.as_secs_f64() + 5.0;
     for (name, fault) in [
         (
@@ -137,7 +100,7 @@ fn the_tasks_of_robots_with_broken_actuators_or_babble_are_taken_over() {
         ("babble", format!("babble = \"{robot}\"")),
     ] {
         let scenario = format!("[[faults.timeline]]\nid = \"a\"\nat_s = {at_s}\nfault.{fault}\n");
-        let log = mission(&lab, name, &scenario, &[], 0);
+        let log = mission(name, &scenario, Outcome::Complete);
         hit(&log, "a");
         let robot = robot.as_str();
         let active = motivation_rows(&log, robot, "move-spill(top)");

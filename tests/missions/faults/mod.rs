@@ -1,44 +1,59 @@
-//! Faults in missions by real processes: each has its stated effect, appears in the log, and is repeated byte for
-//! byte.
+//! Faults in missions: each has its stated effect, appears in the log, and is repeated byte for byte.
 
 mod controllers;
 mod links;
-mod orders;
 mod processes;
 mod replays;
 mod storms;
 
 use std::collections::BTreeMap;
 
+use alliance_tests::harness::Lab;
+use alliance_tests::runs::{parse, play};
+use analysis::diff::{Comparison, compare};
+use analysis::replay::replay;
 use missions::waste::data::WasteRow;
 use proto::control::FaultStatus;
-use run_log::{EventRow, MotivationRow, RunLog};
+use proto::tick::Outcome;
+use run_log::{EventRow, LogLevel, MotivationRow, RunLog};
 use scenario::time::SimTime;
 
-use crate::harness::Lab;
-
-/// Runs a mission with faults under `alliance run` and returns its log.
+/// Runs a mission with faults in one process and returns its log.
 ///
-/// For all faults it checks that the run is scripted, that each row accounts for all items, and that a replay in one
-/// process is identical.
+/// For all faults it checks the outcome, that each row accounts for all items, and that a replay is identical.
 #[track_caller]
-fn mission(lab: &Lab, name: &str, scenario: &str, arguments: &[&str], status: i32) -> RunLog {
-    let file = format!("{name}.toml");
-    let text = format!("name = \"{name}\"\n{scenario}");
-    std::fs::write(lab.path(&file), text).unwrap();
-    let mut all = vec![file.as_str()];
-    all.extend(arguments);
-    lab.mission(name, &all).expect(status);
-    let log = lab.log(name);
-    assert!(!log.run.unscripted, "{name} is unscripted");
+fn mission(name: &str, scenario: &str, expected: Outcome) -> RunLog {
+    let (outcome, log) = play(parse(&format!("name = \"{name}\"\n{scenario}")), 1);
+    assert_eq!(outcome, expected, "{name}");
     assert_items_accounted_for(&log);
-    let replay = lab.run(&["replay", name]).expect(0);
-    assert!(
-        replay.answer().starts_with("identical"),
-        "{}",
-        replay.stderr
-    );
+    assert_replay_is_identical(&log);
     log
+}
+
+/// Runs a mission with faults by processes and returns its log. It checks the same as [`mission`], and that the run is
+/// scripted.
+#[track_caller]
+fn mission_by_processes(lab: &Lab, scenario: &str, arguments: &[&str], status: i32) -> RunLog {
+    std::fs::write(lab.path("faults.toml"), scenario).unwrap();
+    lab.mission("run", &[&["faults.toml"], arguments].concat())
+        .expect(status);
+    let log = lab.log("run");
+    assert!(!log.run.unscripted);
+    assert_items_accounted_for(&log);
+    assert_replay_is_identical(&log);
+    log
+}
+
+#[track_caller]
+fn assert_replay_is_identical(log: &RunLog) {
+    let (_, again) = replay(log, LogLevel::Full, |_| {}).unwrap();
+    let comparison = compare(log, &again).unwrap();
+    let is_identical = matches!(comparison, Comparison::Identical { .. });
+    assert!(
+        is_identical,
+        "{}: {comparison}",
+        log.run.setup.scenario.name
+    );
 }
 
 /// Checks that no row of mission.csv loses or duplicates an item.

@@ -4,6 +4,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use alliance_tests::harness::Lab;
+use alliance_tests::operator::announced;
+use alliance_tests::team::Team;
 use cluster::rendezvous::ConnectionRole;
 use launch::control::query;
 use launch::observer::Observer;
@@ -16,9 +19,6 @@ use scenario::fault::Order;
 use tokio::task::JoinSet;
 
 use super::assert_items_accounted_for;
-use crate::harness::Lab;
-use crate::hostile::announced;
-use crate::team::Team;
 
 /// Orders with `{}` for a robot name. After a kill with an end or a restart the robot has another process.
 const ORDERS: [&str; 16] = [
@@ -47,10 +47,10 @@ const SIGNALS: [Signal; 4] = [
     Signal::SIGCONT,
 ];
 
-/// Runs `ALLIANCE_REPLAYS` or 10 missions by real processes.
+/// Runs `ALLIANCE_REPLAYS` or 2 missions by real processes.
 #[test]
 fn every_fuzzed_run_is_repeated_byte_for_byte() {
-    let runs = std::env::var("ALLIANCE_REPLAYS").map_or(10, |runs| runs.parse().unwrap());
+    let runs = std::env::var("ALLIANCE_REPLAYS").map_or(2, |runs| runs.parse().unwrap());
     let mut all = (0, 0);
     for seed in 0..runs {
         let lab = Lab::new();

@@ -1,9 +1,9 @@
 //! World, router and agents, each started separately on its host.
 
+use alliance_tests::harness::Process;
 use nix::sys::signal::Signal;
 
-use super::{Machines, Run, STALL_AFTER, WORLD, sleep};
-use crate::harness::Process;
+use super::{Machines, Run, STALL_AFTER, WORLD};
 
 const ROUTER: &str = "tls/10.0.0.2:7447";
 
@@ -132,37 +132,4 @@ fn a_killed_router_ends_the_incarnations_behind_it_and_they_join_again() {
     }
     second.wait().expect(0);
     machines.assert_inputs(&["joined 1", "gone 1", "joined 2"]);
-}
-
-#[test]
-fn a_stopped_router_stalls_the_robots_behind_it() {
-    let Some(machines) = Machines::enter(3, &places()) else {
-        return;
-    };
-    let arguments = [
-        "--limit",
-        "200",
-        "--speed",
-        "10x",
-        "--stall-after",
-        STALL_AFTER,
-    ];
-    let Parts {
-        mut run,
-        router,
-        agents,
-    } = start(&machines, &arguments);
-    run.wait_for("activated", &BEHIND, 1);
-    router.signal(Signal::SIGSTOP);
-    sleep(3);
-    run.wait_for("stalled", &BEHIND, 1);
-    run.run_for(5);
-    router.signal(Signal::SIGCONT);
-    run.wait_for("back", &BEHIND, 1);
-    run.end_soon();
-    for agent in agents {
-        agent.wait().expect(0);
-    }
-    router.wait().expect(0);
-    machines.assert_inputs(&["joined 1", "stalled", "back"]);
 }

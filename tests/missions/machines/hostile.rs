@@ -1,13 +1,15 @@
-//! A hostile host on the network: without a certificate of the team, with an expired one, and with a robot's
-//! certificate. The run keeps the bytes of an undisturbed run.
+//! A hostile host on the network, without a certificate of the team and with a robot's certificate. The run keeps the
+//! bytes of an undisturbed run.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::net::{SocketAddrV4, TcpListener, TcpStream};
-use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use alliance_tests::harness::wait_until;
+use alliance_tests::operator::{MEMORY_MIB, peak_memory};
+use cluster::key_files::KeyFiles;
 use cluster::keyring::Keyring;
 use cluster::member::Login;
 use cluster::session;
@@ -22,10 +24,7 @@ use rand_chacha::rand_core::SeedableRng;
 use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
 
-use super::forged::{ahead, holds, over, signed_by_the_team};
 use super::{Machines, WORLD};
-use crate::harness::wait_until;
-use crate::hostile::{MEMORY_MIB, peak_memory};
 
 /// The number of connections that are open at once.
 const CROWD: usize = 500;
@@ -34,7 +33,7 @@ const CROWD: usize = 500;
 const EACH: u32 = 5;
 
 /// The round in which the crowd of connections has existed for a while.
-const CROWDED: u32 = EACH + 20;
+const CROWDED: u32 = 8;
 
 /// The number of messages that the insider captures and replays.
 const CAPTURED: usize = 200;
@@ -58,9 +57,7 @@ fn a_hostile_host_changes_no_byte() {
         let insider = Insider::enter(&machines);
         for round in 0.. {
             match round {
-                0..EACH => outsider.log_in(&mut tries),
-                // A failed login delays the next login at the world, so there are no more of them.
-                EACH => outsider.open_crowd(&mut tries),
+                0 => outsider.open_crowd(&mut tries),
                 CROWDED => run.pace("max"),
                 _ => outsider.send_slowly(&mut tries),
             }
@@ -94,10 +91,8 @@ fn a_hostile_host_changes_no_byte() {
     machines.replayed_log();
 }
 
+/// A host without a valid certificate. `cluster` tests that it cannot log in.
 struct Outsider {
-    /// The logins that must be refused, by description.
-    logins: Vec<(&'static str, Login)>,
-    no_certificate: String,
     /// The first bytes of a TLS connection.
     greeting: Vec<u8>,
     crowd: Vec<TcpStream>,
@@ -106,80 +101,11 @@ struct Outsider {
 
 impl Outsider {
     fn of(machines: &Machines) -> Self {
-        let lab = &machines.lab;
-        lab.run(&["cluster", "keys", "cluster.toml", "--out", "other"])
-            .expect(0);
-        let team_keys = lab.path("keys");
-        let of = |folder: &Path, identity| keyring(folder, &team_keys, identity);
-        let gold = of(&team_keys, "robot-gold");
-        let tls = |keyring: &Keyring, user: &str, password: &str| Login {
-            endpoint: WORLD.to_owned(),
-            user: user.to_owned(),
-            password: password.to_owned(),
-            keyring: Some(keyring.clone()),
-        };
-        let known = |keyring: &Keyring| tls(keyring, "robot-gold", &gold.secret);
-        let other = lab.path("other");
-        let folders = [("over", over()), ("ahead", ahead())];
-        let [past, future] = folders.map(|(name, dates)| {
-            let folder = signed_by_the_team(&team_keys, &lab.path(name), "robot-gold", dates);
-            known(&of(&folder, "robot-gold"))
-        });
-        let logins = vec![
-            (
-                "authority of another team",
-                known(&of(&other, "robot-gold")),
-            ),
-            (
-                "host of another team",
-                tls(
-                    &of(&other, "host-h2"),
-                    "host-h2",
-                    &of(&team_keys, "host-h2").secret,
-                ),
-            ),
-            ("certificate that is over", past),
-            ("certificate of tomorrow", future),
-            (
-                "no encryption",
-                Login {
-                    endpoint: WORLD.replace("tls/", "tcp/"),
-                    keyring: None,
-                    ..known(&gold)
-                },
-            ),
-            (
-                "wrong password",
-                tls(&gold, "robot-gold", "0123456789abcdef0123456789abcdef"),
-            ),
-            (
-                "gold's certificate and blue's name",
-                tls(&gold, "robot-blue", &gold.secret),
-            ),
-            (
-                "gold's certificate and the world's name",
-                tls(&gold, "world", &gold.secret),
-            ),
-        ];
         Self {
-            no_certificate: session::client(&known(&gold), true)
-                .replace("enable_mtls: true", "enable_mtls: false"),
-            greeting: greeting(machines, &known(&gold)),
-            logins,
+            greeting: greeting(machines),
             crowd: Vec::new(),
             rng: ChaCha8Rng::seed_from_u64(5),
         }
-    }
-
-    /// Tries each login once.
-    fn log_in(&mut self, tries: &mut Tries) {
-        for (attack, login) in &self.logins {
-            assert!(open(login).is_err(), "{attack}");
-            *tries.entry(attack).or_default() += 1;
-        }
-        // The client trusts the team's authority but has no certificate.
-        assert!(open_by(&self.no_certificate).is_err(), "no certificate");
-        *tries.entry("no certificate").or_default() += 1;
     }
 
     /// Opens connections that send nothing, half a greeting, junk, or a whole greeting, and then stay idle.
@@ -225,17 +151,7 @@ struct Insider {
 
 impl Insider {
     fn enter(machines: &Machines) -> Self {
-        let team_keys = machines.lab.path("keys");
-        // These dates are valid, unlike those of the outsider.
-        let folder = machines.lab.path("holds");
-        let folder = signed_by_the_team(&team_keys, &folder, "robot-gold", holds());
-        let keyring = keyring(&folder, &team_keys, "robot-gold");
-        let login = Login {
-            endpoint: WORLD.to_owned(),
-            user: "robot-gold".to_owned(),
-            password: keyring.secret.clone(),
-            keyring: Some(keyring.clone()),
-        };
+        let login = login_of_gold(machines, WORLD);
         let session = open(&login).unwrap();
         let worlds = session.liveliness().get(ALIVE_WORLDS).wait().unwrap();
         let world = worlds.recv().unwrap().into_result().unwrap();
@@ -265,7 +181,7 @@ impl Insider {
         let insider = Self {
             session,
             keys,
-            secret: Secret::from_token(&keyring.secret),
+            secret: Secret::from_token(&login.password),
             captured,
         };
         // The insider has joined: it receives what gold may receive.
@@ -365,24 +281,20 @@ impl Insider {
     }
 }
 
-/// Returns a member's keyring from a folder, with its real secret. The loader of the program would refuse expired
-/// certificates.
-fn keyring(folder: &Path, team_keys: &Path, identity: &str) -> Keyring {
-    let read = |path: PathBuf| std::fs::read_to_string(path).unwrap();
-    let file = |ending: &str| read(folder.join(format!("{identity}.{ending}")));
-    let secret = read(team_keys.join(format!("{identity}.secret")));
-    Keyring {
-        identity: identity.to_owned(),
-        // The authority of the team, which an outsider also needs to reach this world.
-        ca: read(team_keys.join("ca.pem")),
-        certificate: file("pem"),
-        key: file("key"),
-        secret: secret.trim().to_owned(),
+/// Returns the login of gold with a copy of its keys.
+fn login_of_gold(machines: &Machines, endpoint: &str) -> Login {
+    let folder = KeyFiles::Folder(machines.lab.path("keys"));
+    let keyring = Keyring::read(&folder, "robot-gold").unwrap();
+    Login {
+        endpoint: endpoint.to_owned(),
+        user: "robot-gold".to_owned(),
+        password: keyring.secret.clone(),
+        keyring: Some(keyring),
     }
 }
 
 /// Returns the first bytes that zenoh sends over TLS.
-fn greeting(machines: &Machines, login: &Login) -> Vec<u8> {
+fn greeting(machines: &Machines) -> Vec<u8> {
     let at = SocketAddrV4::new(machines.hosts.address("h3"), 7447);
     machines.hosts.within("h3", || {
         let listener = TcpListener::bind(at).unwrap();
@@ -392,25 +304,16 @@ fn greeting(machines: &Machines, login: &Login) -> Vec<u8> {
             bytes.truncate(length);
             bytes
         });
-        let endpoint = format!("tls/{at}");
-        assert!(
-            open(&Login {
-                endpoint,
-                ..login.clone()
-            })
-            .is_err()
-        );
+        let login = login_of_gold(machines, &format!("tls/{at}"));
+        assert!(open(&login).is_err());
         receiver.join().unwrap()
     })
 }
 
 /// Opens a session with one try.
 fn open(login: &Login) -> zenoh::Result<Session> {
-    open_by(&session::client(login, true))
-}
-
-fn open_by(config: &str) -> zenoh::Result<Session> {
-    zenoh::open(zenoh::Config::from_json5(config)?).wait()
+    let config = session::client(login, true);
+    zenoh::open(zenoh::Config::from_json5(&config)?).wait()
 }
 
 /// Prints the ticks per second of a run with and without a hostile host, in turn. The run has one core and the
@@ -445,7 +348,6 @@ fn the_cost_of_a_hostile_host() {
                 // The insider joins first, because a crowd blocks new connections.
                 let insider = Insider::enter(&machines);
                 let mut outsider = Outsider::of(&machines);
-                outsider.log_in(&mut tries);
                 outsider.open_crowd(&mut tries);
                 (outsider, insider)
             });
@@ -473,9 +375,7 @@ fn the_cost_of_a_hostile_host() {
         rates[usize::from(is_attacked)].push(rate);
         run.end();
         daemon.wait().expect(0);
-        for folder in ["run", "other", "over", "ahead", "holds"] {
-            let _ = std::fs::remove_dir_all(machines.lab.path(folder));
-        }
+        let _ = std::fs::remove_dir_all(machines.lab.path("run"));
     }
     let [alone, attacked] = rates.map(|mut rates| {
         rates.sort_by(f64::total_cmp);

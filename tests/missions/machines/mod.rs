@@ -1,7 +1,6 @@
 //! Runs over several machines, which are hosts of a test network: real processes, real TLS, and network failures.
 
 mod by_hand;
-mod forged;
 mod hostile;
 mod outages;
 mod returns;
@@ -12,10 +11,9 @@ mod whole;
 use std::fs;
 use std::time::Duration;
 
+use alliance_tests::harness::{Finished, Lab, Process, wait_until};
 use alliance_tests::hosts::Hosts;
 use run_log::{Input, RunLog};
-
-use crate::harness::{Finished, Lab, Process, wait_until};
 
 const WORLD: &str = "tls/10.0.0.1:7447";
 

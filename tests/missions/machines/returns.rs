@@ -1,9 +1,9 @@
 //! Hosts that crash and return: the incarnations of their robots end, new ones begin, and the log repeats the run.
 
+use alliance_tests::harness::{Process, command_line, wait_until};
 use nix::sys::signal::Signal;
 
 use super::{Machines, Run, STALL_AFTER, sleep};
-use crate::harness::{Process, command_line, wait_until};
 
 const AWAY: [&str; 2] = ["gold", "green"];
 

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use alliance_tests::harness::{alliance, command_line, wait_until};
 use nix::sys::signal::Signal;
 
 use super::{Machines, Run};
-use crate::harness::{ALLIANCE, command_line, wait_until};
 
 const PLACES: [(&str, &[&str]); 3] = [("h1", &["blue"]), ("h2", &["gold"]), ("h3", &["green"])];
 
@@ -21,8 +21,9 @@ fn enter() -> Option<Machines> {
 /// Returns the command that starts `alliance` on a host. As with `ssh`, an intermediate process does not pass on
 /// signals.
 fn start() -> String {
+    let alliance = alliance().display().to_string();
     format!(
-        "sh -c 'env XDG_RUNTIME_DIR=/run/{{name}} ip netns exec {{name}} {ALLIANCE} \"$@\"; exit $?' sh"
+        "sh -c 'env XDG_RUNTIME_DIR=/run/{{name}} ip netns exec {{name}} {alliance} \"$@\"; exit $?' sh"
     )
 }
 

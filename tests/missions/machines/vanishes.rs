@@ -1,10 +1,10 @@
 //! A world that is gone: its hosts let the run go. A killed world closes its connections; a vanished machine does not.
 
+use alliance_tests::harness::{Process, command_line};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
 use super::{Machines, Run};
-use crate::harness::{Process, command_line};
 
 const AWAY: [&str; 2] = ["gold", "green"];
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use alliance_tests::harness::wait_until;
 use alliance_tests::needs::cannot_run;
 use fantoccini::actions::{
     InputSource, KeyAction, KeyActions, MOUSE_BUTTON_LEFT, MouseActions, PointerAction,
@@ -14,8 +15,6 @@ use hyper_util::client::legacy::connect::HttpConnector;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tokio::runtime::Runtime;
-
-use crate::harness::wait_until;
 
 /// The window size of a laptop.
 pub const LAPTOP: (u32, u32) = (1280, 800);

@@ -1,12 +1,12 @@
 //! A finished run on the page: every tick equals the log.
 
+use alliance_tests::harness::{Lab, Process};
+use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
 use run_log::{MissionRow, MotivationRow, PoseRow};
 use serde_json::Value;
 
 use super::client::Page;
-use crate::harness::{Lab, Process};
-use crate::team::Team;
 
 fn view(lab: &Lab) -> (Process, Page) {
     let mut view = lab.start(&["watch", "run"]);

@@ -1,9 +1,10 @@
 //! Only the page itself can change a run: no page of another origin, no rebound host name, and no client without the
 //! token of the link.
 
+use alliance_tests::harness::{Lab, command_line};
+use alliance_tests::team::Team;
+
 use super::client::Page;
-use crate::harness::{Lab, command_line};
-use crate::team::Team;
 
 const KILL: &str = r#"{"fault": {"fault": {"kill": "gold"}}}"#;
 

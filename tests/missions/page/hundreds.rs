@@ -1,10 +1,10 @@
 //! A team of hundreds of robots in a real browser: the page builds only visible elements.
 
+use alliance_tests::harness::{Lab, Process};
 use serde_json::json;
 
 use super::browser::{Browser, LAPTOP};
 use super::client::Page;
-use crate::harness::{Lab, Process};
 
 const ROBOTS: usize = 300;
 

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use alliance_tests::harness::{Lab, command_line, wait_until};
+use alliance_tests::team::Team;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::{Value, json};
 
 use super::client::Page;
-use crate::harness::{Lab, command_line, wait_until};
-use crate::team::Team;
 
 #[test]
 fn a_page_never_changes_a_byte_of_the_run() {
@@ -172,36 +172,4 @@ fn a_page_that_reads_late_still_receives_the_end_of_the_run() {
 /// Returns the views in the past frame of a run at its beginning.
 fn past_views(page: &Page) -> Value {
     page.live().wait_for("past")["views"].clone()
-}
-
-/// Data that grows with the square of the team size is not sent to a page.
-#[test]
-fn a_large_team_that_has_not_joined_yet_has_a_page() {
-    let lab = Lab::new();
-    let robots: String = (0..300)
-        .map(|rank| format!("[[robots]]\nname = \"r{rank}\"\n"))
-        .collect();
-    let scenario = format!("room = {{ width_m = 120.0, height_m = 300.0 }}\n{robots}");
-    std::fs::write(lab.path("many.toml"), scenario).unwrap();
-    let mut world = lab.start(&["cluster", "world", "many.toml", "--out", "run"]);
-    world.wait_for_stderr("waiting for robots");
-    let mut watch = lab.start(&["watch"]);
-    watch.wait_for_stderr("/#");
-    let page = Page::from_output(&watch.stderr());
-    let about = page.get("/api/run");
-    assert_eq!(about["scenario"]["robots"].as_array().unwrap().len(), 300);
-    assert_eq!(about["alliance"]["threshold"], 100.0);
-    let mut stream = page.live();
-    let view = stream.wait_for("view");
-    let robots = view["robots"].as_array().unwrap();
-    assert_eq!(robots.len(), 300);
-    assert!(robots.iter().all(|robot| robot["state"] == "coming"));
-    // Only this server ends, so the stream does not report the end of the run.
-    watch.signal(Signal::SIGINT);
-    while let Some(frame) = stream.next() {
-        assert_eq!(frame.get("ended"), None);
-    }
-    watch.wait().expect(0);
-    world.signal(Signal::SIGINT);
-    world.wait().expect(1);
 }

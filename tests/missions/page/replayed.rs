@@ -1,10 +1,10 @@
 //! A finished run in a real browser: seeking and playing.
 
+use alliance_tests::harness::Lab;
 use nix::sys::signal::Signal;
 
 use super::browser::{Browser, LAPTOP};
 use super::client::Page;
-use crate::harness::Lab;
 
 #[test]
 fn a_finished_run_can_be_played_and_sought() {

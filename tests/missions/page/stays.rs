@@ -1,10 +1,9 @@
-//! Conveniences of the command for observers: real-time speed, a page that stays, a link to the newest run, and the
-//! next commands.
+//! Conveniences of the command for observers: real-time speed, and a page that stays.
 
+use alliance_tests::harness::{Lab, Process};
 use nix::sys::signal::Signal;
 
 use super::client::Page;
-use crate::harness::{Lab, Process};
 
 /// An environment in which no browser can be opened.
 const NO_BROWSER: [(&str, &str); 1] = [("PATH", "")];
@@ -41,7 +40,7 @@ fn an_opened_page_or_a_paused_start_means_real_time_unless_a_speed_is_stated() {
         assert_eq!(view["clock"]["paused"], true);
         run.signal(Signal::SIGINT);
         // After an interrupt the page does not stay.
-        run.wait().expect(1);
+        run.wait().expect(130);
     }
 }
 
@@ -75,42 +74,4 @@ fn an_opened_page_stays_with_the_log() {
         "{}",
         ended.stderr
     );
-}
-
-#[test]
-fn a_run_without_a_staying_page_prints_the_next_commands() {
-    let lab = Lab::new();
-    let ended = lab.mission("run", &["--limit", "5"]).expect(1);
-    let last: Vec<&str> = ended.stderr.lines().rev().take(2).collect();
-    assert_eq!(
-        last,
-        ["        alliance report run", "next    alliance watch run"]
-    );
-}
-
-#[test]
-fn the_link_to_the_newest_run_exists_during_a_run_and_after_a_kill_of_its_world() {
-    let lab = Lab::new();
-    let leads_to = || std::fs::canonicalize(lab.path("runs/latest")).unwrap();
-    lab.mission("elsewhere", &["--limit", "5"]).expect(1);
-    assert_eq!(leads_to(), lab.path("elsewhere").canonicalize().unwrap());
-    let mut run = lab.start(&["run", "--no-page", "--speed", "1x", "--json"]);
-    run.wait_for_stderr("process ids: ");
-    let world = run.stderr();
-    let world = world.split("process ids: world ").nth(1).unwrap();
-    let world: i32 = world.split(',').next().unwrap().parse().unwrap();
-    crate::harness::wait_until("another link", || {
-        leads_to() != lab.path("elsewhere").canonicalize().unwrap()
-    });
-    let newest = leads_to();
-    assert!(newest.starts_with(lab.path("runs").canonicalize().unwrap()));
-    nix::sys::signal::kill(nix::unistd::Pid::from_raw(world), Signal::SIGKILL).unwrap();
-    run.wait().expect(3);
-    assert_eq!(leads_to(), newest);
-    // A separate world is also a run.
-    let mut by_hand = lab.start(&["cluster", "world", "--out", "by-hand"]);
-    by_hand.wait_for_stderr("waiting for robots");
-    assert_eq!(leads_to(), lab.path("by-hand").canonicalize().unwrap());
-    by_hand.signal(Signal::SIGTERM);
-    by_hand.wait();
 }

@@ -1,36 +1,20 @@
 //! A live run in a real browser, watched and controlled like by a user.
 
-use std::io::{Read, Write};
-use std::net::{Ipv4Addr, TcpListener};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
-
+use alliance_tests::harness::{Lab, command_line};
+use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
 use run_log::{EventRow, PoseRow};
 use serde_json::{Value, json};
 
 use super::browser::{Browser, LANDSCAPE, LAPTOP, PHONE};
 use super::client::Page;
-use crate::harness::{Lab, command_line};
-use crate::team::Team;
 
 /// The condition that a notice acknowledges the first fault with its time.
 const NOTICE: &str = "/f1: .* from .* s .tick /.test(document.querySelector('#notices').innerText)";
 
 /// Opens the page of a run that is paused at its beginning.
 fn open<'l>(lab: &'l Lab, browser: &Browser, arguments: &[&str]) -> (Team<'l>, Page) {
-    open_with(lab, browser, arguments, &[])
-}
-
-/// Opens such a page with additional environment variables.
-fn open_with<'l>(
-    lab: &'l Lab,
-    browser: &Browser,
-    arguments: &[&str],
-    variables: &[(&str, &str)],
-) -> (Team<'l>, Page) {
-    let mut team = Team::start_with(lab, &[arguments, &["--paused"]].concat(), variables);
+    let mut team = Team::start_with_page(lab, &[arguments, &["--paused"]].concat());
     team.wait_for_page();
     let page = Page::from_output(&team.launcher().stderr());
     browser.open(&page.link());
@@ -368,209 +352,6 @@ fn a_link_and_a_sensor_are_broken_by_clicks_and_both_faults_are_undone() {
         .collect();
     assert_eq!(shown, [("partition", true), ("sensor", true)]);
     assert!(faults.iter().all(|fault| fault.healed_ms.is_some()));
-}
-
-#[test]
-fn the_faults_and_devices_of_an_external_mission_are_on_the_page() {
-    let Some(browser) = Browser::start(LAPTOP) else {
-        return;
-    };
-    let lab = Lab::new();
-    let scenario = include_str!("../../../docs/examples/own-mission/visit.toml");
-    let (without_faults, _) = scenario.split_once("[[faults.timeline]]").unwrap();
-    std::fs::write(lab.path("visit.toml"), without_faults).unwrap();
-    let arguments = ["visit.toml", "--speed", "max"];
-    let (team, page) = open_with(&lab, &browser, &arguments, &[("VISIT", "1")]);
-    let left = "alliance.view.mission[1]";
-    assert_eq!(browser.eval(left), 6);
-    let tools =
-        "[...document.querySelectorAll('#fault-tools button')].map(it => [it.innerText, it.title])";
-    let touch = ["Touch", "Marks all places within the radius as visited (c)"];
-    assert_eq!(browser.eval(tools), json!([touch]));
-    // The key of the fault. An argument that is no position has a field with the mission's text.
-    browser.press('c');
-    let fields = "[...document.querySelectorAll('#fault-fields label')].map(it => [it.innerText, it.title, it.querySelector('input').value])";
-    browser.wait_for(&format!("({fields}).length == 1"));
-    let within = ["within\nm", "The radius around the position, m", "0.5"];
-    assert_eq!(browser.eval(fields), json!([within]));
-    // An argument out of range is not sent.
-    let field = "document.querySelector('#fault-fields [data-field=within_m]')";
-    browser.eval(&format!("{field}.value = 101"));
-    let click_at = |x, y| {
-        let place = canvas(&browser, x, y);
-        browser.drag(place, place);
-    };
-    click_at(4.3, 2.0);
-    assert_eq!(browser.eval(&format!("{field}.matches(':invalid')")), true);
-    assert_eq!(page.control(r#""list""#)["faults"], json!([]));
-    // Place "d" is within the default radius. No place is within the small radius near "e".
-    browser.eval(&format!("{field}.value = ''"));
-    click_at(4.3, 2.0);
-    browser.wait_for(&format!("{left} == 5"));
-    browser.wait_for(NOTICE);
-    browser.screenshot("page-of-somebody-else");
-    browser.eval(&format!("{field}.value = 0.2"));
-    click_at(7.8, 1.0);
-    browser.click("[data-robot=blue] [data-action=sensors]");
-    let devices = "[...document.querySelectorAll('#menu [data-field=device] option')].map(it => it.innerText)";
-    assert_eq!(
-        browser.eval(devices),
-        json!([
-            "position",
-            "front border",
-            "collision avoidance",
-            "touch",
-            "ground"
-        ])
-    );
-    browser.choose("#menu [data-field=device]", "touch");
-    browser.click("#menu [data-action=break]");
-    browser.wait_for("alliance.view.faults.some(it => it.order.fault.sensor?.device == 'touch')");
-    // Events of a tick are shown at its end.
-    run_to(&browser, &page, 1);
-    browser.click("#tab-faults");
-    let row_text = "touch --within-m 0.2 --x-m 7.8 --y-m 1";
-    browser.wait_for(&format!(
-        "document.querySelector('#fault-rows').innerText.includes({row_text:?})"
-    ));
-    assert_eq!(browser.eval(left), 5);
-    assert_eq!(browser.console(), Vec::<String>::new());
-    resume_at_full_speed(&page);
-    team.wait().expect(0);
-    let replayed = lab.start_with(&["replay", "run"], &[("VISIT", "1")]);
-    replayed.wait().expect(0);
-}
-
-/// An allocator without motivations has utilities without a threshold.
-#[test]
-fn utilities_are_drawn_for_an_allocator_without_motivations() {
-    let Some(browser) = Browser::start(LAPTOP) else {
-        return;
-    };
-    let lab = Lab::new();
-    let arguments = ["--allocator", "nearest", "--speed", "max", "--limit", "100"];
-    let (team, page) = open(&lab, &browser, &arguments);
-    let measures = "[...document.querySelectorAll('[data-chart]')].map(it => it.dataset.measure)";
-    let utilities = json!(["utility", "utility", "utility"]);
-    browser.wait_for(&format!("{measures}.length == 3"));
-    assert_eq!(browser.eval(measures), utilities);
-    run_to(&browser, &page, 1500);
-    assert_eq!(browser.eval(measures), utilities);
-    let active = browser.eval("alliance.run.catalog.sets[alliance.view.robots[0].active].name");
-    let shown = format!("[data-chart=blue] [data-motivation={active}]");
-    // The utility of an active behavior is at least 1.
-    browser.wait_for(&format!(
-        "Number(document.querySelector({shown:?}).innerText) >= 1"
-    ));
-    browser.screenshot("page-utilities");
-    assert_eq!(browser.console(), Vec::<String>::new());
-    resume_at_full_speed(&page);
-    team.wait().expect(1);
-}
-
-/// Sends all kinds of requests from a page of another origin in the same browser, with the address and even the token.
-#[test]
-fn a_page_of_another_origin_in_the_same_browser_cannot_kill_a_robot() {
-    let Some(browser) = Browser::start(LAPTOP) else {
-        return;
-    };
-    let lab = Lab::new();
-    let (team, page) = open(&lab, &browser, &["--speed", "max", "--limit", "60"]);
-    // The page is served by another local server that accepts all requests.
-    let elsewhere = OpenServer::start();
-    let token = &page.token;
-    let kill = r#"{\"fault\": {\"fault\": {\"kill\": \"gold\"}}}"#;
-    let tries = |host: &str| {
-        [
-            // A simple request as of a form; a simple request with the token in the address; a request with the
-            // token, which needs a preflight; a WebSocket.
-            format!(
-                "fetch('http://{host}/api/control', {{method: 'POST', mode: 'no-cors', body: \"{kill}\"}})"
-            ),
-            format!(
-                "fetch('http://{host}/api/control?token={token}', {{method: 'POST', mode: 'no-cors', headers: {{'Content-Type': 'text/plain'}}, body: \"{kill}\"}})"
-            ),
-            format!(
-                "fetch('http://{host}/api/control', {{method: 'POST', headers: {{Authorization: 'Bearer {token}'}}, body: \"{kill}\"}})"
-            ),
-            format!(
-                "new Promise((yes, no) => {{ const s = new WebSocket('ws://{host}/api/live', ['alliance', '{token}']); s.onopen = () => yes('open'); s.onerror = () => no('refused'); }})"
-            ),
-        ]
-    };
-    let attempt = |attempt: &str| -> String {
-        browser.eval(&format!(
-            "(window.tried = null, ({attempt}).then(r => window.tried = 'done ' + (r.type ?? r), e => window.tried = 'refused'), true)"
-        ));
-        browser
-            .wait_for("window.tried")
-            .as_str()
-            .unwrap()
-            .to_owned()
-    };
-    // The browser sends these requests: an open server receives them.
-    browser.open(&elsewhere.url());
-    let open = OpenServer::start();
-    for each in tries(&open.host()) {
-        let before = open.requests();
-        attempt(&each);
-        assert!(open.requests() > before, "{each} was not sent");
-    }
-    for each in tries(&page.host()) {
-        let tried = attempt(&each);
-        // The page cannot read the response of a simple request.
-        assert!(
-            tried == "refused" || tried == "done opaque",
-            "{each}: {tried}"
-        );
-    }
-    let listed = page.control(r#""list""#);
-    assert_eq!(listed, json!({"faults": []}));
-    assert!(command_line(team.pid("gold")).is_some());
-    resume_at_full_speed(&page);
-    team.wait().expect(1);
-    assert!(lab.log("run").run.faults.is_empty());
-}
-
-/// A local server that answers all requests with an empty page. It ends with the test's process.
-struct OpenServer {
-    port: u16,
-    requests: Arc<AtomicUsize>,
-}
-
-impl OpenServer {
-    fn start() -> Self {
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
-        let port = listener.local_addr().unwrap().port();
-        let requests = Arc::new(AtomicUsize::new(0));
-        let count = Arc::clone(&requests);
-        std::thread::spawn(move || {
-            for stream in listener.incoming() {
-                let mut stream = stream.unwrap();
-                // A browser also opens connections without a request.
-                let _ = stream.set_read_timeout(Some(Duration::from_secs(1)));
-                let mut request = [0; 4096];
-                if stream.read(&mut request).is_ok_and(|length| length > 0) {
-                    count.fetch_add(1, Ordering::SeqCst);
-                    let answer = "HTTP/1.1 200 OK\r\nContent-Type: text/html\r\nContent-Length: 22\r\nConnection: close\r\n\r\n<!doctype html><p>Hi!\n";
-                    let _ = stream.write_all(answer.as_bytes());
-                }
-            }
-        });
-        Self { port, requests }
-    }
-
-    fn host(&self) -> String {
-        format!("127.0.0.1:{}", self.port)
-    }
-
-    fn url(&self) -> String {
-        format!("http://{}/", self.host())
-    }
-
-    fn requests(&self) -> usize {
-        self.requests.load(Ordering::SeqCst)
-    }
 }
 
 #[test]

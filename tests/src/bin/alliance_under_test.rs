@@ -1,34 +1,23 @@
-//! The `alliance` command for the tests of this package, with three additions.
+//! The `alliance` command for the tests of this package, with two additions.
 //!
 //! An agent panics on SIGUSR1, like an agent with a bug. The command reads scenarios of the drill mission, whose
-//! robots may lack any behavior. With the environment variable `VISIT` it has the mission of the examples.
-
-// The examples have their own formatting.
-#[rustfmt::skip]
-#[path = "../../../docs/examples/own-mission/src/data.rs"]
-mod data;
-#[rustfmt::skip]
-#[path = "../../../docs/examples/own-mission/src/controller.rs"]
-mod controller;
-#[rustfmt::skip]
-#[path = "../../../docs/examples/own-mission/src/world.rs"]
-mod world;
+//! robots may lack any behavior.
 
 use std::process::ExitCode;
 
 use missions::{MissionParts, waste};
 use nix::sys::signal::{SigSet, Signal};
-use robot_agent::mission::MissionController;
+use robot_agent::mission::ControllerKind;
 use scenario::testkit::DRILL;
-use world_server::mission::MissionWorld;
+use world_server::mission::WorldKind;
 
 /// The drill mission, which can be read but not run.
 const READ_ONLY: MissionParts = MissionParts {
-    world: MissionWorld {
+    world: WorldKind {
         data: DRILL,
         ..waste::MISSION.world
     },
-    controller: MissionController {
+    controller: ControllerKind {
         data: DRILL,
         ..waste::MISSION.controller
     },
@@ -38,13 +27,7 @@ fn main() -> ExitCode {
     if std::env::args().nth(2).is_some_and(|part| part == "agent") {
         panic_on_signal();
     }
-    let registry = launch::Registry::built_in().with_mission(READ_ONLY);
-    launch::main(match std::env::var_os("VISIT") {
-        Some(_) => registry.with_mission(MissionParts::new::<world::Visit, controller::Visitor>(
-            data::VISIT,
-        )),
-        None => registry,
-    })
+    launch::main(launch::Registry::built_in().with_mission(READ_ONLY))
 }
 
 fn panic_on_signal() {

@@ -3,11 +3,10 @@
 #![allow(clippy::disallowed_methods)] // A delay has its minimum length on any machine.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Ipv4Addr, SocketAddrV4, TcpListener, TcpStream, UdpSocket};
-use std::process::Stdio;
+use std::net::{SocketAddrV4, TcpListener, TcpStream, UdpSocket};
 use std::time::{Duration, Instant};
 
-use super::{Frames, Hosts, isolation};
+use super::{Hosts, isolation};
 use crate::needs::cannot_run;
 
 const PORT: u16 = 7000;
@@ -45,45 +44,6 @@ fn tcp(hosts: &Hosts, from: &str, to: &str) -> (TcpStream, TcpStream) {
     let listener = hosts.within(to, || TcpListener::bind(at).unwrap());
     let here = hosts.within(from, || TcpStream::connect(at).unwrap());
     (here, listener.accept().unwrap().0)
-}
-
-#[test]
-fn hosts_reach_each_other_and_no_other_network() {
-    let Some(hosts) = Hosts::enter(3) else { return };
-    let names = ["h1", "h2", "h3"];
-    let sockets = names.map(|host| udp(&hosts, host));
-    for from in &sockets {
-        for to in &sockets {
-            assert!(arrives(&hosts, from, to), "{from:?} to {to:?}");
-        }
-    }
-    let outside = SocketAddrV4::new(Ipv4Addr::new(192, 0, 2, 1), PORT);
-    let lost = hosts
-        .within("h1", || TcpStream::connect(outside))
-        .unwrap_err();
-    assert_eq!(lost.kind(), ErrorKind::NetworkUnreachable);
-
-    for (number, host) in (1..).zip(names) {
-        let script = "echo $$ $XDG_RUNTIME_DIR && ip -o -4 address show eth0 && ls -A $XDG_RUNTIME_DIR && touch $XDG_RUNTIME_DIR/mine";
-        let mut command = hosts.command(host, "sh");
-        command.args(["-c", script]).stdout(Stdio::piped());
-        let child = command.spawn().unwrap();
-        let (pid, output) = (child.id(), child.wait_with_output().unwrap());
-        let output = String::from_utf8(output.stdout).unwrap();
-        assert!(
-            output.starts_with(&format!("{pid} /run/{host}\n")),
-            "{output}"
-        );
-        assert!(
-            output.contains(&format!(" 10.0.0.{number}/24 ")),
-            "{output}"
-        );
-        assert_eq!(
-            output.lines().count(),
-            2,
-            "an empty runtime folder: {output}"
-        );
-    }
 }
 
 #[test]
@@ -149,39 +109,6 @@ fn a_cut_is_directed_and_between_two_hosts() {
 }
 
 #[test]
-fn the_stated_percentage_of_frames_is_lost() {
-    let Some(hosts) = Hosts::enter(2) else { return };
-    let [one, two] = ["h1", "h2"].map(|host| udp(&hosts, host));
-    assert!(arrives(&hosts, &one, &two));
-    let to = two.local_addr().unwrap();
-    let start = hosts.frames();
-    hosts.lose(5.0);
-    let mut received = 0;
-    // The groups are small, so that no socket buffer overflows.
-    for group in 1..=40 {
-        for number in 0..50_u8 {
-            one.send_to(&[number], to).unwrap();
-        }
-        let forwarded = |now: Frames| now.passed + now.lost - start.passed - start.lost;
-        while forwarded(hosts.frames()) < group * 50 {
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        let passed = hosts.frames().passed - start.passed;
-        while received < passed {
-            two.recv(&mut [0]).unwrap();
-            received += 1;
-        }
-    }
-    let lost = hosts.frames().lost;
-    assert_eq!(received + lost, 2000);
-    // The range is five standard deviations.
-    assert!((50..150).contains(&lost), "{lost}");
-    hosts.lose(0.0);
-    assert!(arrives(&hosts, &one, &two));
-    assert_eq!(hosts.frames().lost, lost);
-}
-
-#[test]
 fn delayed_frames_arrive_in_order() {
     let Some(hosts) = Hosts::enter(2) else { return };
     let (mut left, mut right) = tcp(&hosts, "h1", "h2");
@@ -206,45 +133,6 @@ fn delayed_frames_arrive_in_order() {
         two.recv(&mut byte).unwrap();
         assert_eq!(byte, [number]);
     }
-}
-
-#[test]
-fn no_process_is_left_after_a_test() {
-    let name = "hosts::tests::no_process_is_left_after_a_test";
-    if let Some(hosts) = Hosts::enter(1) {
-        // The process has its own session and no parent in the test.
-        let mut command = hosts.command("h1", "sh");
-        command.args(["-c", "setsid sleep 100000 &"]);
-        assert!(command.status().unwrap().success());
-        // A process has no environment for a short time during exec.
-        let is_complete = || inside(name) == 3;
-        let found = (0..1000).any(|_| {
-            is_complete() || {
-                std::thread::sleep(Duration::from_millis(10));
-                false
-            }
-        });
-        assert!(found, "the first process, the test and the new process");
-    } else {
-        assert_eq!(inside(name), 0);
-    }
-}
-
-/// Returns the number of processes in the namespaces of a test, started by this process or its parent.
-fn inside(test: &str) -> usize {
-    let value = std::env::var(isolation::INSIDE).unwrap_or_else(|_| isolation::inside(test));
-    let marked = format!("{}={value}", isolation::INSIDE);
-    let entries = std::fs::read_dir("/proc").unwrap().flatten();
-    let processes =
-        entries.filter(|entry| entry.file_name().to_str().unwrap().parse::<u32>().is_ok());
-    let environments =
-        processes.filter_map(|entry| std::fs::read(entry.path().join("environ")).ok());
-    environments
-        .filter(|environment| {
-            let mut variables = environment.split(|byte| *byte == 0);
-            variables.any(|variable| variable == marked.as_bytes())
-        })
-        .count()
 }
 
 #[test]

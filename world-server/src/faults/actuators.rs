@@ -10,7 +10,7 @@ use scenario::ids::RobotId;
 use scenario::{Body, Roster, Setup};
 
 use super::schedule::FaultIndex;
-use crate::mission::WorldMission;
+use crate::mission::MissionWorld;
 use crate::world::limit_command;
 
 #[derive(Clone, Debug)]
@@ -71,7 +71,7 @@ impl Actuators {
     #[inline]
     pub fn apply_to(
         &self,
-        mission: &dyn WorldMission,
+        mission: &dyn MissionWorld,
         robot: RobotId,
         command: &mut Option<Actuation>,
     ) -> Vec<FaultIndex> {
@@ -84,7 +84,7 @@ impl Actuators {
 
     fn alter(
         &self,
-        mission: &dyn WorldMission,
+        mission: &dyn MissionWorld,
         robot: RobotId,
         command: &mut Actuation,
     ) -> Vec<FaultIndex> {
@@ -102,7 +102,7 @@ impl Actuators {
 }
 
 impl Defect {
-    fn act(self, mission: &dyn WorldMission, body: &Body, mut command: Actuation) -> Actuation {
+    fn act(self, mission: &dyn MissionWorld, body: &Body, mut command: Actuation) -> Actuation {
         let mode = match self {
             Self::Actuator(mode) => mode,
             Self::Unresponsive => return Actuation::default(),

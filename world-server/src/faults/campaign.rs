@@ -314,20 +314,18 @@ mod tests {
     fn all_devices_and_modes_occur_except_missing_devices() {
         let orders = expand(&RandomFaults::default(), &long(|_| {}), 1);
         let mut seen = BTreeSet::new();
+        let mode = |fault: &Fault, word: usize| {
+            let text = fault.to_string();
+            text.split(' ').nth(word).unwrap().to_owned()
+        };
         for order in &orders {
             match &order.fault {
                 Fault::Sensor(fault) => {
                     assert!(fault.device != *Device::SIDE_BORDER || fault.robot == "blue");
-                    let mode = fault.mode.to_string();
-                    let mode = mode.split(' ').next().unwrap().to_owned();
-                    seen.insert((fault.device.to_string(), mode));
+                    seen.insert((fault.device.to_string(), mode(&order.fault, 3)));
                 }
-                Fault::Actuator(fault) => {
-                    let mode = fault.mode.to_string();
-                    seen.insert((
-                        "actuator".to_owned(),
-                        mode.split(' ').next().unwrap().to_owned(),
-                    ));
+                Fault::Actuator(_) => {
+                    seen.insert(("actuator".to_owned(), mode(&order.fault, 2)));
                 }
                 _ => {}
             }

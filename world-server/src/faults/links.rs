@@ -1,7 +1,8 @@
 //! Link faults: the state of every directed link in a tick, and the faults that caused the delivery of a message.
 //!
 //! The state of the link in the tick whose manifest lists a message determines its delivery. The receiver applies that
-//! state.
+//! state ([`proto::link::IncomingMessages`]). [`LinkFaults`] holds the faults and no messages: the bytes of reports are
+//! part of the hash, so a reported delivery cannot name its cause, and [`LinkFaults::causes`] looks it up.
 
 #[cfg(test)]
 mod tests;
@@ -22,7 +23,7 @@ use super::bursts::Bursts;
 use super::schedule::FaultIndex;
 
 #[derive(Clone, Debug)]
-pub struct Links {
+pub struct LinkFaults {
     seed: u64,
     roster: Arc<Roster>,
     step: SimTime,
@@ -72,7 +73,7 @@ enum Scope {
     Beyond(f32),
 }
 
-impl Links {
+impl LinkFaults {
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         Self {

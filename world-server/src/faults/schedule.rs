@@ -1,6 +1,7 @@
 //! Begin and end of faults: triggers, durations, phases and hits. The schedule does not depend on the effects of faults.
 
 use proto::control::{FaultStatus, Phase};
+use scenario::Problem;
 use scenario::fault::{EventTrigger, Fault, Order, Role};
 use scenario::time::SimTime;
 
@@ -14,11 +15,6 @@ pub enum Transition {
     Apply(FaultIndex),
     Heal(FaultIndex),
 }
-
-/// An order whose id another fault of the run has.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("id: '{0}' is already the id of another fault of this run; choose another id, or omit it")]
-pub struct TakenId(pub String);
 
 #[derive(Clone, Debug, Default)]
 pub struct Schedule {
@@ -56,7 +52,7 @@ impl Schedule {
     ///
     /// # Errors
     /// If another fault has the id.
-    pub fn arm(&mut self, mut order: Order, now: SimTime) -> Result<FaultIndex, TakenId> {
+    pub fn arm(&mut self, mut order: Order, now: SimTime) -> Result<FaultIndex, Problem> {
         let id = self.choose_id(order.id.take(), &[])?;
         order.id = Some(id.clone());
         let due = match (&order.when, order.at()) {
@@ -89,10 +85,13 @@ impl Schedule {
         &self,
         requested: Option<String>,
         reserved: &[&str],
-    ) -> Result<String, TakenId> {
+    ) -> Result<String, Problem> {
         let is_taken = |id: &str| self.find(id).is_some() || reserved.contains(&id);
         match requested {
-            Some(id) if is_taken(&id) => Err(TakenId(id)),
+            Some(id) if is_taken(&id) => {
+                let what = format!("'{id}' is already the id of another fault of this run");
+                Err(Problem::at(["id"], what, "choose another id, or omit it"))
+            }
             Some(id) => Ok(id),
             None => {
                 let mut number = self.entries.len() + reserved.len() + 1;
@@ -431,6 +430,7 @@ mod tests {
         assert_eq!(schedule.status(given.unwrap()).id, "f3");
         assert_eq!(schedule.find("f2"), Some(A));
         let error = schedule.arm(named("f2"), SimTime(0)).unwrap_err();
-        assert_eq!(error, TakenId("f2".to_owned()));
+        let line = "id: 'f2' is already the id of another fault of this run; choose another id, or omit it";
+        assert_eq!(error.to_string(), line);
     }
 }

@@ -18,7 +18,7 @@ use scenario::{Roster, Setup};
 
 use super::draws::{WORDS, normal, uniform};
 use super::schedule::FaultIndex;
-use crate::mission::WorldMission;
+use crate::mission::MissionWorld;
 use crate::world::wrap_angle;
 
 /// The number of devices of a robot in one part of its random stream.
@@ -123,7 +123,7 @@ impl Sensors {
     #[inline]
     pub fn distort(
         &mut self,
-        mission: &dyn WorldMission,
+        mission: &dyn MissionWorld,
         robot: RobotId,
         tick: Tick,
         readings: &mut Readings,
@@ -137,7 +137,7 @@ impl Sensors {
 
     fn apply_defects(
         &mut self,
-        mission: &dyn WorldMission,
+        mission: &dyn MissionWorld,
         robot: RobotId,
         tick: Tick,
         readings: &mut Readings,
@@ -201,7 +201,7 @@ fn recent_readings(sent: &TickMessage, tick: Tick) -> Option<Readings> {
 impl Broken {
     fn act(
         &mut self,
-        mission: &dyn WorldMission,
+        mission: &dyn MissionWorld,
         tick: Tick,
         draws: &mut ChaCha8Rng,
         readings: &mut Readings,
@@ -257,7 +257,7 @@ fn seek(draws: &mut ChaCha8Rng, tick: Tick, device: u64, before: u64, kind: u64)
 }
 
 /// Copies the values of one device from other readings.
-fn copy(mission: &dyn WorldMission, device: Device, from: &Readings, to: &mut Readings) {
+fn copy(mission: &dyn MissionWorld, device: Device, from: &Readings, to: &mut Readings) {
     match device.as_str() {
         Device::POSITION => to.pose = from.pose,
         Device::FRONT_BORDER => to.front_border = from.front_border,
@@ -270,7 +270,7 @@ fn copy(mission: &dyn WorldMission, device: Device, from: &Readings, to: &mut Re
 
 /// Adds an error to every value of a device, in units of `size`. Distances stay at or above 0, and a free beam stays free.
 fn add_error(
-    mission: &dyn WorldMission,
+    mission: &dyn MissionWorld,
     device: Device,
     readings: &mut Readings,
     size: SensorError,

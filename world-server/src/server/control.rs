@@ -6,6 +6,7 @@ use proto::control::{
     SetStatus, Status,
 };
 use proto::telemetry::BehaviorState;
+use scenario::Problem;
 use scenario::fault::{Fault, Order};
 use scenario::ids::RobotId;
 use tokio::time::Instant;
@@ -37,7 +38,8 @@ impl Server {
     fn execute(&mut self, request: Request) -> Reply {
         if !self.nonces.insert(request.nonce) {
             self.refuse("control", &"replayed");
-            return Reply::Refused("nonce: it has been used; give each request its own".to_owned());
+            let problem = Problem::at(["nonce"], "it has been used", "give each request its own");
+            return Reply::Refused(problem.to_string());
         }
         let reply = match request.command {
             ControlCommand::Fault(order) => self
@@ -54,14 +56,14 @@ impl Server {
         // A paused world publishes the change at once.
         self.publish_view();
         self.advance();
-        reply.unwrap_or_else(|why| {
-            self.refuse("control", &why);
-            Reply::Refused(why)
+        reply.unwrap_or_else(|problem| {
+            self.refuse("control", &problem);
+            Reply::Refused(problem.to_string())
         })
     }
 
     /// Rejects an immediate fault that would have no effect, because the operator must have meant something else.
-    fn check_now(&self, order: &Order) -> Result<(), String> {
+    fn check_now(&self, order: &Order) -> Result<(), Problem> {
         let barrier = self.simulation.barrier();
         let robot = order.fault.robot().and_then(|name| self.robot_named(name));
         let is_now = order.at_s.is_none() && order.every_s.is_none() && order.when.is_none();
@@ -74,28 +76,33 @@ impl Server {
             Fault::Kill(_) | Fault::Terminate(_) | Fault::Pause(_)
                 if barrier.presence(robot) == Presence::Empty =>
             {
-                Err(format!(
-                    "'{name}' has no process; `alliance fault restart {name}` starts one"
+                let remedy = format!("`alliance fault restart {name}` starts one");
+                Err(Problem::of_value(
+                    format!("'{name}' has no process"),
+                    remedy,
                 ))
             }
             Fault::Continue(_) if !barrier.is_suspended(robot) && !peer.stopped => {
-                Err(format!("'{name}' is not paused"))
+                Err(Problem::of_value(format!("'{name}' is not paused"), ""))
             }
             _ => Ok(()),
         }
     }
 
-    fn apply_clock_command(&mut self, command: ClockCommand) -> Result<ClockStatus, String> {
+    fn apply_clock_command(&mut self, command: ClockCommand) -> Result<ClockStatus, Problem> {
         match command {
             ClockCommand::Pause => self.pace.pause(),
             ClockCommand::Resume => self.pace.resume(Instant::now()),
-            ClockCommand::Step(0) => return Err("step: 0 is no step; use at least 1".to_owned()),
+            ClockCommand::Step(0) => {
+                return Err(Problem::at(["step"], "0 is no step", "use at least 1"));
+            }
             ClockCommand::Step(ticks) => self.pace.step(ticks, Instant::now()),
             ClockCommand::Speed(factor) => {
                 let speed = match factor {
                     None => Speed::Max,
                     Some(factor) => Speed::factor(factor).ok_or_else(|| {
-                        format!("speed: {factor} is out of range; use 0.001 to 1000000, or max")
+                        let what = format!("{factor} is out of range");
+                        Problem::at(["speed"], what, "use 0.001 to 1000000, or max")
                     })?,
                 };
                 self.pace.set_speed(speed, Instant::now());
@@ -117,7 +124,7 @@ impl Server {
         }
     }
 
-    fn description(&self) -> Result<Description, String> {
+    fn description(&self) -> Result<Description, Problem> {
         let mut setup = self.simulation.setup().clone();
         // Their size is quadratic in the size of the team.
         setup.alliance.robots.clear();
@@ -125,7 +132,7 @@ impl Server {
         Ok(Description {
             run: self.run.clone(),
             folder: self.shown_folder(),
-            setup: setup.map_err(|error| error.to_string())?,
+            setup: setup.map_err(|error| Problem::of_value(error.to_string(), ""))?,
         })
     }
 

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use proto::link::{IncomingLinks, StepMessages};
+use proto::link::{IncomingMessages, StepMessages};
 use proto::team::Broadcast;
 use proto::telemetry::{Delivery, Reception};
 use proto::tick::{ManifestEntry, Report, TickMessage};
@@ -27,12 +27,12 @@ type Key = (Tick, RobotId, Incarnation, u16);
 #[derive(Default)]
 pub(super) struct DeliveryCheck {
     /// The incarnation and the links of each receiver, with messages in flight; `None` if the state is no longer known.
-    links: BTreeMap<RobotId, (Incarnation, Option<IncomingLinks>)>,
+    links: BTreeMap<RobotId, (Incarnation, Option<IncomingMessages>)>,
     broadcasts: BTreeMap<Key, Arc<Broadcast>>,
 }
 
 /// The state of the receiver's links after a checked report, if the report counts; `None` if the state is unknown.
-pub(super) struct Checked(Option<IncomingLinks>);
+pub(super) struct Checked(Option<IncomingMessages>);
 
 impl DeliveryCheck {
     /// Stores a broadcast. The first of several broadcasts with the same identity is used.
@@ -69,7 +69,7 @@ impl DeliveryCheck {
         let mut links = match known {
             Some((_, Some(links))) => links.clone(),
             Some((_, None)) => return Ok(Checked(None)),
-            None => IncomingLinks::new(report.robot, setup),
+            None => IncomingMessages::new(report.robot, setup),
         };
         if (message.tick, message.incarnation) != (report.tick, report.incarnation) {
             // The report will not count.

@@ -6,8 +6,10 @@ use proto::secret::OpenError;
 use proto::team::Broadcast;
 use proto::tick::{Report, ToAgent};
 use scenario::ids::RobotId;
+use tokio::time::Instant;
 
 use super::Server;
+use super::overheard::Completeness;
 use crate::barrier::Verdict;
 
 impl Server {
@@ -31,6 +33,9 @@ impl Server {
                 Ok(deliveries) => checked = Some(deliveries),
                 Err(why) => return self.dismiss(robot, &report, &why),
             }
+        }
+        if !is_external && self.waits_for_broadcasts(&report) {
+            return;
         }
         match self.simulation.report(&report) {
             Verdict::Counted => {
@@ -61,6 +66,29 @@ impl Server {
         self.advance();
     }
 
+    /// Returns `true` if the robot is asked to repeat its answer, because the log lacks some of its broadcasts.
+    fn waits_for_broadcasts(&mut self, report: &Report) -> bool {
+        let barrier = self.simulation.barrier();
+        let is_due = self.simulation.records_allocation_messages()
+            && barrier.is_awaited(report.robot)
+            && barrier.incarnation(report.robot) == Some(report.incarnation)
+            && barrier.tick() == report.tick;
+        if !is_due {
+            return false;
+        }
+        match self.overheard.check(report) {
+            Completeness::Complete => false,
+            Completeness::Repeat => {
+                self.send_again(report.robot, Instant::now());
+                true
+            }
+            Completeness::Missing => {
+                self.refuse("broadcast", &"missing in allocation_messages.csv");
+                false
+            }
+        }
+    }
+
     /// Handles a broadcast on this key. Messages of allocators are recorded for a full log. Broadcasts of external
     /// controllers are recorded, and checked when their report arrives. All broadcasts are stored for the check of
     /// receptions.
@@ -69,6 +97,7 @@ impl Server {
         let sender = self.robot_named(name);
         match broadcast {
             Ok(broadcast) if sender == Some(broadcast.sender) => {
+                self.overheard.add(&broadcast);
                 self.simulation.keep_allocation_message(&broadcast);
                 if self.simulation.has_external_controller(broadcast.sender) {
                     self.simulation.keep_broadcast(broadcast.clone());

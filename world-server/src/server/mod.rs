@@ -6,12 +6,14 @@
 //! - `joining`: arrival of agents and hosts. `messages`: messages of robots and launchers. `control`: requests of operators.
 //! - `process_orders`: process faults. `resend`, `standstill`, `clocks`: repeated messages, waiting and clock differences.
 //! - `seals`: keys of all members. `delivery_check`: a check of the receptions that external controllers report.
+//! - `overheard`: a check that the world has all broadcasts of a report, for a full log.
 
 mod clocks;
 mod control;
 mod delivery_check;
 mod joining;
 mod messages;
+mod overheard;
 mod process_orders;
 mod resend;
 mod seals;
@@ -36,6 +38,7 @@ use crate::barrier::Presence;
 use crate::pace::Pace;
 use crate::simulation::Simulation;
 use delivery_check::DeliveryCheck;
+use overheard::Overheard;
 use process_orders::CurrentOrder;
 use resend::SentTick;
 use run_log::recorder::{BackgroundRecorder, Ending, Folder, RecordError, Recorder};
@@ -71,6 +74,7 @@ pub struct Server {
     simulation: Simulation,
     recorder: BackgroundRecorder<Folder>,
     delivery_check: DeliveryCheck,
+    overheard: Overheard,
     peers: Vec<Peer>,
     run: String,
     folder: PathBuf,
@@ -149,6 +153,7 @@ impl Server {
             folder: recorder.sink().path().to_owned(),
             recorder: BackgroundRecorder::new(recorder)?,
             delivery_check: DeliveryCheck::default(),
+            overheard: Overheard::default(),
             run: bus.run,
             keys: bus.keys,
             seals: bus.seals,

@@ -58,20 +58,27 @@ impl Server {
             barrier.is_awaited(robot) || barrier.presence(robot) == Presence::Silent
         };
         let mut due = Vec::new();
-        for (robot, peer) in barrier.robots().zip(&mut self.peers) {
-            if let Some(question) = &mut peer.question
+        for (robot, peer) in barrier.robots().zip(&self.peers) {
+            if let Some(question) = &peer.question
                 && now - question.sent > PATIENCE
                 && may_answer(robot)
                 && !peer.stopped
             {
-                question.sent = now;
-                question.again = true;
                 due.push(robot);
             }
         }
         for robot in due {
-            self.put(robot);
+            self.send_again(robot, now);
         }
+    }
+
+    /// Sends the latest tick to a robot again. The robot then repeats its answer.
+    pub(super) fn send_again(&mut self, robot: RobotId, now: Instant) {
+        if let Some(question) = &mut self.peers[robot.index()].question {
+            question.sent = now;
+            question.again = true;
+        }
+        self.put(robot);
     }
 
     /// Returns `true` if a report of that tick may be the answer to a repeated message.

@@ -4,10 +4,10 @@ use std::borrow::Cow;
 
 use proto::control::{Armed, Cleared, FaultStatus, Phase};
 use run_log::Input;
-use scenario::Setup;
 use scenario::fault::Order;
 use scenario::ids::Tick;
 use scenario::time::SimTime;
+use scenario::{Problem, Setup};
 
 use super::Simulation;
 use crate::interruption::Interruption;
@@ -25,19 +25,16 @@ impl Simulation {
     ///
     /// # Errors
     /// If the order is invalid; the text contains a remedy.
-    pub fn order(&mut self, mut order: Order) -> Result<Armed, String> {
+    pub fn order(&mut self, mut order: Order) -> Result<Armed, Problem> {
         self.refuse_if_over()?;
         let Setup {
             scenario, catalog, ..
         } = &self.setup;
-        order
-            .check(scenario, catalog)
-            .map_err(|error| error.to_string())?;
+        order.check(scenario, catalog)?;
         if order.fault.affects_process() && !self.has_launcher {
-            return Err(format!(
-                "'{}' needs the launcher, which owns the processes: start the run with `alliance run`",
-                order.fault.name()
-            ));
+            let name = order.fault.name();
+            let what = format!("'{name}' needs the launcher, which owns the processes");
+            return Err(Problem::of_value(what, "start the run with `alliance run`"));
         }
         let reserved: Vec<&str> = self
             .commands
@@ -47,10 +44,7 @@ impl Simulation {
                 QueuedCommand::Clear(_) => None,
             })
             .collect();
-        let id = self
-            .schedule
-            .choose_id(order.id.take(), &reserved)
-            .map_err(|error| error.to_string())?;
+        let id = self.schedule.choose_id(order.id.take(), &reserved)?;
         order.id = Some(id.clone());
         let (tick, now) = self.next_beginning();
         let at = match order.when {
@@ -72,7 +66,7 @@ impl Simulation {
     /// tried on a copy, after the orders that wait for the same tick. A replay does not call it, because the world may
     /// change between an order and its effect.
     #[must_use]
-    pub fn refusal(&self, order: &Order) -> Option<String> {
+    pub fn refusal(&self, order: &Order) -> Option<Problem> {
         let Setup {
             scenario,
             catalog,
@@ -102,14 +96,15 @@ impl Simulation {
         }
         let tried = Interruption::try_on(&mut world, &order.fault, roster);
         let why = tried.err()?;
-        Some(format!("fault.{}: {why}", order.fault.name()))
+        let at = ["fault", order.fault.name()];
+        Some(Problem::at(at, why.to_string(), ""))
     }
 
     /// Clears the fault with the given id, or all faults, for an operator.
     ///
     /// # Errors
     /// If there is no such fault, or it has already ended.
-    pub fn clear(&mut self, id: Option<&str>) -> Result<Cleared, String> {
+    pub fn clear(&mut self, id: Option<&str>) -> Result<Cleared, Problem> {
         self.refuse_if_over()?;
         let faults = self.faults();
         let live: Vec<String> = faults
@@ -121,17 +116,21 @@ impl Simulation {
             None => live,
             Some(id) if live.iter().any(|live| live == id) => vec![id.to_owned()],
             Some(id) if faults.iter().any(|status| status.id == id) => {
-                return Err(format!("the fault '{id}' has already ended"));
+                let what = format!("the fault '{id}' has already ended");
+                return Err(Problem::of_value(what, ""));
             }
             Some(id) if live.is_empty() => {
-                return Err(format!(
-                    "there is no fault '{id}'; no fault is armed or in force"
+                let remedy = "no fault is armed or in force";
+                return Err(Problem::of_value(
+                    format!("there is no fault '{id}'"),
+                    remedy,
                 ));
             }
             Some(id) => {
-                return Err(format!(
-                    "there is no fault '{id}'; armed or in force: {}",
-                    live.join(", ")
+                let remedy = format!("armed or in force: {}", live.join(", "));
+                return Err(Problem::of_value(
+                    format!("there is no fault '{id}'"),
+                    remedy,
                 ));
             }
         };
@@ -170,9 +169,9 @@ impl Simulation {
         schedule.statuses().cloned().collect()
     }
 
-    fn refuse_if_over(&self) -> Result<(), String> {
+    fn refuse_if_over(&self) -> Result<(), Problem> {
         match self.outcome {
-            Some(_) => Err("the run is over".to_owned()),
+            Some(_) => Err(Problem::of_value("the run is over", "")),
             None => Ok(()),
         }
     }

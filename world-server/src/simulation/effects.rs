@@ -48,91 +48,89 @@ impl Simulation {
 
     pub(super) fn apply(&mut self, index: FaultIndex) {
         self.push_fault_event(FaultEvent::Applied, index, "");
+        self.switch(index, true);
+    }
+
+    pub(super) fn heal(&mut self, index: FaultIndex) {
+        self.push_fault_event(FaultEvent::Healed, index, "");
+        self.switch(index, false);
+    }
+
+    /// Applies the effect of a fault, or reverts it. Each kind that acts on processes, presence or power has one arm for
+    /// both. Faults of messages, sensors, actuators and skills act as long as they are in force (`faults/`).
+    fn switch(&mut self, index: FaultIndex, on: bool) {
         let fault = self.schedule.status(index).order.fault.clone();
         let robot = fault.robot().and_then(|name| self.robot_named(name));
-        match (&fault, robot) {
-            (Fault::Kill(_), Some(robot)) => self.kill(index, robot, ProcessAction::Kill),
-            (Fault::Terminate(_), Some(robot)) => self.kill(index, robot, ProcessAction::Terminate),
-            (Fault::Power(_), Some(robot)) => self.world.set_powered(robot, false),
-            (Fault::Pause(_), Some(robot)) => {
+        let Some(robot) = robot else {
+            return self.interrupt_world(index, &fault, on);
+        };
+        match &fault {
+            Fault::Kill(_) if on => self.kill(index, robot, ProcessAction::Kill),
+            Fault::Terminate(_) if on => self.kill(index, robot, ProcessAction::Terminate),
+            Fault::Kill(_) | Fault::Terminate(_) => {
+                if !self.barrier.is_absent(robot) {
+                    self.act(index, robot, ProcessAction::Start);
+                }
+            }
+            Fault::Pause(_) if on => {
                 self.barrier.suspend(robot);
                 self.act(index, robot, ProcessAction::Stop);
             }
-            (Fault::Continue(_), Some(robot)) => {
+            Fault::Pause(_) => {
+                if self.barrier.is_suspended(robot) {
+                    self.act(index, robot, ProcessAction::Continue);
+                }
+            }
+            Fault::Continue(_) if on => {
                 for pause in self.in_force_on(robot, |fault| matches!(fault, Fault::Pause(_))) {
                     self.clear_one(pause);
                 }
                 self.act(index, robot, ProcessAction::Continue);
             }
-            (Fault::Restart(_), Some(robot)) if self.barrier.is_absent(robot) => {
-                self.push_fault_event(FaultEvent::Failed, index, "the robot is not in the mission");
-            }
-            (Fault::Restart(_), Some(robot)) => {
-                let kills = |fault: &Fault| matches!(fault, Fault::Kill(_) | Fault::Terminate(_));
-                for kill in self.in_force_on(robot, kills) {
-                    if self.schedule.is_permanent(kill) {
-                        self.schedule.clear(kill, self.world.now());
-                        self.push_fault_event(
-                            FaultEvent::Healed,
-                            kill,
-                            "the robot is started anew",
-                        );
-                    }
-                }
-                // A later restart finds the robot alive.
-                self.kill_at_once(index, robot);
-                self.act(index, robot, ProcessAction::Start);
-            }
-            (Fault::Add(_), Some(robot)) => self.add(index, robot),
-            (Fault::Remove(_), Some(robot)) => self.remove(index, robot),
-            _ => self.interrupt_world(index, &fault),
-        }
-    }
-
-    pub(super) fn heal(&mut self, index: FaultIndex) {
-        self.push_fault_event(FaultEvent::Healed, index, "");
-        let fault = self.schedule.status(index).order.fault.clone();
-        let robot = fault.robot().and_then(|name| self.robot_named(name));
-        match (&fault, robot) {
-            (Fault::Kill(_) | Fault::Terminate(_), Some(robot))
-                if !self.barrier.is_absent(robot) =>
-            {
-                self.act(index, robot, ProcessAction::Start);
-            }
-            (Fault::Power(_), Some(robot)) => {
+            Fault::Restart(_) if on => self.restart(index, robot),
+            Fault::Add(_) if on => self.add(index, robot),
+            Fault::Add(_) => self.remove(index, robot),
+            Fault::Remove(_) if on => self.remove(index, robot),
+            Fault::Remove(_) => self.add(index, robot),
+            Fault::Power(_) => {
                 let others = self.in_force_on(robot, |fault| matches!(fault, Fault::Power(_)));
-                self.world.set_powered(robot, others.is_empty());
+                self.world.set_powered(robot, !on && others.is_empty());
             }
-            (Fault::Pause(_), Some(robot)) if self.barrier.is_suspended(robot) => {
-                self.act(index, robot, ProcessAction::Continue);
-            }
-            (Fault::Remove(_), Some(robot)) => self.add(index, robot),
-            (Fault::Add(_), Some(robot)) => self.remove(index, robot),
-            _ => self.end_interruption(index),
+            _ => self.interrupt_world(index, &fault, on),
         }
     }
 
-    /// Begins a change of the world. Other faults change nothing here.
-    fn interrupt_world(&mut self, index: FaultIndex, fault: &Fault) {
+    /// Checks whether a process action is the effect of a fault. Other actions heal it or prepare its effect.
+    pub(super) fn is_effect(fault: &Fault, act: ProcessAction) -> bool {
+        match fault {
+            Fault::Kill(_) | Fault::Terminate(_) | Fault::Remove(_) => {
+                matches!(act, ProcessAction::Kill | ProcessAction::Terminate)
+            }
+            Fault::Pause(_) => act == ProcessAction::Stop,
+            Fault::Continue(_) => act == ProcessAction::Continue,
+            _ => act == ProcessAction::Start,
+        }
+    }
+
+    /// Begins or ends a change of the world. Other faults change nothing here.
+    fn interrupt_world(&mut self, index: FaultIndex, fault: &Fault, on: bool) {
+        if !on {
+            if let Some(mut change) = self.interruptions.remove(&index) {
+                change.end(&mut self.world);
+            }
+            return;
+        }
         let mut change = Interruption::from_fault(fault, &self.setup.roster);
         self.keep_figures();
-        let Some(begun) = change.begin(&mut self.world) else {
-            return;
-        };
-        match begun {
-            Ok(detail) => {
+        match change.begin(&mut self.world) {
+            None => {}
+            Some(Ok(detail)) => {
                 self.interruptions.insert(index, change);
                 if self.schedule.hit(index, 1) {
                     self.push_fault_event(FaultEvent::Hit, index, &detail);
                 }
             }
-            Err(why) => self.push_fault_event(FaultEvent::Failed, index, &why.to_string()),
-        }
-    }
-
-    fn end_interruption(&mut self, index: FaultIndex) {
-        if let Some(mut change) = self.interruptions.remove(&index) {
-            change.end(&mut self.world);
+            Some(Err(why)) => self.push_fault_event(FaultEvent::Failed, index, &why.to_string()),
         }
     }
 
@@ -159,6 +157,24 @@ impl Simulation {
             self.barrier.kill_after_tick(robot);
             self.act(fault, robot, act);
         }
+    }
+
+    /// Starts a robot's process in a new incarnation. Permanent faults that have ended the process are over then.
+    fn restart(&mut self, index: FaultIndex, robot: RobotId) {
+        if self.barrier.is_absent(robot) {
+            let why = "the robot is not in the mission";
+            return self.push_fault_event(FaultEvent::Failed, index, why);
+        }
+        let kills = |fault: &Fault| matches!(fault, Fault::Kill(_) | Fault::Terminate(_));
+        for kill in self.in_force_on(robot, kills) {
+            if self.schedule.is_permanent(kill) {
+                self.schedule.clear(kill, self.world.now());
+                self.push_fault_event(FaultEvent::Healed, kill, "the robot is started anew");
+            }
+        }
+        // A later restart finds the robot alive.
+        self.kill_at_once(index, robot);
+        self.act(index, robot, ProcessAction::Start);
     }
 
     fn kill_at_once(&mut self, fault: FaultIndex, robot: RobotId) {

@@ -9,7 +9,7 @@ use scenario::time::SimTime;
 
 use super::Simulation;
 use crate::barrier::TickResult;
-use crate::mission::{FigureValue, Target, TeamFigures, WorldMission};
+use crate::mission::{FigureValue, MissionWorld, Target, TeamFigures};
 
 #[derive(Default)]
 pub(super) struct EndedTick {
@@ -37,7 +37,7 @@ impl EndedTick {
         &mut self,
         answers: &[Answer],
         external: &mut Vec<Broadcast>,
-        allocation_messages: Option<&mut Vec<Broadcast>>,
+        allocation_messages: Option<&mut Vec<Vec<Broadcast>>>,
     ) {
         let counts = |broadcast: &Broadcast| {
             let answer = &answers[broadcast.sender.index()];
@@ -46,17 +46,15 @@ impl EndedTick {
         self.broadcasts.clear();
         self.broadcasts.extend(external.drain(..).filter(counts));
         self.allocation_messages.clear();
-        if let Some(messages) = allocation_messages {
-            let kept = &mut self.allocation_messages;
-            kept.extend(messages.drain(..).filter(counts));
-            // A repeated answer can send a message twice.
-            kept.sort_by_key(|message| (message.sender, message.index));
-            kept.dedup_by_key(|message| (message.sender, message.index));
+        for messages in allocation_messages.into_iter().flatten() {
+            messages.sort_by_key(|message| message.index);
+            self.allocation_messages
+                .extend(messages.drain(..).filter(counts));
         }
     }
 
     /// Reads the mission's values at the end of the tick.
-    pub fn read_mission(&mut self, mission: &dyn WorldMission) {
+    pub fn read_mission(&mut self, mission: &dyn MissionWorld) {
         self.mission.clear();
         mission.row(&mut self.mission);
         self.targets.clear();

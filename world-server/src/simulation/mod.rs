@@ -41,11 +41,11 @@ use scenario::{Catalog, Setup, StepOrder};
 use crate::barrier::Barrier;
 use crate::faults::actuators::Actuators;
 use crate::faults::campaign;
-use crate::faults::links::Links;
+use crate::faults::links::LinkFaults;
 use crate::faults::schedule::{FaultIndex, Schedule};
 use crate::faults::sensors::Sensors;
 use crate::interruption::{Interruption, InterruptionHandler};
-use crate::mission::MissionWorld;
+use crate::mission::WorldKind;
 use crate::world::World;
 use run_log::recorder::{Answers, Event, FaultEvent};
 
@@ -74,10 +74,12 @@ pub struct Simulation {
     broadcasts: Vec<Broadcast>,
     /// The external controllers that have sent an undecodable broadcast since the current tick began, with the reason.
     undecodable: Vec<(RobotId, String)>,
-    /// The messages of allocators since the current tick began; `None` if they are not recorded.
-    allocation_messages: Option<Vec<Broadcast>>,
+    /// The size of the recorded answers of each external controller, by rank, bytes.
+    answer_bytes: Vec<u64>,
+    /// The messages of allocators since the current tick began, by the sender's rank; `None` if they are not recorded.
+    allocation_messages: Option<Vec<Vec<Broadcast>>>,
     schedule: Schedule,
-    links: Links,
+    links: LinkFaults,
     sensors: Sensors,
     actuators: Actuators,
     ground_truth: GroundTruth,
@@ -107,7 +109,7 @@ pub struct Simulation {
 impl Simulation {
     /// Creates a run at tick 0 without any agents. Without a launcher, faults of processes are rejected.
     #[must_use]
-    pub fn new(setup: Setup, mission: MissionWorld, has_launcher: bool) -> Self {
+    pub fn new(setup: Setup, mission: WorldKind, has_launcher: bool) -> Self {
         let world = World::new(&setup, mission);
         let robots = setup.scenario.robots.len();
         let barrier = Barrier::new(&setup.scenario.robots, setup.step_order);
@@ -126,9 +128,10 @@ impl Simulation {
             },
             broadcasts: Vec::new(),
             undecodable: Vec::new(),
+            answer_bytes: vec![0; robots],
             allocation_messages: None,
             schedule: Schedule::default(),
-            links: Links::new(&setup),
+            links: LinkFaults::new(&setup),
             sensors: Sensors::new(&setup),
             actuators: Actuators::new(&setup),
             ground_truth: GroundTruth::default(),

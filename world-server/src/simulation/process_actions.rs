@@ -4,7 +4,6 @@ use std::collections::VecDeque;
 
 use proto::process::ProcessAction;
 use run_log::Input;
-use scenario::fault::Fault;
 use scenario::ids::RobotId;
 
 use super::Simulation;
@@ -175,15 +174,7 @@ impl Simulation {
     fn conclude(&mut self, done: PendingAction) {
         self.acts.under_way = None;
         self.order_index += u32::from(done.takes_part);
-        // Actions that heal a fault or prepare another action do not count as its effects.
-        let is_effect = match self.schedule.status(done.fault).order.fault {
-            Fault::Kill(_) | Fault::Terminate(_) | Fault::Remove(_) => {
-                matches!(done.act, ProcessAction::Kill | ProcessAction::Terminate)
-            }
-            Fault::Pause(_) => done.act == ProcessAction::Stop,
-            Fault::Continue(_) => done.act == ProcessAction::Continue,
-            _ => done.act == ProcessAction::Start,
-        };
+        let is_effect = Self::is_effect(&self.schedule.status(done.fault).order.fault, done.act);
         if is_effect && done.takes_part {
             self.hit(done.fault, 1);
         }

@@ -1,5 +1,6 @@
 //! Reports of robots: their check, the faults that they trigger and the state that the run keeps.
 
+use proto::codec::{LIMIT_BYTES, encoded_len};
 use proto::team::{Broadcast, BroadcastContent};
 use proto::telemetry::Delivery;
 use proto::tick::Report;
@@ -10,6 +11,10 @@ use super::Simulation;
 use crate::barrier::{MAX_BROADCASTS, Verdict};
 use crate::faults::schedule::FaultIndex;
 use run_log::recorder::Answer;
+
+/// The limit of an external controller's answers in foreign.bin, bytes before compression. A controller that exceeds it
+/// is dismissed. Usual answers of a few hundred bytes reach it after days of simulated time.
+pub(super) const ANSWER_BYTES_MAX: u64 = 1024 * 1024 * 1024;
 
 impl Simulation {
     /// Processes an agent's report.
@@ -23,6 +28,9 @@ impl Simulation {
         if verdict == Verdict::Counted {
             debug_assert!(self.ended.at.is_none(), "the tick before is not recorded");
             let robot = report.robot;
+            if self.has_external_controller(robot) {
+                self.answer_bytes[robot.index()] += self.answer_len(report);
+            }
             let message = &self.messages[robot.index()];
             self.answers.store(&message.readings, report);
             // This precedes the next robot's tick message, which lists the broadcasts of this robot.
@@ -56,7 +64,7 @@ impl Simulation {
 
     /// Records the contents of allocators' messages from now on. [`Simulation::keep_allocation_message`] adds them.
     pub fn record_allocation_messages(&mut self) {
-        self.allocation_messages = Some(Vec::new());
+        self.allocation_messages = Some(vec![Vec::new(); self.setup.scenario.robots.len()]);
     }
 
     /// Returns whether the contents of allocators' messages are recorded.
@@ -65,16 +73,22 @@ impl Simulation {
         self.allocation_messages.is_some()
     }
 
-    /// Keeps a broadcast for the log if it is a message of an allocator, before the report that lists it.
+    /// Keeps a broadcast for the log if it is a message of an allocator, before the report that lists it. A repeated answer
+    /// sends its messages again. Each sender has its own limit, as in [`Simulation::keep_broadcast`].
     pub fn keep_allocation_message(&mut self, broadcast: &Broadcast) {
-        let (tick, robots) = (self.tick(), self.setup.scenario.robots.len());
-        if let Some(messages) = &mut self.allocation_messages
+        let tick = self.tick();
+        let sender = broadcast.sender.index();
+        let messages = self.allocation_messages.as_mut();
+        let identity = |broadcast: &Broadcast| (broadcast.incarnation, broadcast.index);
+        if let Some(kept) = messages.and_then(|messages| messages.get_mut(sender))
             && matches!(broadcast.body, BroadcastContent::Allocation(_))
             && broadcast.tick == tick
-            && broadcast.sender.index() < robots
-            && messages.len() < robots * usize::from(MAX_BROADCASTS)
+            && kept.len() < usize::from(MAX_BROADCASTS)
+            && !kept
+                .iter()
+                .any(|kept| identity(kept) == identity(broadcast))
         {
-            messages.push(broadcast.clone());
+            kept.push(broadcast.clone());
         }
     }
 
@@ -103,11 +117,13 @@ impl Simulation {
         if let Some((_, why)) = undecodable {
             return Err(format!("a broadcast that cannot be decoded: {why}"));
         }
+        if self.answer_bytes[report.robot.index()] > ANSWER_BYTES_MAX {
+            let mib = ANSWER_BYTES_MAX / (1024 * 1024);
+            return Err(format!("its answers exceed {mib} MiB, the limit of a run"));
+        }
         let catalog = &self.setup.catalog;
         let (sets, tasks) = (catalog.sets.len(), catalog.tasks.len());
-        let sent = self.broadcasts.iter().filter(|broadcast| {
-            (broadcast.sender, broadcast.incarnation) == (report.robot, report.incarnation)
-        });
+        let sent = self.sent_before(report);
         let unknown = |broadcast: &Broadcast| {
             let number = broadcast.unknown_number(sets, tasks)?;
             Some(format!("broadcast {}: {number}", broadcast.index))
@@ -115,6 +131,23 @@ impl Simulation {
         sent.map(unknown)
             .find_map(|problem| problem)
             .map_or(Ok(()), Err)
+    }
+
+    /// Returns the broadcasts of an external controller that belong to a report.
+    fn sent_before(&self, report: &Report) -> impl Iterator<Item = &Broadcast> {
+        let sender = (report.robot, report.incarnation);
+        let broadcasts = self.broadcasts.iter();
+        broadcasts.filter(move |broadcast| (broadcast.sender, broadcast.incarnation) == sender)
+    }
+
+    /// Returns the size of an external controller's answer in foreign.bin before compression, bytes.
+    fn answer_len(&self, report: &Report) -> u64 {
+        let broadcasts = self.sent_before(report).map(encoded_len);
+        let lengths = broadcasts.chain([encoded_len(report)]);
+        // A message above the limit of the codec ends the log with an error.
+        lengths
+            .map(|length| length.unwrap_or(LIMIT_BYTES) as u64)
+            .sum()
     }
 
     /// Updates the run's state by the answers that count.

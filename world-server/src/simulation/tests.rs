@@ -1,6 +1,8 @@
-//! Tests of the readings that robots receive, in manually driven runs.
+//! Tests of manually driven runs: the readings that robots receive, and the broadcasts that the log contains.
 
 use glam::Vec2;
+use proto::allocation::{AllocationMessage, OpenMessage};
+use proto::team::BroadcastContent;
 use proto::tick::Report;
 use scenario::fault::{Device, Fault, Order, SensorError, SensorFault, SensorMode};
 use scenario::testkit::default_setup;
@@ -18,6 +20,38 @@ struct Unrecorded;
 impl Record for Unrecorded {
     fn record(&mut self, _: &TickRecord<'_>) -> Result<(), RecordError> {
         Ok(())
+    }
+}
+
+/// Starts a run in which all robots have an agent.
+fn start(setup: Setup) -> Simulation {
+    let names: Vec<String> = setup
+        .scenario
+        .robots
+        .iter()
+        .map(|robot| robot.name.clone())
+        .collect();
+    let mut simulation = Simulation::new(setup, DRILL, true);
+    for name in &names {
+        let (robot, incarnation, _) = simulation.invite(name).unwrap();
+        simulation.arrive(robot, incarnation);
+    }
+    simulation
+}
+
+/// Returns a message of an allocator in the first tick.
+fn message_of(sender: RobotId, index: u16, bytes: usize) -> Broadcast {
+    Broadcast {
+        sender,
+        incarnation: 1,
+        tick: 0,
+        index,
+        seq: 0,
+        sent: SimTime::ZERO,
+        body: BroadcastContent::Allocation(AllocationMessage::Open(OpenMessage {
+            schema: "test".to_owned(),
+            bytes: vec![1; bytes],
+        })),
     }
 }
 
@@ -56,18 +90,8 @@ fn a_resting_robot_receives_wrong_readings_only_during_a_sensor_fault() {
         for_s: Some(1.0),
         ..Order::now(fault)
     }];
-    let names: Vec<String> = setup
-        .scenario
-        .robots
-        .iter()
-        .map(|robot| robot.name.clone())
-        .collect();
     let second = 1000 / setup.scenario.step_ms as usize;
-    let mut simulation = Simulation::new(setup, DRILL, true);
-    for name in &names {
-        let (robot, incarnation, _) = simulation.invite(name).unwrap();
-        simulation.arrive(robot, incarnation);
-    }
+    let mut simulation = start(setup);
     let positions: Vec<Vec2> = (0..3 * second)
         .map(|_| stand_still(&mut simulation))
         .collect();
@@ -81,4 +105,51 @@ fn a_resting_robot_receives_wrong_readings_only_during_a_sensor_fault() {
         "a new error in each tick"
     );
     assert!(after.iter().all(|place| *place == position));
+}
+
+#[test]
+fn messages_of_one_robot_do_not_displace_those_of_another_in_the_log() {
+    let mut simulation = start(default_setup(1));
+    simulation.record_allocation_messages();
+    let gold = RobotId(1);
+    for index in 0..10_000 {
+        simulation.keep_allocation_message(&message_of(BLUE, index, 1));
+    }
+    // A repeated answer.
+    for index in [1, 0, 0] {
+        simulation.keep_allocation_message(&message_of(gold, index, 1));
+    }
+    let kept = simulation.allocation_messages.as_ref().unwrap();
+    let of = |robot: RobotId| kept[robot.index()].iter().map(|message| message.index);
+    assert_eq!(of(gold).collect::<Vec<_>>(), [1, 0]);
+    assert_eq!(of(BLUE).count(), 256, "the limit of broadcasts in a tick");
+}
+
+#[test]
+fn an_external_controller_cannot_fill_the_log_without_limit() {
+    let mut setup = default_setup(1);
+    setup.scenario.robots[BLUE.index()].controller = Some("verbose".to_owned());
+    let mut simulation = start(setup);
+    let robot = std::iter::from_fn(|| simulation.next_recipient())
+        .find(|robot| *robot == BLUE)
+        .unwrap();
+    simulation.keep_broadcast(message_of(robot, 0, 5000));
+    let message = simulation.message(robot);
+    let report = Report {
+        robot,
+        incarnation: message.incarnation,
+        tick: message.tick,
+        broadcasts: 1,
+        ..Report::default()
+    };
+    simulation.answer_bytes[BLUE.index()] = reports::ANSWER_BYTES_MAX + 1;
+    assert_eq!(simulation.report(&report), Verdict::Malformed);
+    assert_eq!(
+        simulation.check(&report),
+        Err("its answers exceed 1024 MiB, the limit of a run".to_owned())
+    );
+    simulation.answer_bytes[BLUE.index()] = 0;
+    assert_eq!(simulation.report(&report), Verdict::Counted);
+    let size = simulation.answer_bytes[BLUE.index()];
+    assert!((5000..5200).contains(&size), "{size} bytes");
 }

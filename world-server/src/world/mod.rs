@@ -17,7 +17,7 @@
 //! Interruption handlers change the world between steps (`change`: [`Floor::add_obstacle`], [`Floor::move_robot`], …). In a
 //! step the components act in rank order, then the aspects evolve. A robot first acts on its mission at the position
 //! where it read its sensors. Then it turns and moves. If a bar stops it, the mission may let the bar
-//! [give way](crate::mission::WorldMission::handle_push), and the body continues. Robots of lower rank have moved by
+//! [give way](crate::mission::MissionWorld::handle_push), and the body continues. Robots of lower rank have moved by
 //! then, others have not.
 //!
 //! # Design decisions

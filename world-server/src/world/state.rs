@@ -8,25 +8,17 @@ use scenario::Setup;
 use scenario::fault::Fault;
 use scenario::ids::RobotId;
 
-use crate::mission::{MissionWorld, Validity, WorldMission};
+use crate::mission::{MissionWorld, Validity, WorldKind};
 use run_log::recorder::Event;
 
 use super::step_events::StepEvents;
 use super::{ChangeError, Floor, limit_command};
 
 /// The state of the simulated world: the mission and its floor. It dereferences to the floor.
+#[derive(Clone)]
 pub struct World {
     floor: Floor,
-    mission: Box<dyn WorldMission>,
-}
-
-impl Clone for World {
-    fn clone(&self) -> Self {
-        Self {
-            floor: self.floor.clone(),
-            mission: self.mission.clone_boxed(),
-        }
-    }
+    mission: Box<dyn MissionWorld>,
 }
 
 impl Deref for World {
@@ -49,7 +41,7 @@ impl World {
     /// # Panics
     /// If [`start_poses`](super::start_poses) rejects the scenario; validation calls that function first.
     #[must_use]
-    pub fn new(setup: &Setup, kind: MissionWorld) -> Self {
+    pub fn new(setup: &Setup, kind: WorldKind) -> Self {
         let area = (kind.start_area)(&setup.scenario);
         let starts = (kind.starts)(&setup.scenario);
         let bars = (kind.bars)(&setup.scenario);
@@ -110,17 +102,20 @@ impl World {
     }
 
     #[must_use]
-    pub fn mission(&self) -> &dyn WorldMission {
+    pub fn mission(&self) -> &dyn MissionWorld {
         &*self.mission
     }
 
-    pub fn mission_mut(&mut self) -> (&mut dyn WorldMission, &mut Floor) {
+    pub fn mission_mut(&mut self) -> (&mut dyn MissionWorld, &mut Floor) {
         (&mut *self.mission, &mut self.floor)
     }
 
-    /// Applies a fault of the mission, see [`WorldMission::change`].
+    /// Applies a fault of the mission, see [`MissionWorld::change`].
     pub fn change(&mut self, fault: &Fault) -> Option<Result<String, ChangeError>> {
-        self.mission.change(fault, &mut self.floor)
+        match fault {
+            Fault::Mission(fault) => self.mission.change(fault, &mut self.floor),
+            _ => None,
+        }
     }
 
     /// Releases everything that a robot holds.

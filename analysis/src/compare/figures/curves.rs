@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::{ending, round_up};
+use super::{ending, round_up, titled};
 use crate::compare::analysis::Analysis;
 use crate::compare::data::{Block, ComparisonData};
 use crate::figures::Figure;
@@ -34,11 +34,10 @@ const AGAINST: [Against; 2] = [
         axis: "robots",
         x: |block| Some(block.axes.robots as f64),
         family: |block| {
-            let stem = block
-                .mission
-                .trim_end_matches(|letter: char| letter.is_ascii_digit());
-            let parts = [stem.trim_end_matches(['-', ' ', '_']), &block.faults];
-            let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+            let digits = |letter: char| letter.is_ascii_digit();
+            let stem = block.mission.trim_end_matches(digits);
+            let mut parts = vec![stem.trim_end_matches(['-', ' ', '_']), &block.faults];
+            parts.retain(|part| !part.is_empty());
             parts.join(", ")
         },
     },
@@ -51,10 +50,8 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
         let mut families: BTreeMap<String, Vec<(f64, usize)>> = BTreeMap::new();
         for (number, block) in data.blocks.iter().enumerate() {
             if let Some(x) = (against.x)(block) {
-                families
-                    .entry((against.family)(block))
-                    .or_default()
-                    .push((x, number));
+                let family = families.entry((against.family)(block));
+                family.or_default().push((x, number));
             }
         }
         for (family, mut points) in families {
@@ -65,10 +62,7 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
                 continue;
             }
             let metric = data.blocks[points[0].1].primary.heading();
-            let title = match family.as_str() {
-                "" => format!("Mean {metric} by {}", against.axis),
-                _ => format!("Mean {metric} by {}: {family}", against.axis),
-            };
+            let title = titled(&format!("Mean {metric} by {}", against.axis), &family);
             figures.push(Figure {
                 name: format!("{}{}", against.file, ending(&family)),
                 caption: format!("{title}. Bars: 95 % intervals, shifted sideways for legibility."),
@@ -92,13 +86,10 @@ fn one(
     let (first, last) = (points[0].0, points[points.len() - 1].0);
     let margin = (last - first) * 0.06;
     let x: Range<f64> = first - margin..last + margin;
-    let all = points
-        .iter()
-        .flat_map(|(_, block)| &analysis.blocks[*block].summaries);
-    let most = all
-        .filter_map(|metrics| metrics[place])
-        .map(|summary| summary.interval.1)
-        .fold(0.0, f64::max);
+    let blocks = points.iter().map(|(_, block)| &analysis.blocks[*block]);
+    let all = blocks.flat_map(|block| &block.summaries);
+    let ends = all.filter_map(|metrics| Some(metrics[place]?.interval.1));
+    let most = ends.fold(0.0, f64::max);
     let names = data.allocators.iter().zip(&colors).enumerate();
     let entries = names
         .map(|(number, (name, color))| (Sample::Mark(Mark::of_series(number), *color), &**name));
@@ -116,13 +107,11 @@ fn one(
         for (rival, color) in colors.iter().enumerate() {
             let middle = (data.allocators.len() as f64 - 1.0) / 2.0;
             let shift = (rival as f64 - middle) * margin * 0.12;
-            let line: Vec<(f64, f64, (f64, f64))> = points
-                .iter()
-                .filter_map(|(x, block)| {
-                    let summary = analysis.blocks[*block].summaries[rival][place]?;
-                    Some((x + shift, summary.mean, summary.interval))
-                })
-                .collect();
+            let line = points.iter().filter_map(|(x, block)| {
+                let summary = analysis.blocks[*block].summaries[rival][place]?;
+                Some((x + shift, summary.mean, summary.interval))
+            });
+            let line: Vec<_> = line.collect();
             series(area, &chart, &line, (Mark::of_series(rival), *color))?;
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use plotters::style::{Color, RGBColor};
 
-use super::ending;
+use super::{by_mission, ending, titled};
 use crate::compare::analysis::{Analysis, Summary};
 use crate::compare::data::ComparisonData;
 use crate::figures::Figure;
@@ -19,51 +19,38 @@ const BOX: RGBColor = RGBColor(120, 170, 215);
 const MEAN: RGBColor = RGBColor(190, 40, 40);
 
 pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
-    let missions = data.missions().into_iter();
-    missions
-        .map(|mission| {
-            let blocks: Vec<usize> = (0..data.blocks.len())
-                .filter(|block| data.blocks[*block].mission == mission)
-                .collect();
-            let primary = &data.blocks[blocks[0]].primary;
-            let place = data.metric_index(primary);
-            let summaries = |block: usize| analysis.blocks[block].summaries.iter().map(move |metrics| metrics[place]);
-            let all: Vec<Summary> = blocks
-                .iter()
-                .flat_map(|block| summaries(*block))
-                .flatten()
-                .collect();
-            let least = all.iter().map(|summary| summary.quantiles[0]);
-            let most = all.iter().map(|summary| summary.quantiles[6]);
-            let scale = Scale::of(
-                least.fold(f64::INFINITY, f64::min),
-                most.fold(0.0, f64::max),
-            );
-            let panel_px = HEAD_PX + ROW_PX * data.allocators.len() as f64 + FOOT_PX;
-            let height_px = panel_px * blocks.len().div_ceil(COLUMNS) as f64;
-            let metric = primary.heading();
-            let title = match mission {
-                "" => format!("{metric} over the seeds"),
-                _ => format!("{metric} over the seeds: {mission}"),
-            };
-            let svg = svg(&title, height_px, |area| {
-                for (place, block) in blocks.iter().enumerate() {
-                    let width = WIDTH_PX / COLUMNS as f64;
-                    let corner = ((place % COLUMNS) as f64 * width, (place / COLUMNS) as f64 * panel_px);
-                    let all: Vec<Option<Summary>> = summaries(*block).collect();
-                    panel(area, corner, data, *block, &all, scale)?;
-                }
-                Ok(())
-            })?;
-            Ok(Figure {
-                name: format!("distribution{}", ending(mission)),
-                caption: format!(
-                    "{title}, logarithmic scale. Thin line: minimum to maximum; thick line: 5 to 95 %; box: 25 to 75 %; dark stroke: median; red stroke: mean."
-                ),
-                svg,
-            })
+    let missions = by_mission(data).into_iter();
+    let figures = missions.map(|(mission, blocks)| {
+        let primary = &data.blocks[blocks[0]].primary;
+        let place = data.metric_index(primary);
+        let summaries = |block: usize| {
+            let metrics = analysis.blocks[block].summaries.iter();
+            metrics.map(|metrics| metrics[place]).collect::<Vec<_>>()
+        };
+        let all = || blocks.iter().flat_map(|block| summaries(*block)).flatten();
+        let least = all().map(|summary| summary.quantiles[0]);
+        let most = all().map(|summary| summary.quantiles[6]);
+        let scale = Scale::of(least.fold(f64::INFINITY, f64::min), most.fold(0.0, f64::max));
+        let panel_px = HEAD_PX + ROW_PX * data.allocators.len() as f64 + FOOT_PX;
+        let height_px = panel_px * blocks.len().div_ceil(COLUMNS) as f64;
+        let title = titled(&format!("{} over the seeds", primary.heading()), mission);
+        let svg = svg(&title, height_px, |area| {
+            for (place, block) in blocks.iter().enumerate() {
+                let (column, row) = ((place % COLUMNS) as f64, (place / COLUMNS) as f64);
+                let corner = (column * (WIDTH_PX / COLUMNS as f64), row * panel_px);
+                panel(area, corner, data, *block, &summaries(*block), scale)?;
+            }
+            Ok(())
+        })?;
+        Ok(Figure {
+            name: format!("distribution{}", ending(mission)),
+            caption: format!(
+                "{title}, logarithmic scale. Thin line: minimum to maximum; thick line: 5 to 95 %; box: 25 to 75 %; dark stroke: median; red stroke: mean."
+            ),
+            svg,
         })
-        .collect()
+    });
+    figures.collect()
 }
 
 /// A logarithmic scale, because some allocators need ten times as long as others.
@@ -97,12 +84,12 @@ impl Scale {
         } else {
             &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0]
         };
-        let powers = -3..7;
-        let all = powers.flat_map(|power| steps.iter().map(move |step| step * 10_f64.powi(power)));
-        let rounded = all.map(|mark| (mark * 1e3).round() / 1e3);
-        rounded
-            .filter(|mark| (self.from..=self.to).contains(mark))
-            .collect()
+        let marks = |power| steps.iter().map(move |step| step * 10_f64.powi(power));
+        let rounded = (-3..7)
+            .flat_map(marks)
+            .map(|mark| (mark * 1e3).round() / 1e3);
+        let range = self.from..=self.to;
+        rounded.filter(|mark| range.contains(mark)).collect()
     }
 }
 
@@ -123,30 +110,20 @@ fn panel(
         bold: true,
         ..TextLabel::CENTERED
     };
-    head.write(
-        area,
-        &data.blocks[block].faults,
-        (from + width / 2.0, top + 13.0),
-    )?;
+    let faults = &data.blocks[block].faults;
+    head.write(area, faults, (from + width / 2.0, top + 13.0))?;
     path([(from, bottom), (from + width, bottom)], INK, 1.0)?;
     for value in scale.marks() {
         let x = x_px(value);
         path([(x, bottom), (x, bottom + 4.0)], INK, 1.0)?;
         TextLabel::CENTERED.write(area, &value.to_string(), (x, bottom + 13.0))?;
     }
-    let small = TextLabel {
-        size_px: 10.5,
-        ..TextLabel::RIGHT
-    };
+    let small = TextLabel::RIGHT.sized(10.5);
     for (place, (name, summary)) in data.allocators.iter().zip(summaries).enumerate() {
         let y = top + HEAD_PX + ROW_PX * (place as f64 + 0.5);
         small.write(area, name, (from - 6.0, y))?;
         let Some(summary) = summary else {
-            let none = TextLabel {
-                color: FAINT,
-                size_px: 10.5,
-                ..TextLabel::LEFT
-            };
+            let none = TextLabel::LEFT.sized(10.5).colored(FAINT);
             none.write(area, "no data", (from + 4.0, y))?;
             continue;
         };

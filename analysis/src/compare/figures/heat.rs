@@ -4,13 +4,14 @@ use std::ops::Range;
 
 use plotters::style::{Color, RGBColor};
 
-use super::ending;
+use super::{by_mission, ending, titled};
 use crate::compare::answer::best;
 use crate::compare::data::ComparisonData;
 use crate::compare::metrics::Metric;
 use crate::figures::Figure;
 use crate::figures::canvas::{
-    Area, DrawResult, FAINT, INK, TextLabel, WHITE, WIDTH_PX, line, path, rectangle, rows_for, svg,
+    Area, DrawResult, FAINT, INK, TextLabel, WHITE, WIDTH_PX, line, path, rectangle, svg,
+    write_in_rows,
 };
 
 const LEFT_PX: f64 = 130.0;
@@ -24,43 +25,33 @@ const LIGHT: RGBColor = RGBColor(236, 244, 251);
 const DARK: RGBColor = RGBColor(8, 64, 129);
 
 pub(super) fn draw(data: &ComparisonData) -> anyhow::Result<Vec<Figure>> {
-    let missions = data.missions().into_iter();
-    missions
-        .map(|mission| {
-            let blocks: Vec<usize> = (0..data.blocks.len())
-                .filter(|block| data.blocks[*block].mission == mission)
-                .collect();
-            (mission, blocks)
+    let mut missions = by_mission(data);
+    // A map of equal values shows nothing.
+    missions.retain(|(_, blocks)| {
+        let mut blocks = blocks.iter();
+        blocks.any(|block| !data.are_equal(*block, &data.blocks[*block].primary))
+    });
+    let figures = missions.into_iter().map(|(mission, blocks)| {
+        let metric = data.blocks[blocks[0]].primary.heading();
+        let title = titled(&format!("Mean {metric}"), mission);
+        let rows = data.allocators.len() as f64;
+        let svg = svg(&title, HEAD_PX + rows * ROW_PX + LEGEND_PX, |area| {
+            heads(area, data, &blocks)?;
+            for place in 0..data.allocators.len() {
+                row(area, data, &blocks, place)?;
+            }
+            legend(area, HEAD_PX + rows * ROW_PX + 14.0)
+        })?;
+        Ok(Figure {
+            name: format!("heat{}", ending(mission)),
+            caption: format!(
+                "{title}, by allocator and class of faults. A darker color means a worse value, as a ratio to the best allocator of the column (except the oracle). \
+                 Small print: the share of runs that completed the mission, if below 100 %. Hatched: no data."
+            ),
+            svg,
         })
-        // A map of equal values shows nothing.
-        .filter(|(_, blocks)| {
-            let mut blocks = blocks.iter();
-            blocks.any(|block| !data.are_equal(*block, &data.blocks[*block].primary))
-        })
-        .map(|(mission, blocks)| {
-            let metric = data.blocks[blocks[0]].primary.heading();
-            let title = match mission {
-                "" => format!("Mean {metric}"),
-                _ => format!("Mean {metric}: {mission}"),
-            };
-            let rows = data.allocators.len() as f64;
-            let svg = svg(&title, HEAD_PX + rows * ROW_PX + LEGEND_PX, |area| {
-                heads(area, data, &blocks)?;
-                for place in 0..data.allocators.len() {
-                    row(area, data, &blocks, place)?;
-                }
-                legend(area, HEAD_PX + rows * ROW_PX + 14.0)
-            })?;
-            Ok(Figure {
-                name: format!("heat{}", ending(mission)),
-                caption: format!(
-                    "{title}, by allocator and class of faults. A darker color means a worse value, as a ratio to the best allocator of the column (except the oracle). \
-                     Small print: the share of runs that completed the mission, if below 100 %. Hatched: no data."
-                ),
-                svg,
-            })
-        })
-        .collect()
+    });
+    figures.collect()
 }
 
 fn width_px(blocks: usize) -> f64 {
@@ -74,41 +65,23 @@ fn heads(area: &Area<'_>, data: &ComparisonData, blocks: &[usize]) -> DrawResult
         "" => "all runs".to_owned(),
         faults => faults.to_owned(),
     };
-    let places: Vec<(f64, f64)> = blocks
-        .iter()
-        .enumerate()
-        .map(|(place, block)| {
-            let width = TextLabel::CENTERED.width_px(&name(block)) + 8.0;
-            (x_px(place) - width / 2.0, width)
-        })
+    let labels = blocks.iter().enumerate();
+    let labels: Vec<(String, f64)> = labels
+        .map(|(place, block)| (name(block), x_px(place)))
         .collect();
-    for ((place, block), row) in blocks.iter().enumerate().zip(rows_for(&places, 2)) {
-        if let Some(row) = row {
-            let y_px = HEAD_PX - 12.0 - 16.0 * row as f64;
-            TextLabel::CENTERED.write(area, &name(block), (x_px(place), y_px))?;
-        }
-    }
-    Ok(())
+    write_in_rows(area, &labels, 2, |row| HEAD_PX - 12.0 - 16.0 * row as f64)
 }
 
 fn row(area: &Area<'_>, data: &ComparisonData, blocks: &[usize], rival: usize) -> DrawResult {
     let top_px = HEAD_PX + rival as f64 * ROW_PX;
-    TextLabel::RIGHT.write(
-        area,
-        &data.allocators[rival],
-        (LEFT_PX - 8.0, top_px + ROW_PX / 2.0),
-    )?;
+    let at = (LEFT_PX - 8.0, top_px + ROW_PX / 2.0);
+    TextLabel::RIGHT.write(area, &data.allocators[rival], at)?;
     let width = width_px(blocks.len());
     for (place, block) in blocks.iter().enumerate() {
         let left_px = LEFT_PX + place as f64 * width;
         let x = left_px..left_px + width - 1.0;
-        cell(
-            area,
-            data,
-            *block,
-            rival,
-            (x, top_px..top_px + ROW_PX - 1.0),
-        )?;
+        let y = top_px..top_px + ROW_PX - 1.0;
+        cell(area, data, *block, rival, (x, y))?;
     }
     Ok(())
 }
@@ -132,24 +105,13 @@ fn cell(
     let (middle_px, top_px) = ((x.start + x.end + 1.0) / 2.0, y.start);
     rectangle(area, x, y, between(share).filled())?;
     let color = if share > 0.55 { WHITE } else { INK };
-    let letters = TextLabel {
-        color,
-        ..TextLabel::CENTERED
-    };
+    let letters = TextLabel::CENTERED.colored(color);
     let completed = completion(block, rival, data);
-    let y_px = top_px
-        + if completed.is_some() {
-            10.0
-        } else {
-            ROW_PX / 2.0
-        };
+    let y_px = top_px + completed.as_ref().map_or(ROW_PX / 2.0, |_| 10.0);
     let value = primary.show(mean);
     letters.write(area, value.trim_end_matches(" s"), (middle_px, y_px))?;
     if let Some(share) = completed {
-        let small = TextLabel {
-            size_px: 9.0,
-            ..letters
-        };
+        let small = letters.sized(9.0);
         small.write(area, &share, (middle_px, top_px + 22.0))?;
     }
     Ok(())
@@ -172,7 +134,8 @@ fn depth(more: f64, less: Option<f64>) -> f64 {
 
 fn between(share: f64) -> RGBColor {
     let mix = |from: u8, to: u8| {
-        (f64::from(from) + share * (f64::from(to) - f64::from(from))).round() as u8
+        let (from, to) = (f64::from(from), f64::from(to));
+        (from + share * (to - from)).round() as u8
     };
     RGBColor(
         mix(LIGHT.0, DARK.0),

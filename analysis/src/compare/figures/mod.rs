@@ -18,6 +18,25 @@ pub fn figures(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec
     Ok(all)
 }
 
+/// Returns the missions with the indices of their blocks.
+fn by_mission(data: &ComparisonData) -> Vec<(&str, Vec<usize>)> {
+    let missions = data.missions().into_iter();
+    let with_blocks = missions.map(|mission| {
+        let all = 0..data.blocks.len();
+        let blocks = all.filter(|block| data.blocks[*block].mission == mission);
+        (mission, blocks.collect())
+    });
+    with_blocks.collect()
+}
+
+/// Returns a title followed by a name, which may be empty.
+fn titled(title: &str, name: &str) -> String {
+    match name {
+        "" => title.to_owned(),
+        _ => format!("{title}: {name}"),
+    }
+}
+
 /// Returns `-name`, or an empty string.
 fn ending(name: &str) -> String {
     match plain(name).as_str() {

@@ -32,48 +32,42 @@ impl Resampled {
 
 /// Returns the means of the resamples of each column.
 #[must_use]
-pub fn means(columns: &[&[f64]]) -> Vec<Resampled> {
-    let mut found = vec![Vec::with_capacity(RESAMPLES); columns.len()];
-    each_length(
-        columns.iter().map(|column| column.len()),
-        |members, draws| {
-            for &member in members {
-                let column = columns[member];
-                let sum: f64 = draws.iter().map(|place| column[*place as usize]).sum();
-                found[member].push(sum / column.len() as f64);
-            }
-        },
-    );
-    found.into_iter().map(sorted).collect()
+pub fn means<C: AsRef<[f64]>>(columns: &[C]) -> Vec<Resampled> {
+    let columns: Vec<&[f64]> = columns.iter().map(AsRef::as_ref).collect();
+    let lengths = columns.iter().map(|column| column.len());
+    resampled(lengths, |member, draws| {
+        let column = columns[member];
+        let sum: f64 = draws.iter().map(|place| column[*place as usize]).sum();
+        sum / column.len() as f64
+    })
 }
 
 /// Returns the differences of medians, second less first, of the resamples of each pair of columns of equal length.
 #[must_use]
-pub fn median_differences(pairs: &[(&[f64], &[f64])]) -> Vec<Resampled> {
-    let ranked: Vec<_> = pairs
-        .iter()
-        .map(|(first, second)| (Ranked::of(first), Ranked::of(second)))
+pub fn median_differences<C: AsRef<[f64]>>(pairs: &[(C, C)]) -> Vec<Resampled> {
+    let ranked = pairs.iter();
+    let ranked: Vec<(Ranked, Ranked)> = ranked
+        .map(|(first, second)| (Ranked::of(first.as_ref()), Ranked::of(second.as_ref())))
         .collect();
-    let mut found = vec![Vec::with_capacity(RESAMPLES); pairs.len()];
     let mut counts = Vec::new();
-    each_length(
-        pairs.iter().map(|(first, _)| first.len()),
-        |members, draws| {
-            for &member in members {
-                let (first, second) = &ranked[member];
-                found[member]
-                    .push(second.median(draws, &mut counts) - first.median(draws, &mut counts));
-            }
-        },
-    );
-    found.into_iter().map(sorted).collect()
+    let lengths = ranked.iter().map(|(first, _)| first.values.len());
+    resampled(lengths, |member, draws| {
+        let (first, second) = &ranked[member];
+        second.median(draws, &mut counts) - first.median(draws, &mut counts)
+    })
 }
 
-/// Draws seeds for all columns of equal length at once. The stream restarts for each length.
-fn each_length(lengths: impl Iterator<Item = usize>, mut see: impl FnMut(&[usize], &[u32])) {
+/// Returns the statistic of the resamples of each column, given the lengths of the columns. Columns of equal length have
+/// equal draws.
+fn resampled(
+    lengths: impl Iterator<Item = usize>,
+    mut statistic: impl FnMut(usize, &[u32]) -> f64,
+) -> Vec<Resampled> {
     let mut by_length: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    let mut found = Vec::new();
     for (member, length) in lengths.enumerate() {
         by_length.entry(length).or_default().push(member);
+        found.push(Resampled(Vec::new()));
     }
     for (length, members) in by_length.into_iter().filter(|(length, _)| *length > 0) {
         let mut rng = ChaCha8Rng::seed_from_u64(0);
@@ -82,9 +76,15 @@ fn each_length(lengths: impl Iterator<Item = usize>, mut see: impl FnMut(&[usize
         for _ in 0..RESAMPLES {
             // There are at most a million seeds.
             draws.fill_with(|| rng.random_range(0..length as u32));
-            see(&members, &draws);
+            for &member in &members {
+                found[member].0.push(statistic(member, &draws));
+            }
         }
     }
+    for Resampled(values) in &mut found {
+        values.sort_by(f64::total_cmp);
+    }
+    found
 }
 
 /// Values with their positions in sorted order, so that medians of resamples need no sorting.
@@ -133,11 +133,6 @@ impl Ranked {
     }
 }
 
-fn sorted(mut values: Vec<f64>) -> Resampled {
-    values.sort_by(f64::total_cmp);
-    Resampled(values)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -154,8 +149,8 @@ mod tests {
         );
         let (wider, _) = resampled.interval(0.99).unwrap();
         assert!(wider < from);
-        assert_eq!(means(&[&[]])[0].interval(0.95), None);
-        assert_eq!(means(&[&[3.0, 3.0]])[0].interval(0.95), Some((3.0, 3.0)));
+        assert_eq!(means(&[[]])[0].interval(0.95), None);
+        assert_eq!(means(&[[3.0, 3.0]])[0].interval(0.95), Some((3.0, 3.0)));
     }
 
     #[test]
@@ -165,7 +160,7 @@ mod tests {
         let found = median_differences(&[(&first, &second)]).remove(0);
         assert_eq!(found.interval(0.95), Some((5.0, 5.0)));
         // The draws of a column do not depend on other columns.
-        let apart = means(&[&first, &second[..7], &second]);
+        let apart = means(&[&first[..], &second[..7], &second]);
         assert_eq!(apart[0], means(&[&first])[0]);
         assert_eq!(apart[1], means(&[&second[..7]])[0]);
     }

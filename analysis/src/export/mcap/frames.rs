@@ -1,7 +1,5 @@
 //! The positions of the robots: one frame per robot, relative to the world's frame.
 
-use std::io::{Seek, Write};
-
 use foxglove::messages::{FrameTransform, FrameTransforms};
 use proto::control::AgentState;
 use proto::view::View;
@@ -22,10 +20,7 @@ pub struct FrameTopic {
 
 impl FrameTopic {
     /// Creates the topic `/tf` in a recording.
-    pub fn new<W: Write + Seek>(
-        recording: &mut Recording<W>,
-        setup: &Setup,
-    ) -> anyhow::Result<Self> {
+    pub fn new(recording: &mut Recording<'_>, setup: &Setup) -> anyhow::Result<Self> {
         let robots = setup.scenario.robots.iter();
         Ok(Self {
             channel: recording.channel("/tf")?,

@@ -32,56 +32,37 @@ mod tests {
 
     use super::*;
 
-    /// Returns messages at these times, identified by their contents.
+    /// Returns messages at these times, identified by the stream's name. An error stands for the time 9.
     fn stream(name: &'static str, times: &'static [u64]) -> Stream<'static> {
-        Box::new(times.iter().map(move |at| Ok(message(name, *at))))
+        Box::new(times.iter().map(move |at| match at {
+            9 => Err(anyhow!("torn")),
+            at => Ok(Message {
+                at: SimTime(*at),
+                channel: 0,
+                bytes: name.into(),
+            }),
+        }))
     }
 
-    fn message(name: &str, at: u64) -> Message {
-        Message {
-            at: SimTime(at),
-            channel: 0,
-            bytes: name.as_bytes().to_vec(),
-        }
-    }
-
-    fn merged(streams: Vec<Stream<'_>>) -> Vec<String> {
-        merge(streams)
-            .map(|message| match message {
-                Ok(message) => {
-                    format!(
-                        "{}{}",
-                        String::from_utf8(message.bytes).unwrap(),
-                        message.at.0
-                    )
-                }
-                Err(error) => error.to_string(),
-            })
-            .collect()
+    fn merged(streams: impl IntoIterator<Item = Stream<'static>>) -> String {
+        let all = merge(streams).map(|message| match message {
+            Ok(Message { at, bytes, .. }) => format!("{}{}", String::from_utf8_lossy(&bytes), at.0),
+            Err(error) => error.to_string(),
+        });
+        all.collect::<Vec<_>>().join(" ")
     }
 
     #[test]
     fn in_order_of_time_and_of_streams() {
-        let streams = vec![
-            stream("a", &[1, 4, 4]),
-            stream("b", &[0, 1, 5]),
-            stream("c", &[]),
-        ];
-        assert_eq!(merged(streams), ["b0", "a1", "b1", "a4", "a4", "b5"]);
-        assert!(merged(Vec::new()).is_empty());
+        let streams = [("a", &[1, 4, 4][..]), ("b", &[0, 1, 5]), ("c", &[])];
+        let streams = streams.map(|(name, times)| stream(name, times));
+        assert_eq!(merged(streams), "b0 a1 b1 a4 a4 b5");
+        assert!(merged([]).is_empty());
     }
 
     #[test]
     fn an_error_is_returned_at_once() {
-        let torn: Stream<'_> = Box::new(
-            [
-                Ok(message("b", 2)),
-                Err(anyhow!("torn")),
-                Ok(message("b", 3)),
-            ]
-            .into_iter(),
-        );
-        let streams = vec![stream("a", &[1, 9]), torn];
-        assert_eq!(merged(streams), ["a1", "b2", "torn", "b3", "a9"]);
+        let streams = [stream("a", &[1, 8]), stream("b", &[2, 9, 3])];
+        assert_eq!(merged(streams), "a1 b2 torn b3 a8");
     }
 }

@@ -27,10 +27,11 @@ mod well_known;
 use std::io::{Seek, Write};
 
 use anyhow::Context;
-use run_log::{LogLevel, RunLog};
+use missions::Registry;
+use run_log::{LogLevel, MemoryLog, RunLog};
 
 use super::facts;
-use crate::replay_views::retrace;
+use crate::replay_views::retrace_into;
 use frames::FrameTopic;
 use merge::merge;
 use recording::Recording;
@@ -48,25 +49,25 @@ pub struct Differs(String);
 /// # Errors
 /// Returns [`Differs`] when this program does not reproduce the run exactly. Returns other errors when the log has no
 /// complete tick or the file cannot be written.
-pub fn write(logged: &RunLog, file: impl Write + Seek) -> anyhow::Result<()> {
+pub fn write(logged: &RunLog, mut file: impl Write + Seek) -> anyhow::Result<()> {
     let setup = &logged.run.setup;
-    let mut recording = Recording::new(file)?;
+    let mut recording = Recording::new(&mut file)?;
     let frames = FrameTopic::new(&mut recording, setup)?;
     let mut scene = SceneTopics::new(&mut recording, setup)?;
     let mut sensors = SensorTopics::new(&mut recording, setup)?;
 
     let mut seen = Vec::new();
-    let mut end = None;
-    let again = retrace(logged, LogLevel::Full, |view| {
+    let memory = MemoryLog::default();
+    let again = retrace_into(logged, LogLevel::Full, memory, |simulation| {
+        let view = simulation.view();
         scene.record(&view, &mut seen);
         sensors.see(&view, &mut seen);
-        end = Some(view);
     })?;
-    let end = end.context("the replay has no views")?;
     if let Some(difference) = again.differs {
         return Err(Differs(difference).into());
     }
-    let tables = TableTopics::new(&mut recording, &again.log)?;
+    let log = RunLog::from_memory(&again.sink, &Registry::current().vocabulary())?;
+    let tables = TableTopics::new(&mut recording, &log)?;
     // Sensor readings belong to the previous tick. The sort is stable for equal times.
     seen.sort_by_key(|message| message.at);
 
@@ -74,9 +75,9 @@ pub fn write(logged: &RunLog, file: impl Write + Seek) -> anyhow::Result<()> {
     let scenario = setup.scenario.to_toml().context("the scenario as TOML")?;
     facts.insert("scenario_toml".to_owned(), scenario);
     recording.write_metadata("run", facts)?;
-    let frames = frames.stream(&again.log, &end);
+    let frames = frames.stream(&log, &again.end);
     let seen = Box::new(seen.into_iter().map(Ok));
-    let streams = [frames, seen].into_iter().chain(tables.streams(&again.log));
+    let streams = [frames, seen].into_iter().chain(tables.streams(&log));
     for message in merge(streams) {
         recording.write(&message?)?;
     }

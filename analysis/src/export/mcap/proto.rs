@@ -9,7 +9,7 @@ use foxglove::prost_types::{
 use foxglove::protobuf::{encode_varint, prost_file_descriptor_set_to_vec};
 use run_log::{CellKind, CellValue};
 
-use crate::export::columns::Column;
+use crate::columns::Column;
 
 /// Wire types of protobuf.
 const VARINT: u64 = 0;
@@ -34,7 +34,7 @@ pub fn schema<R>(name: &str, columns: &[Column<R>]) -> Schema {
         };
         let oneof = message.oneof_decl.len() as i32;
         message.field.push(FieldDescriptorProto {
-            name: Some(column.name.to_owned()),
+            name: Some(column.name.clone()),
             number: Some(number),
             label: Some(Label::Optional.into()),
             r#type: Some(kind.into()),
@@ -115,7 +115,7 @@ mod tests {
     use scenario::time::SimTime;
 
     use super::*;
-    use crate::export::columns::{declared, of_mission};
+    use crate::columns::{declared, of_mission};
     use crate::visit::VISIT;
 
     /// Checks the bytes field by field. Missing values are left out.
@@ -133,25 +133,14 @@ mod tests {
         };
         let first = row([Some(5.0), Some(0.0), None, None]);
         assert_eq!(message(&columns, &first), [8, 50, 16, 5, 24, 0]);
-        let later = message(
-            &columns,
-            &row([Some(4.0), Some(1.0), Some(300.0), Some(2.5)]),
-        );
+        let later = row([4.0, 1.0, 300.0, 2.5].map(Some));
         let way = 2.5_f64.to_le_bytes();
-        assert_eq!(
-            later,
-            [&[8, 50, 16, 4, 24, 1, 32, 172, 2, 41], &way[..]].concat()
-        );
+        let expected = [&[8, 50, 16, 4, 24, 1, 32, 172, 2, 41], &way[..]].concat();
+        assert_eq!(message(&columns, &later), expected);
         let schema = schema("Mission", &columns);
         assert_eq!(schema.name, "mission.Mission");
         let text = String::from_utf8_lossy(&schema.data).into_owned();
-        for name in [
-            "t_ms",
-            "places_left",
-            "places_visited",
-            "_last_visit_ms",
-            "_way_m",
-        ] {
+        for name in "t_ms places_left places_visited _last_visit_ms _way_m".split(' ') {
             assert!(text.contains(name), "{name}");
         }
     }

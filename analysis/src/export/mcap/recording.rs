@@ -12,11 +12,16 @@ use scenario::time::SimTime;
 
 /// An MCAP file during writing. The writer of the foxglove crate ignores the errors of a full disk. Messages are
 /// therefore encoded by foxglove and written by the mcap crate.
-pub struct Recording<W: Write + Seek> {
-    writer: Writer<W>,
+pub struct Recording<'f> {
+    writer: Writer<&'f mut dyn File>,
     /// The number of messages per channel.
     counts: BTreeMap<u16, u32>,
 }
+
+/// The target of a recording.
+pub trait File: Write + Seek {}
+
+impl<W: Write + Seek> File for W {}
 
 /// A topic with its message type.
 pub struct Channel<M> {
@@ -30,8 +35,8 @@ pub struct Message {
     pub bytes: Vec<u8>,
 }
 
-impl<W: Write + Seek> Recording<W> {
-    pub fn new(file: W) -> anyhow::Result<Self> {
+impl<'f> Recording<'f> {
+    pub fn new(file: &'f mut dyn File) -> anyhow::Result<Self> {
         let options = WriteOptions::new().compression(Some(Compression::Lz4));
         Ok(Self {
             writer: options.create(file)?,
@@ -58,13 +63,9 @@ impl<W: Write + Seek> Recording<W> {
         schema: &Schema,
         encoding: &str,
     ) -> anyhow::Result<u16> {
-        let schema = self
-            .writer
-            .add_schema(&schema.name, &schema.encoding, &schema.data)?;
-        let id = self
-            .writer
-            .add_channel(schema, topic, encoding, &BTreeMap::new())?;
-        Ok(id)
+        let writer = &mut self.writer;
+        let schema = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
+        Ok(writer.add_channel(schema, topic, encoding, &BTreeMap::new())?)
     }
 
     /// Adds a record of facts about the whole file.

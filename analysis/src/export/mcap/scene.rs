@@ -1,7 +1,5 @@
 //! The visible scene: room, marks, obstacles, items and robots.
 
-use std::io::{Seek, Write};
-
 use foxglove::messages::{
     ArrowPrimitive, Color, CubePrimitive, CylinderPrimitive, Pose, SceneEntity, SceneUpdate,
     SpherePrimitive, TextPrimitive, Vector3,
@@ -53,8 +51,8 @@ struct EntityTopic {
 }
 
 impl EntityTopic {
-    fn new<W: Write + Seek>(
-        recording: &mut Recording<W>,
+    fn new(
+        recording: &mut Recording<'_>,
         topic: &str,
         id: &str,
         frame: &str,
@@ -96,10 +94,7 @@ impl EntityTopic {
 
 impl SceneTopics {
     /// Creates the topics in a recording.
-    pub fn new<W: Write + Seek>(
-        recording: &mut Recording<W>,
-        setup: &Setup,
-    ) -> anyhow::Result<Self> {
+    pub fn new(recording: &mut Recording<'_>, setup: &Setup) -> anyhow::Result<Self> {
         let names = || setup.scenario.robots.iter().map(|robot| &*robot.name);
         let mut still = |id: &str| EntityTopic::new(recording, &format!("/scene/{id}"), id, WORLD);
         let (room, marks) = (still("room")?, still("marks")?);
@@ -149,20 +144,19 @@ impl SceneTopics {
         let scenario = &self.setup.scenario;
         let (width, height) = (scenario.room.width_m, scenario.room.height_m);
         let (width, height) = (f64::from(width), f64::from(height));
-        let middle = |level: f64| vector(width / 2.0, height / 2.0, level);
         let wall = 0.05;
-        let beam = |center: (f64, f64), size: (f64, f64)| CubePrimitive {
-            pose: Some(at(vector(center.0, center.1, HEIGHT / 2.0))),
-            size: Some(vector(size.0, size.1, HEIGHT)),
-            color: Some(color(BORDER, 1.0)),
+        let beam = |center: (f64, f64), size: (f64, f64)| {
+            let center = vector(center.0, center.1, HEIGHT / 2.0);
+            cube(
+                at(center),
+                vector(size.0, size.1, HEIGHT),
+                color(BORDER, 1.0),
+            )
         };
         // The border lies outside, so that a robot at the border touches it.
         let outside = wall / 2.0;
-        let floor = CubePrimitive {
-            pose: Some(at(middle(-1.5 * FLAT))),
-            size: Some(vector(width, height, FLAT)),
-            color: Some(color(FLOOR, 1.0)),
-        };
+        let center = vector(width / 2.0, height / 2.0, -1.5 * FLAT);
+        let floor = cube(at(center), vector(width, height, FLAT), color(FLOOR, 1.0));
         let along = (width + 2.0 * wall, wall);
         let across = (wall, height);
         SceneEntity {
@@ -196,8 +190,7 @@ impl SceneTopics {
         }
         let radius = self.setup.scenario.body.radius_m;
         let alive = robot.state == AgentState::Present;
-        let paint =
-            |rgb: RGBColor| -> Option<Color> { Some(color(rgb, if alive { 1.0 } else { 0.4 })) };
+        let paint = |rgb: RGBColor| color(rgb, if alive { 1.0 } else { 0.4 });
         let activity = match robot.active {
             _ if !alive => robot.state.as_str(),
             Some(set) => self.setup.catalog.behavior_name(set),
@@ -205,20 +198,18 @@ impl SceneTopics {
         };
         let name = &self.setup.scenario.robots[rank].name;
         SceneEntity {
-            cylinders: vec![CylinderPrimitive {
-                pose: Some(at(vector(0.0, 0.0, HEIGHT / 2.0))),
-                size: Some(vector(2.0 * radius, 2.0 * radius, HEIGHT)),
-                bottom_scale: 1.0,
-                top_scale: 1.0,
-                color: paint(*robot_color),
-            }],
+            cylinders: vec![cylinder(
+                vector(0.0, 0.0, HEIGHT / 2.0),
+                (radius, HEIGHT),
+                paint(*robot_color),
+            )],
             arrows: vec![ArrowPrimitive {
                 pose: Some(at(vector(0.0, 0.0, HEIGHT + FLAT))),
                 shaft_length: 0.6 * f64::from(radius),
                 shaft_diameter: 0.3 * f64::from(radius),
                 head_length: 0.4 * f64::from(radius),
                 head_diameter: 0.7 * f64::from(radius),
-                color: paint(INK),
+                color: Some(paint(INK)),
             }],
             spheres: load
                 .iter()
@@ -251,27 +242,20 @@ fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
         } else {
             1.0
         };
-        let paint = Some(color(palette::mark_color(mark), opacity));
+        let paint = color(palette::mark_color(mark), opacity);
         let mut slab = |from: Vec2, to: Vec2, width: f32| {
             let (way, middle) = (to - from, (from + to) / 2.0);
-            entity.cubes.push(CubePrimitive {
-                pose: Some(Pose {
-                    position: Some(vector(middle.x, middle.y, 0.0)),
-                    orientation: Some(turned(way.y.atan2(way.x))),
-                }),
-                size: Some(vector(way.length(), width, FLAT)),
-                color: paint,
-            });
+            let pose = Pose {
+                position: Some(vector(middle.x, middle.y, 0.0)),
+                orientation: Some(turned(way.y.atan2(way.x))),
+            };
+            let size = vector(way.length(), width, FLAT);
+            entity.cubes.push(cube(pose, size, paint));
         };
         let top = match mark.outline {
             MarkOutline::Disc { center, radius_m } => {
-                entity.cylinders.push(CylinderPrimitive {
-                    pose: Some(at(vector(center.x, center.y, 0.0))),
-                    size: Some(vector(2.0 * radius_m, 2.0 * radius_m, FLAT)),
-                    bottom_scale: 1.0,
-                    top_scale: 1.0,
-                    color: paint,
-                });
+                let at = vector(center.x, center.y, 0.0);
+                entity.cylinders.push(cylinder(at, (radius_m, FLAT), paint));
                 center + Vec2::new(0.0, radius_m)
             }
             MarkOutline::Rectangle { min, max } => {
@@ -309,14 +293,27 @@ fn block(obstacle: &Obstacle) -> CubePrimitive {
         slow if slow < 1.0 => (SLOW, 0.5, 2.0 * FLAT),
         _ => (FAST, 0.5, 2.0 * FLAT),
     };
+    let x = obstacle.x_m + obstacle.width_m / 2.0;
+    let y = obstacle.y_m + obstacle.height_m / 2.0;
+    let size = vector(obstacle.width_m, obstacle.height_m, height);
+    cube(at(vector(x, y, height / 2.0)), size, color(paint, opacity))
+}
+
+fn cube(pose: Pose, size: Vector3, color: Color) -> CubePrimitive {
     CubePrimitive {
-        pose: Some(at(vector(
-            obstacle.x_m + obstacle.width_m / 2.0,
-            obstacle.y_m + obstacle.height_m / 2.0,
-            height / 2.0,
-        ))),
-        size: Some(vector(obstacle.width_m, obstacle.height_m, height)),
-        color: Some(color(paint, opacity)),
+        pose: Some(pose),
+        size: Some(size),
+        color: Some(color),
+    }
+}
+
+fn cylinder(center: Vector3, (radius, height): (f32, f64), color: Color) -> CylinderPrimitive {
+    CylinderPrimitive {
+        pose: Some(at(center)),
+        size: Some(vector(2.0 * radius, 2.0 * radius, height)),
+        bottom_scale: 1.0,
+        top_scale: 1.0,
+        color: Some(color),
     }
 }
 

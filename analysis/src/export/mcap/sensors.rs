@@ -1,8 +1,5 @@
 //! Readings of the range sensors: distances from a robot to obstacles.
 
-use std::f64::consts::FRAC_PI_2;
-use std::io::{Seek, Write};
-
 use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::{LaserScan, PackedElementField, PointCloud};
 use glam::Vec2;
@@ -11,6 +8,7 @@ use proto::readings::{Hit, Proximity, Readings};
 use proto::view::View;
 use scenario::Setup;
 use scenario::time::SimTime;
+use std::f64::consts::FRAC_PI_2;
 
 use super::recording::{Channel, Message, Recording};
 use super::well_known::{at, stamp, vector};
@@ -36,10 +34,7 @@ struct Device {
 
 impl SensorTopics {
     /// Creates the topics in a recording.
-    pub fn new<W: Write + Seek>(
-        recording: &mut Recording<W>,
-        setup: &Setup,
-    ) -> anyhow::Result<Self> {
+    pub fn new(recording: &mut Recording<'_>, setup: &Setup) -> anyhow::Result<Self> {
         let robots = setup.scenario.robots.iter();
         let robots = robots
             .map(|robot| {

@@ -1,8 +1,5 @@
 //! The rows of the log's tables as typed messages with all columns.
 
-use std::collections::BTreeMap;
-use std::io::{Seek, Write};
-
 use anyhow::Context;
 use foxglove::messages::{Log, log::Level};
 use foxglove::{Encode, Schema};
@@ -13,12 +10,13 @@ use run_log::{
 };
 use scenario::Scenario;
 use scenario::time::SimTime;
+use std::collections::BTreeMap;
 
 use super::merge::Stream;
 use super::proto;
 use super::recording::{Channel, Message, Recording};
 use super::well_known::stamp;
-use crate::export::columns::{Column, declared, of_mission};
+use crate::columns::{Column, declared, of_mission};
 
 const MESSAGES: &str = "/messages";
 const EVENTS: &str = "/events";
@@ -39,38 +37,44 @@ const WARNINGS: [EventKind; 7] = [
 struct RowTopics<R> {
     schema: Schema,
     columns: Vec<Column<R>>,
+    /// Returns the topic and the time of a row.
+    place: fn(&R) -> (String, SimTime),
     /// The channels by topic.
     channels: BTreeMap<String, u16>,
 }
 
-impl<R> RowTopics<R> {
+impl<R: TableRow> RowTopics<R> {
     /// Creates the topics of messages called `name` with these columns.
-    fn new(name: &str, columns: Vec<Column<R>>) -> Self {
+    fn new(name: &str, columns: Vec<Column<R>>, place: fn(&R) -> (String, SimTime)) -> Self {
         Self {
             schema: proto::schema(name, &columns),
             columns,
+            place,
             channels: BTreeMap::new(),
         }
     }
 
-    fn add<W: Write + Seek>(
-        &mut self,
-        recording: &mut Recording<W>,
-        topic: String,
-    ) -> anyhow::Result<()> {
+    fn add(&mut self, recording: &mut Recording<'_>, topic: String) -> anyhow::Result<()> {
         let channel = recording.raw_channel(&topic, &self.schema, "protobuf")?;
         self.channels.insert(topic, channel);
         Ok(())
     }
 
-    /// Encodes a row for a topic.
-    fn message(&self, topic: &str, at: SimTime, row: &R) -> anyhow::Result<Message> {
-        let channel = self.channels.get(topic);
-        Ok(Message {
-            at,
-            channel: *channel.with_context(|| format!("the log begins without {topic}"))?,
-            bytes: proto::message(&self.columns, row),
-        })
+    /// Returns the messages of all rows of a log.
+    fn stream<'s>(&'s self, log: &'s RunLog) -> Stream<'s>
+    where
+        R: 's,
+    {
+        Box::new(log.each_row::<R>().map(|row| {
+            let row = row?;
+            let (topic, at) = (self.place)(&row);
+            let channel = self.channels.get(&topic);
+            Ok(Message {
+                at,
+                channel: *channel.with_context(|| format!("the log begins without {topic}"))?,
+                bytes: proto::message(&self.columns, &row),
+            })
+        }))
     }
 }
 
@@ -96,15 +100,20 @@ struct Threshold {
 
 impl TableTopics {
     /// Creates the topics for the tables of a log.
-    pub fn new<W: Write + Seek>(
-        recording: &mut Recording<W>,
-        log: &RunLog,
-    ) -> anyhow::Result<Self> {
+    pub fn new(recording: &mut Recording<'_>, log: &RunLog) -> anyhow::Result<Self> {
         let setup = &log.run.setup;
         let catalog = &setup.catalog;
-        let mut motivations = RowTopics::new("Motivation", declared());
-        let mut allocation = RowTopics::new("Allocation", declared());
-        let mut poses = RowTopics::new("Pose", declared());
+        let mut motivations = RowTopics::new("Motivation", declared(), |row: &MotivationRow| {
+            let topic = format!("/motivations/{}/{}", row.robot, row.behavior_set);
+            (topic, row.t_ms)
+        });
+        let mut allocation = RowTopics::new("Allocation", declared(), |row: &AllocationRow| {
+            let topic = format!("/allocation/{}/{}", row.robot, row.behavior_set);
+            (topic, row.t_ms)
+        });
+        let mut poses = RowTopics::new("Pose", declared(), |row: &PoseRow| {
+            (format!("/poses/{}", row.robot), row.t_ms)
+        });
         for robot in &setup.scenario.robots {
             let name = &robot.name;
             for set in catalog.behaviors_of(robot) {
@@ -119,7 +128,9 @@ impl TableTopics {
             }
             poses.add(recording, format!("/poses/{name}"))?;
         }
-        let mut targets = RowTopics::new("Target", declared());
+        let mut targets = RowTopics::new("Target", declared(), |row: &TargetRow| {
+            (format!("/targets/{}", row.target), row.t_ms)
+        });
         // Each tick has one row per target.
         let mut rows = log.each_row::<TargetRow>().peekable();
         let first = rows.peek().and_then(|row| row.as_ref().ok());
@@ -131,12 +142,15 @@ impl TableTopics {
             }
             targets.add(recording, format!("/targets/{}", row.target))?;
         }
-        let mut messages = RowTopics::new("Reception", declared());
+        let place = |row: &MessageRow| (MESSAGES.to_owned(), row.t_ms);
+        let mut messages = RowTopics::new("Reception", declared(), place);
         messages.add(recording, MESSAGES.to_owned())?;
-        let mut events = RowTopics::new("Event", declared());
+        let place = |row: &EventRow| (EVENTS.to_owned(), row.t_ms);
+        let mut events = RowTopics::new("Event", declared(), place);
         events.add(recording, EVENTS.to_owned())?;
         let columns = of_mission(catalog.mission.vocabulary().columns);
-        let mut mission = RowTopics::new("Mission", columns);
+        let place = |row: &MissionRow| (MISSION.to_owned(), row.t_ms);
+        let mut mission = RowTopics::new("Mission", columns, place);
         mission.add(recording, MISSION.to_owned())?;
         Ok(Self {
             motivations,
@@ -160,32 +174,14 @@ impl TableTopics {
         };
         let ends = [SimTime::ZERO, end].map(|at| Ok(self.threshold.message(at, &threshold)));
         [
-            stream(log, |row: MotivationRow| {
-                let topic = format!("/motivations/{}/{}", row.robot, row.behavior_set);
-                self.motivations.message(&topic, row.t_ms, &row)
-            }),
-            stream(log, |row: AllocationRow| {
-                let topic = format!("/allocation/{}/{}", row.robot, row.behavior_set);
-                self.allocation.message(&topic, row.t_ms, &row)
-            }),
-            stream(log, |row: PoseRow| {
-                let topic = format!("/poses/{}", row.robot);
-                self.poses.message(&topic, row.t_ms, &row)
-            }),
-            stream(log, |row: TargetRow| {
-                let topic = format!("/targets/{}", row.target);
-                self.targets.message(&topic, row.t_ms, &row)
-            }),
-            stream(log, |row: MessageRow| {
-                self.messages.message(MESSAGES, row.t_ms, &row)
-            }),
-            stream(log, |row: EventRow| {
-                self.events.message(EVENTS, row.t_ms, &row)
-            }),
-            stream(log, |row: MissionRow| {
-                self.mission.message(MISSION, row.t_ms, &row)
-            }),
-            stream(log, |row| Ok(self.sentence(&row))),
+            self.motivations.stream(log),
+            self.allocation.stream(log),
+            self.poses.stream(log),
+            self.targets.stream(log),
+            self.messages.stream(log),
+            self.events.stream(log),
+            self.mission.stream(log),
+            Box::new(log.each_row().map(|row| Ok(self.sentence(&row?)))),
             Box::new(ends.into_iter()),
         ]
     }
@@ -206,13 +202,6 @@ impl TableTopics {
         };
         self.log.message(row.t_ms, &message)
     }
-}
-
-fn stream<'s, R: TableRow + 's>(
-    log: &'s RunLog,
-    message: impl Fn(R) -> anyhow::Result<Message> + 's,
-) -> Stream<'s> {
-    Box::new(log.each_row::<R>().map(move |row| message(row?)))
 }
 
 fn level(kind: &str) -> Level {

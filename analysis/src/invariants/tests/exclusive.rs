@@ -17,14 +17,9 @@ fn two_active_sets() {
 /// Returns the number of ticks for which gold and green may execute one task before a violation, under a preset and
 /// with a changed state.
 fn together(preset: Preset, change: impl Fn(&mut WorldState)) -> Option<u64> {
-    let scenario = Scenario {
-        alliance: scenario::AllianceSection {
-            preset,
-            ..Default::default()
-        },
-        ..default_scenario()
-    };
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let mut scenario = default_scenario();
+    scenario.alliance.preset = preset;
+    let setup = testkit::setup(scenario);
     let mut exclusive = Exclusive::new(&setup);
     let mut state = beginning();
     for ticks in 0..10_000 {
@@ -46,15 +41,8 @@ fn two_robots_on_an_exclusive_task() {
     assert_eq!(together(Preset::Team, |_| ()), Some(24));
     assert_eq!(together(Preset::Par98, |_| ()), Some(4824));
     // Only one robot is active, or the tasks differ.
-    assert_eq!(
-        together(Preset::Team, |state| set_state(
-            state,
-            1,
-            TOP,
-            BehaviorState::Waiting
-        )),
-        None
-    );
+    let waits = |state: &mut WorldState| set_state(state, 1, TOP, BehaviorState::Waiting);
+    assert_eq!(together(Preset::Team, waits), None);
     let other_task = |state: &mut WorldState| {
         set_state(state, 1, TOP, BehaviorState::Hibernating);
         set_state(state, 1, BOTTOM, BehaviorState::Active);

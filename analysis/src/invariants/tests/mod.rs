@@ -6,12 +6,11 @@ mod termination;
 mod world;
 
 use glam::Vec2;
-use missions::Registry;
 use missions::waste::data::{default_scenario, default_setup};
 use proto::control::{FaultStatus, Phase};
-use proto::telemetry::{BehaviorState, Motivation};
+use proto::telemetry::BehaviorState;
 use proto::tick::Outcome;
-use run_log::{LogLevel, MemoryLog, RunLog};
+use run_log::{LogLevel, MemoryLog};
 use scenario::fault::Order;
 use scenario::ids::{BehaviorId, ItemId, RobotId};
 use scenario::time::SimTime;
@@ -19,6 +18,7 @@ use scenario::{Preset, Scenario, Setup};
 use world_server::world::{ComponentId, ObstacleId};
 
 use super::*;
+use crate::testkit;
 use in_process::Team;
 
 const TOP: BehaviorId = BehaviorId(2);
@@ -33,6 +33,19 @@ fn beginning() -> WorldState {
     let mut team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
     team.tick().unwrap();
     WorldState::from_simulation(team.simulation())
+}
+
+/// Runs a mission to its end and checks every tick.
+fn checked(setup: Setup) -> (Team<MemoryLog>, Outcome) {
+    let mut invariants = Invariants::new(&setup);
+    let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
+    loop {
+        let outcome = team.tick().unwrap();
+        invariants.check_simulation(team.simulation()).unwrap();
+        if let Some(outcome) = outcome {
+            return (team, outcome);
+        }
+    }
 }
 
 /// Advances the state by one tick.
@@ -79,10 +92,7 @@ fn in_force(order: &str) -> FaultStatus {
 }
 
 fn set_state(world: &mut WorldState, rank: usize, set: BehaviorId, state: BehaviorState) {
-    let motivations = &mut world.robots[rank].motivations;
-    let entry = motivations
-        .iter_mut()
-        .find(|entry| entry.set == set)
-        .unwrap();
+    let mut motivations = world.robots[rank].motivations.iter_mut();
+    let entry = motivations.find(|entry| entry.set == set).unwrap();
     (entry.state, entry.motivation) = (state, 100.0);
 }

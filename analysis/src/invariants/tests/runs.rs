@@ -1,5 +1,7 @@
 //! Whole runs and their replays.
 
+use run_log::RunOutcome;
+
 use super::*;
 
 #[test]
@@ -9,18 +11,9 @@ fn the_next_tick_is_accepted() {
 
 #[test]
 fn a_whole_mission_is_accepted() {
-    let mut invariants = Invariants::new(&setup());
-    let mut team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
-    let outcome = loop {
-        let outcome = team.tick().unwrap();
-        invariants.check_simulation(team.simulation()).unwrap();
-        if let Some(outcome) = outcome {
-            break outcome;
-        }
-    };
+    let (team, outcome) = checked(setup());
     let (_, recorder) = team.end(outcome).unwrap();
-    let mut log =
-        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+    let mut log = testkit::open(&recorder.into_sink());
     replayed::check(&log).unwrap();
 
     log.run.hash = Some("0".repeat(16));
@@ -32,11 +25,8 @@ fn a_whole_mission_is_accepted() {
 #[test]
 fn figures_that_differ_in_the_replay_are_a_violation() {
     let team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
-    let (_, recorder) = team
-        .run_for(20, proto::tick::Outcome::Interrupted, |_| ())
-        .unwrap();
-    let mut log =
-        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+    let (_, recorder) = team.run_for(20, Outcome::Interrupted, |_| ()).unwrap();
+    let mut log = testkit::open(&recorder.into_sink());
     replayed::check(&log).unwrap();
     log.run.result.mission.add("reports_made", 9_u32);
     assert!(replayed::check(&log).is_err());
@@ -54,20 +44,10 @@ fn a_run_that_ends_without_robots_is_replayed_to_its_last_fault() {
         fault.continue = 'gold'
         at_s = 2.0
     ";
-    let scenario =
-        Scenario::parse("mission.toml", text, &Registry::built_in().vocabulary()).unwrap();
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    let team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
-    let (outcome, recorder) = team.run().unwrap();
-    assert_eq!(outcome, proto::tick::Outcome::NoRobotLeft);
-    let log =
-        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
-    assert!(
-        log.run
-            .faults
-            .iter()
-            .all(|fault| fault.applied_ms.is_some())
-    );
+    let log = testkit::run(testkit::setup(testkit::scenario(text)));
+    assert_eq!(log.run.outcome, RunOutcome::Ended(Outcome::NoRobotLeft));
+    let mut faults = log.run.faults.iter();
+    assert!(faults.all(|fault| fault.applied_ms.is_some()));
     replayed::check(&log).unwrap();
 }
 
@@ -87,13 +67,7 @@ fn a_restart_and_a_kill_in_one_tick_are_replayed() {
             at_s = 1.0
         "
         );
-        let scenario =
-            Scenario::parse("mission.toml", &text, &Registry::built_in().vocabulary()).unwrap();
-        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-        let team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
-        let (_, recorder) = team.run().unwrap();
-        let log =
-            RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+        let log = testkit::run(testkit::setup(testkit::scenario(&text)));
         assert!(!log.run.unscripted, "{first}, {then}");
         assert!(log.run.faults.iter().all(|fault| fault.hits == 1));
         replayed::check(&log).unwrap();
@@ -103,19 +77,15 @@ fn a_restart_and_a_kill_in_one_tick_are_replayed() {
 #[test]
 fn ticks_that_are_left_out_or_do_not_end() {
     let left_out = check_changed(|state| state.tick = 2).unwrap_err();
-    assert_eq!(
-        left_out.to_string(),
-        "ticks go on: tick 2: tick 1 was expected"
-    );
+    let expected = "ticks go on: tick 2: tick 1 was expected";
+    assert_eq!(left_out.to_string(), expected);
     let mut invariants = Invariants::new(&setup());
     let mut team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
     team.tick().unwrap();
     invariants.check_simulation(team.simulation()).unwrap();
     let stuck = invariants.check_simulation(team.simulation()).unwrap_err();
-    assert_eq!(
-        stuck.to_string(),
-        "ticks go on: tick 1: the tick does not end"
-    );
+    let expected = "ticks go on: tick 1: the tick does not end";
+    assert_eq!(stuck.to_string(), expected);
 }
 
 /// Compares the state with the run. The motivations come from the agents.
@@ -125,18 +95,11 @@ fn a_world_state_matches_the_run() {
     assert_eq!((state.tick, state.now), (0, SimTime(0)));
     assert_eq!((state.robots.len(), state.items.len()), (3, 24));
     let sets = |rank: usize| -> Vec<BehaviorId> {
-        let motivations: &[Motivation] = &state.robots[rank].motivations;
-        motivations
-            .iter()
-            .map(|motivation| motivation.set)
-            .collect()
+        let motivations = state.robots[rank].motivations.iter();
+        motivations.map(|motivation| motivation.set).collect()
     };
     assert_eq!(sets(0), [0, 1, 2, 3, 4].map(BehaviorId));
     assert_eq!(sets(1), [1, 2, 3, 4].map(BehaviorId));
-    assert!(
-        state
-            .robots
-            .iter()
-            .all(|robot| robot.present && robot.takes_part)
-    );
+    let mut robots = state.robots.iter();
+    assert!(robots.all(|robot| robot.present && robot.takes_part));
 }

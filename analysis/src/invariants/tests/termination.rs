@@ -142,26 +142,18 @@ fn strewn_waste_extends_the_bound() {
 
 #[test]
 fn a_blocked_path_excuses_the_mission() {
-    let wall = |gap_m: f32| {
-        due_after(|state| {
-            state.rectangles = vec![Rectangle {
-                id: ComponentId::Obstacle(ObstacleId(0)),
-                min: Vec2::new(6.5, 0.0),
-                max: Vec2::new(7.0, 9.0 - gap_m),
-                solid: true,
-            }];
-        })
+    let wall = |gap_m: f32| Rectangle {
+        id: ComponentId::Obstacle(ObstacleId(0)),
+        min: Vec2::new(6.5, 0.0),
+        max: Vec2::new(7.0, 9.0 - gap_m),
+        solid: true,
     };
-    assert!(wall(1.0).is_some());
-    assert_eq!(wall(0.5), None);
+    let with_gap = |gap_m| due_after(|state| state.rectangles = vec![wall(gap_m)]);
+    assert!(with_gap(1.0).is_some());
+    assert_eq!(with_gap(0.5), None);
     // A dead body blocks the gap.
     let plugged = due_after(|state| {
-        state.rectangles = vec![Rectangle {
-            id: ComponentId::Obstacle(ObstacleId(0)),
-            min: Vec2::new(6.5, 0.0),
-            max: Vec2::new(7.0, 8.0),
-            solid: true,
-        }];
+        state.rectangles = vec![wall(1.0)];
         state.robots[1].takes_part = false;
         state.robots[1].pose.position = Vec2::new(6.75, 8.5);
     });
@@ -172,7 +164,7 @@ fn a_blocked_path_excuses_the_mission() {
 fn patience_shorter_than_a_unit_of_work_excuses_the_mission() {
     let mut scenario = default_scenario();
     scenario.alliance.defaults.before_yielding_s = Some(10.0);
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let setup = testkit::setup(scenario);
     let mut termination = Termination::new(&setup);
     let mut state = beginning();
     for s in 0..20_000 {
@@ -193,18 +185,9 @@ fn strewn_waste_is_found() {
              [[faults.timeline]]\nfault = {{ waste = {{ x_m = 13.33, y_m = 7.2, items = 5 }} }}\nat_s = {at_s}\n\
              [[faults.timeline]]\nfault = {{ waste = {{ x_m = 10.97, y_m = 5.96 }} }}\nat_s = {at_s}\n"
         );
-        let vocabulary = Registry::built_in().vocabulary();
-        let scenario = Scenario::parse("strewn.toml", &text, &vocabulary).unwrap();
+        let scenario = testkit::scenario(&text);
         let setup = Setup::resolve(scenario, seed, None).unwrap().setup;
-        let mut invariants = Invariants::new(&setup);
-        let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
-        let outcome = loop {
-            let outcome = team.tick().unwrap();
-            invariants.check_simulation(team.simulation()).unwrap();
-            if let Some(outcome) = outcome {
-                break outcome;
-            }
-        };
+        let (_, outcome) = checked(setup);
         assert_eq!(outcome, Outcome::Complete, "seed {seed}, at {at_s} s");
     }
 }

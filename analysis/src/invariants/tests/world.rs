@@ -4,54 +4,37 @@ use super::*;
 
 #[test]
 fn items_that_come_go_or_are_in_two_places() {
-    let items = Invariant::ItemsAccountedFor;
-    violates(items, "23 items, but 24 to 24", |state| {
+    let of = |what: &str, change: fn(&mut WorldState)| {
+        violates(Invariant::ItemsAccountedFor, what, change);
+    };
+    of("23 items, but 24 to 24", |state| {
         state.items.pop();
     });
-    violates(items, "25 items", |state| {
-        let item = state.items[0];
-        state.items.push(item);
+    of("25 items", |state| state.items.push(state.items[0]));
+    of("item-3 is with gold, which carries nothing", |state| {
+        state.items[3].carrier = Some(RobotId(1));
     });
-    violates(
-        items,
-        "item-3 is with gold, which carries nothing",
-        |state| {
-            state.items[3].carrier = Some(RobotId(1));
-        },
-    );
-    violates(
-        items,
-        "item-3 is with gold, which carries item-4",
-        |state| {
-            state.items[3].carrier = Some(RobotId(1));
-            state.robots[1].carrying = Some(ItemId(4));
-        },
-    );
-    violates(
-        items,
-        "gold carries item-3, which is not with it",
-        |state| {
-            state.robots[1].carrying = Some(ItemId(3));
-        },
-    );
-    violates(
-        items,
-        "green carries item-3, which is not with it",
-        |state| {
-            state.items[3].carrier = Some(RobotId(1));
-            state.robots[1].carrying = Some(ItemId(3));
-            state.robots[2].carrying = Some(ItemId(3));
-        },
-    );
-    violates(items, "gold carries item-3 without a body", |state| {
+    of("item-3 is with gold, which carries item-4", |state| {
+        state.items[3].carrier = Some(RobotId(1));
+        state.robots[1].carrying = Some(ItemId(4));
+    });
+    of("gold carries item-3, which is not with it", |state| {
+        state.robots[1].carrying = Some(ItemId(3));
+    });
+    of("green carries item-3, which is not with it", |state| {
+        state.items[3].carrier = Some(RobotId(1));
+        state.robots[1].carrying = Some(ItemId(3));
+        state.robots[2].carrying = Some(ItemId(3));
+    });
+    of("gold carries item-3 without a body", |state| {
         state.items[3].carrier = Some(RobotId(1));
         state.robots[1].carrying = Some(ItemId(3));
         state.robots[1].present = false;
     });
-    violates(items, "outside the border", |state| {
+    of("outside the border", |state| {
         state.items[0].position.x = 12.5
     });
-    violates(items, "outside the border", |state| {
+    of("outside the border", |state| {
         state.items[0].position.y = f32::NAN
     });
     // A carried item is accepted.
@@ -144,23 +127,15 @@ fn an_obstacle_on_a_robot_can_only_be_left() {
         found.map_err(|violation| violation.description)
     };
     assert_eq!(ways(&[0.1, 0.1, 0.15, 0.2, 0.25]), Ok(()));
-    assert!(
-        ways(&[0.1, 0.09])
-            .unwrap_err()
-            .starts_with("gold gets deeper into obstacle-0, 0.11")
-    );
-    assert!(ways(&[0.1, 0.15, 0.12]).unwrap_err().contains("deeper"));
-    assert!(
-        ways(&[0.1, 0.21, 0.19])
-            .unwrap_err()
-            .ends_with(" m in obstacle-0")
-    );
+    let refused = |ways_m: &[f32], part: &str| {
+        let what = ways(ways_m).unwrap_err();
+        assert!(what.contains(part), "{what}");
+    };
+    refused(&[0.1, 0.09], "gold gets deeper into obstacle-0, 0.11");
+    refused(&[0.1, 0.15, 0.12], "deeper");
+    refused(&[0.1, 0.21, 0.19], " m in obstacle-0");
     // The robot entered the obstacle by itself.
-    assert!(
-        ways(&[0.3, 0.11])
-            .unwrap_err()
-            .ends_with(" m in obstacle-0")
-    );
+    refused(&[0.3, 0.11], " m in obstacle-0");
     // A patch is no obstacle.
     let patch = check_changed(|state| {
         let mut patch = obstacle(state, 0.0);
@@ -173,10 +148,9 @@ fn an_obstacle_on_a_robot_can_only_be_left() {
 #[test]
 fn distances_from_a_rectangle() {
     let rectangle = Rectangle {
-        id: ComponentId::Obstacle(ObstacleId(0)),
         min: Vec2::new(1.0, 1.0),
         max: Vec2::new(3.0, 2.0),
-        solid: true,
+        ..obstacle(&beginning(), 0.0)
     };
     for (x, y, way_m) in [
         (0.0, 1.5, 1.0),

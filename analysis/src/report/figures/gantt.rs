@@ -6,7 +6,7 @@ use std::ops::Range;
 use plotters::element::PathElement;
 use plotters::style::RGBColor;
 
-use super::rows::{CELL_PX, Rows, heat, shares};
+use super::rows::{LEFT_PX, LEFT_SHARE, Rows, heat, shares, within};
 use super::timeline::Timeline;
 use super::{ABSENT, LOSSES, RunFigures, mark_of};
 use crate::figures::canvas::{
@@ -16,10 +16,6 @@ use crate::figures::legend::Sample;
 use crate::figures::palette;
 use crate::report::spans::Spans;
 use crate::report::stints::Stint;
-
-/// Room for names at the left, px, and its maximum share of the width.
-const LEFT_PX: f64 = 210.0;
-const LEFT_SHARE: f64 = 0.3;
 
 /// Height of a lane for a robot and a task, px.
 const LANE_PX: f64 = 17.0;
@@ -110,11 +106,6 @@ impl Lanes {
     }
 }
 
-fn within(lane: &Range<f64>, shares: &Range<f64>) -> Range<f64> {
-    let height = lane.end - lane.start;
-    lane.start + shares.start * height..lane.start + shares.end * height
-}
-
 struct Gantt<'r> {
     run: &'r RunFigures<'r>,
     lanes: Lanes,
@@ -133,12 +124,12 @@ pub fn draw(run: &RunFigures<'_>) -> anyhow::Result<String> {
         lanes = Lanes::fit(robots, tasks, run.sheet.max_height_px() - above_px);
     }
     let timeline = head(&lanes);
-    Gantt {
+    let gantt = Gantt {
         run,
         lanes,
         timeline,
-    }
-    .draw()
+    };
+    gantt.draw()
 }
 
 fn legend<'r>(run: &RunFigures<'r>, lanes: &Lanes) -> Vec<(Sample, &'r str)> {
@@ -161,12 +152,10 @@ fn legend<'r>(run: &RunFigures<'r>, lanes: &Lanes) -> Vec<(Sample, &'r str)> {
     }
     legend.extend(LOSSES);
     if lanes.is_crowd() {
+        let shade = |opacity| Sample::Fill(palette::SHARED_ROW, opacity);
         let shares = [
-            (
-                Sample::Fill(palette::SHARED_ROW, 0.3),
-                "some of the robots active",
-            ),
-            (Sample::Fill(palette::SHARED_ROW, 1.0), "all active"),
+            (shade(0.3), "some of the robots active"),
+            (shade(1.0), "all active"),
         ];
         legend.splice(0..0, shares);
         return legend;
@@ -252,11 +241,8 @@ impl Gantt<'_> {
         if self.lanes.by_task || self.lanes.robots.row_px < LANE_PX {
             return Ok(());
         }
-        let letters = TextLabel {
-            size_px: 10.0,
-            color: palette::text_color_on(color),
-            ..TextLabel::LEFT
-        };
+        let color = palette::text_color_on(color);
+        let letters = TextLabel::LEFT.sized(10.0).colored(color);
         let name = &self.run.history.catalog.tasks[task].name;
         let plot = chart.plotting_area();
         let (left, y) = plot.map_coordinate(&(from, middle));
@@ -270,14 +256,12 @@ impl Gantt<'_> {
     /// Draws the shares of active and absent robots in each lane.
     fn crowds(&self, chart: &Chart<'_>) -> DrawResult {
         let (history, window) = (self.run.history, &self.timeline.window);
-        let parts = self.parts();
+        let parts = self.timeline.cells();
         for row in 0..self.lanes.robots.len() {
             let ranks = self.lanes.robots.members(row);
             let lane = self.lanes.of_robot(ranks.start);
-            let active: Vec<Spans> = ranks
-                .clone()
-                .map(|rank| history.robots[rank].active())
-                .collect();
+            let active = ranks.clone().map(|rank| history.robots[rank].active());
+            let active: Vec<Spans> = active.collect();
             let absent: Vec<Spans> = ranks.map(|rank| history.absent(rank)).collect();
             let busy = within(&lane, &BUSY);
             let values = shares(window, parts, &active);
@@ -286,11 +270,6 @@ impl Gantt<'_> {
             heat(chart, window, within(&lane, &ABSENT_SHARE), INK, &values)?;
         }
         Ok(())
-    }
-
-    fn parts(&self) -> usize {
-        let edges = &self.timeline.edges;
-        ((edges.end - edges.start) / CELL_PX) as usize
     }
 
     fn orphans(&self, area: &Area<'_>, chart: &Chart<'_>) -> DrawResult {
@@ -305,7 +284,7 @@ impl Gantt<'_> {
                 }
             } else {
                 let orphans = tasks[members].iter().map(|task| &task.orphan);
-                let values = shares(window, self.parts(), orphans);
+                let values = shares(window, self.timeline.cells(), orphans);
                 heat(chart, window, bar, INK, &values)?;
             }
         }
@@ -374,13 +353,8 @@ impl Gantt<'_> {
             area.draw_text(text, &title.style(), (px(6.0), at.1))?;
         }
         let room = title.width_px("orphan") + 14.0..self.timeline.edges.start - 10.0;
-        let lost = |rank| {
-            self.run
-                .metrics
-                .failures
-                .iter()
-                .any(|failure| failure.robot == rank)
-        };
+        let failures = &self.run.metrics.failures;
+        let lost = |rank| failures.iter().any(|failure| failure.robot == rank);
         let robot = |rank: usize| (history.robots[rank].name.as_str(), INK);
         let (robots, orphans) = (&self.lanes.robots, &self.lanes.orphans);
         robots.write_names(area, chart, (room.clone(), 0.0), robot, lost)?;
@@ -401,17 +375,12 @@ impl Gantt<'_> {
             let lanes = self.lanes.of_robot(rank);
             let ends = vec![(window.start, lanes.start), (window.end, lanes.start)];
             curve(chart, ends, line(FAINT, 0.75))?;
-            let robot = TextLabel {
-                color,
-                ..TextLabel::BOLD
-            };
+            let robot = TextLabel::BOLD.colored(color);
             let task = TextLabel::RIGHT;
             let y = |place: usize| {
                 let middle = lanes.start + (place as f64 + 0.5) * self.lanes.robots.row_px;
-                chart
-                    .plotting_area()
-                    .map_coordinate(&(window.start, middle))
-                    .1
+                let plot = chart.plotting_area();
+                plot.map_coordinate(&(window.start, middle)).1
             };
             area.draw_text(name, &robot.style(), (px(6.0), y(0)))?;
             for (place, spec) in history.catalog.tasks.iter().enumerate() {
@@ -431,13 +400,11 @@ impl Gantt<'_> {
 
 #[cfg(test)]
 mod tests {
-    use missions::Registry;
-    use scenario::{Scenario, Setup};
-
     use crate::figures::palette;
     use crate::report::figures::{FigureSelection, figures};
     use crate::report::metrics::Metrics;
     use crate::report::tests::run_of;
+    use crate::testkit;
 
     /// The bounding box, px, and the color of a drawn element.
     struct Painted {
@@ -491,24 +458,11 @@ mod tests {
     /// Gold and green search for two minutes with an effect every few steps. Their bars remain visible.
     #[test]
     fn effects_do_not_hide_the_bars_on_which_they_are_marked() {
-        let text =
-            include_str!("../../../../missions/src/waste/scenarios/thesis-trapped-robot.toml");
-        let scenario = Scenario::parse(
-            "thesis-trapped-robot",
-            text,
-            &Registry::built_in().vocabulary(),
-        )
-        .unwrap();
-        let (history, run) = run_of(Setup::resolve(scenario, 1, None).unwrap().setup);
+        let scenario = testkit::shipped("thesis-trapped-robot");
+        let (history, run) = run_of(testkit::setup(scenario));
         let metrics = Metrics::compute(&history, &run);
         let figures = figures(&history, &metrics, &FigureSelection::default()).unwrap();
-        let all = painted(
-            &figures
-                .iter()
-                .find(|figure| figure.name == "gantt")
-                .unwrap()
-                .svg,
-        );
+        let all = painted(&figures[0].svg);
         let names = history.robots.iter().map(|robot| robot.name.as_str());
         let colors = palette::colors(names);
         let task = history.task_named("find-locations").unwrap();

@@ -17,7 +17,7 @@ use crate::figures::canvas::{
 use crate::figures::legend::{Legend, Sample};
 use crate::figures::palette;
 use crate::report::failures::Loss;
-use crate::report::history::TrackPoint;
+use crate::report::robot_history::TrackPoint;
 use crate::report::simplify::thin_way;
 
 const LEFT_PX: f64 = 58.0;
@@ -55,7 +55,7 @@ pub fn together(run: &RunFigures<'_>) -> anyhow::Result<String> {
         .svg("Paths of all robots", legend.height_px() + height, |area| {
             legend.draw(area, 0.0)?;
             let panel = part(area, (0.0, legend.height_px()), (width, height));
-            map(run, area, &panel, (width, height), &all, Detail::All)
+            Map::new(run, area, &panel, (width, height), Detail::All)?.draw(&all)
         })
 }
 
@@ -80,25 +80,15 @@ pub fn apart(run: &RunFigures<'_>) -> anyhow::Result<String> {
                 true => (name(first).clone(), run.colors[first]),
                 false => (format!("{} … {}", name(first), name(last)), INK),
             };
-            let letters = TextLabel {
-                size_px: if grid.say == Detail::Paths {
-                    10.0
-                } else {
-                    TEXT_PX
-                },
-                bold: true,
-                color,
-                ..TextLabel::LEFT
+            let (size_px, indent) = match grid.say {
+                Detail::Paths => (10.0, EDGE_PX),
+                _ => (TEXT_PX, LEFT_PX),
             };
-            let indent = if grid.say == Detail::Paths {
-                EDGE_PX
-            } else {
-                LEFT_PX
-            };
+            let letters = TextLabel::BOLD.sized(size_px).colored(color);
             let title = letters.cut(&title, width - indent);
             letters.write(area, &title, (left + indent, top + TITLE_PX / 2.0))?;
             let panel = part(area, (left, top + TITLE_PX), (width, height));
-            map(run, area, &panel, (width, height), ranks, grid.say)?;
+            Map::new(run, area, &panel, (width, height), grid.say)?.draw(ranks)?;
         }
         Ok(())
     })
@@ -119,8 +109,8 @@ impl Grid {
             let width_px = run.sheet.width_px / columns as f64;
             let height_px = match say {
                 Detail::Paths => {
-                    (width_px - 2.0 * EDGE_PX) * (room(run).1 / room(run).0).min(1.5)
-                        + 2.0 * EDGE_PX
+                    let (width, height) = room(run);
+                    (width_px - 2.0 * EDGE_PX) * (height / width).min(1.5) + 2.0 * EDGE_PX
                 }
                 _ => map_height_px(run, width_px, 480.0),
             };
@@ -182,63 +172,12 @@ fn legend(run: &RunFigures<'_>) -> Legend<'static> {
     Legend::new(entries, LEFT_PX..run.sheet.width_px)
 }
 
-fn map(
-    run: &RunFigures<'_>,
-    area: &Area<'_>,
-    panel: &Area<'_>,
-    (width_px, height_px): (f64, f64),
-    robots: &[usize],
+/// A map with its axes, on which the parts of a scene are drawn.
+pub(super) struct Map<'m, 'a> {
+    run: &'m RunFigures<'m>,
+    area: &'m Area<'a>,
+    pub chart: Chart<'a>,
     say: Detail,
-) -> DrawResult {
-    let chart = map_chart(run, panel, (width_px, height_px), say)?;
-    furniture(run, area, &chart, say)?;
-    for &rank in robots {
-        path(run, &chart, rank)?;
-    }
-    for &rank in robots {
-        ends(run, area, &chart, rank, say)?;
-    }
-    if say == Detail::All {
-        names(run, area, &chart)?;
-    }
-    Ok(())
-}
-
-/// Draws the axes of a map in a panel of that size.
-pub(super) fn map_chart<'a>(
-    run: &RunFigures<'_>,
-    panel: &Area<'a>,
-    (width_px, height_px): (f64, f64),
-    say: Detail,
-) -> DrawResult<Chart<'a>> {
-    let (width, height) = room(run);
-    let (left, right, bottom, labels) = match say {
-        Detail::Paths => (EDGE_PX, EDGE_PX, 0.0, 0),
-        _ => (LEFT_PX, RIGHT_PX, X_AXIS_PX, 10),
-    };
-    // A map that would be too high becomes narrower.
-    let plot_width = (height_px - bottom - 2.0) * width / height;
-    let frame = Frame {
-        left,
-        right: (width_px - left - plot_width).max(right),
-        bottom,
-    };
-    let axes = Axes {
-        x: (0.0..width, "x in m"),
-        y: (0.0..height, if labels > 0 { "y in m" } else { "" }),
-        y_labels: labels,
-    };
-    chart(panel, frame, &axes)
-}
-
-/// Draws the start state of the room without robots.
-fn furniture(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>, say: Detail) -> DrawResult {
-    let scene = Scene {
-        marks: &run.history.marks,
-        items: &run.history.items,
-        obstacles: &run.history.obstacles,
-    };
-    draw_scene(run, area, chart, &scene, say)
 }
 
 /// The objects in a room besides robots.
@@ -248,120 +187,221 @@ pub(super) struct Scene<'s> {
     pub obstacles: &'s [Obstacle],
 }
 
-pub(super) fn draw_scene(
-    run: &RunFigures<'_>,
-    area: &Area<'_>,
-    chart: &Chart<'_>,
-    scene: &Scene<'_>,
-    say: Detail,
-) -> DrawResult {
-    let (width, height) = room(run);
-    let plot = chart.plotting_area();
-    let rectangle = |x: Range<f64>, y: Range<f64>, color: RGBColor, opacity: f64| {
-        let inside = |value: f64, most: f64| value.clamp(0.0, most);
-        let corners = [
-            (inside(x.start, width), inside(y.start, height)),
-            (inside(x.end, width), inside(y.end, height)),
-        ];
-        plot.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
-    };
-    let label = |text: &str, at: (f64, f64)| {
-        let letters = TextLabel::CENTERED;
-        match say == Detail::All {
-            true => area.draw_text(text, &letters.style(), plot.map_coordinate(&at)),
-            false => Ok(()),
-        }
-    };
-    let circle = |center: Vec2, radius: f32| -> Vec<(f64, f64)> {
-        let corner = |turn: i32| {
-            let (sin, cos) = (TAU * f64::from(turn) / 72.0).sin_cos();
-            let (x, y) = (f64::from(center.x), f64::from(center.y));
-            let radius = f64::from(radius);
-            let (x, y) = (x + radius * cos, y + radius * sin);
-            (x.clamp(0.0, width), y.clamp(0.0, height))
+impl<'m, 'a> Map<'m, 'a> {
+    /// Draws the axes of a map in a panel of that size, a part of `area`.
+    pub(super) fn new(
+        run: &'m RunFigures<'m>,
+        area: &'m Area<'a>,
+        panel: &Area<'a>,
+        (width_px, height_px): (f64, f64),
+        say: Detail,
+    ) -> DrawResult<Self> {
+        let (width, height) = room(run);
+        let (left, right, bottom, labels) = match say {
+            Detail::Paths => (EDGE_PX, EDGE_PX, 0.0, 0),
+            _ => (LEFT_PX, RIGHT_PX, X_AXIS_PX, 10),
         };
-        (0..=72).map(corner).collect()
-    };
-    let disc = |center: Vec2, radius: f32, color: RGBColor| {
-        plot.draw(&Polygon::new(circle(center, radius), color.filled()))
-    };
-    // True thickness, but at least visible.
-    let bar = |from: Vec2, to: Vec2, thickness_m: f32, color: RGBColor| {
-        let ends = [from, to].map(|end| (f64::from(end.x), f64::from(end.y)));
-        let (left, _) = plot.map_coordinate(&(0.0, 0.0));
-        let (right, _) = plot.map_coordinate(&(f64::from(thickness_m), 0.0));
-        let width_px = f64::from(right - left) / f64::from(px(1.0));
-        curve(chart, ends.to_vec(), line(color, width_px.max(1.5)))
-    };
+        // A map that would be too high becomes narrower.
+        let plot_width = (height_px - bottom - 2.0) * width / height;
+        let frame = Frame {
+            left,
+            right: (width_px - left - plot_width).max(right),
+            bottom,
+        };
+        let axes = Axes {
+            x: (0.0..width, "x in m"),
+            y: (0.0..height, if labels > 0 { "y in m" } else { "" }),
+            y_labels: labels,
+        };
+        let chart = chart(panel, frame, &axes)?;
+        Ok(Self {
+            run,
+            area,
+            chart,
+            say,
+        })
+    }
 
-    let below = height * 0.03;
-    let (marks, items) = match say {
-        Detail::Paths => (&[][..], &[][..]),
-        _ => (scene.marks, scene.items),
-    };
-    for mark in marks {
-        let color = palette::mark_color(mark);
-        let top = match mark.outline {
-            MarkOutline::Disc { center, radius_m } => {
-                match mark.role {
-                    // A range is an outline, so that it hides nothing.
-                    MarkRole::Range => curve(chart, circle(center, radius_m), line(color, 1.0))?,
-                    _ => disc(center, radius_m, color)?,
+    /// Draws the start state of the room and the paths of these robots.
+    fn draw(&self, robots: &[usize]) -> DrawResult {
+        let (run, window) = (self.run, &self.run.window);
+        self.scene(&Scene {
+            marks: &run.history.marks,
+            items: &run.history.items,
+            obstacles: &run.history.obstacles,
+        })?;
+        for &rank in robots {
+            self.track(rank, track(run, rank, window))?;
+        }
+        for &rank in robots {
+            self.ends(rank)?;
+        }
+        if self.say == Detail::All {
+            self.names()?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn scene(&self, scene: &Scene<'_>) -> DrawResult {
+        let (run, area, chart, say) = (self.run, self.area, &self.chart, self.say);
+        let (width, height) = room(run);
+        let plot = chart.plotting_area();
+        let rectangle = |x: Range<f64>, y: Range<f64>, color: RGBColor, opacity: f64| {
+            let inside = |value: f64, most: f64| value.clamp(0.0, most);
+            let corners = [
+                (inside(x.start, width), inside(y.start, height)),
+                (inside(x.end, width), inside(y.end, height)),
+            ];
+            plot.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
+        };
+        let label = |text: &str, at: (f64, f64)| {
+            let letters = TextLabel::CENTERED;
+            match say == Detail::All {
+                true => area.draw_text(text, &letters.style(), plot.map_coordinate(&at)),
+                false => Ok(()),
+            }
+        };
+        let circle = |center: Vec2, radius: f32| -> Vec<(f64, f64)> {
+            let corner = |turn: i32| {
+                let (sin, cos) = (TAU * f64::from(turn) / 72.0).sin_cos();
+                let (x, y) = (f64::from(center.x), f64::from(center.y));
+                let radius = f64::from(radius);
+                let (x, y) = (x + radius * cos, y + radius * sin);
+                (x.clamp(0.0, width), y.clamp(0.0, height))
+            };
+            (0..=72).map(corner).collect()
+        };
+        let disc = |center: Vec2, radius: f32, color: RGBColor| {
+            plot.draw(&Polygon::new(circle(center, radius), color.filled()))
+        };
+        // True thickness, but at least visible.
+        let bar = |from: Vec2, to: Vec2, thickness_m: f32, color: RGBColor| {
+            let ends = [from, to].map(|end| (f64::from(end.x), f64::from(end.y)));
+            let (left, _) = plot.map_coordinate(&(0.0, 0.0));
+            let (right, _) = plot.map_coordinate(&(f64::from(thickness_m), 0.0));
+            let width_px = f64::from(right - left) / f64::from(px(1.0));
+            curve(chart, ends.to_vec(), line(color, width_px.max(1.5)))
+        };
+
+        let below = height * 0.03;
+        let (marks, items) = match say {
+            Detail::Paths => (&[][..], &[][..]),
+            _ => (scene.marks, scene.items),
+        };
+        for mark in marks {
+            let color = palette::mark_color(mark);
+            let top = match mark.outline {
+                MarkOutline::Disc { center, radius_m } => {
+                    match mark.role {
+                        // A range is an outline, so that it hides nothing.
+                        MarkRole::Range => {
+                            curve(chart, circle(center, radius_m), line(color, 1.0))?
+                        }
+                        _ => disc(center, radius_m, color)?,
+                    }
+                    center + Vec2::new(0.0, radius_m)
                 }
-                center + Vec2::new(0.0, radius_m)
+                MarkOutline::Rectangle { min, max } => {
+                    let sides = [min.x..max.x, min.y..max.y];
+                    let [x, y] = sides.map(|side| f64::from(side.start)..f64::from(side.end));
+                    rectangle(x, y, color, 1.0)?;
+                    Vec2::new((min.x + max.x) / 2.0, max.y)
+                }
+                MarkOutline::Bar {
+                    from,
+                    to,
+                    half_width_m,
+                } => {
+                    bar(from, to, 2.0 * half_width_m, color)?;
+                    (from + to) / 2.0
+                }
+                MarkOutline::Line { from, to } => {
+                    bar(from, to, 0.0, color)?;
+                    (from + to) / 2.0
+                }
+            };
+            if !mark.is_labelled(marks.len()) {
+                continue;
             }
-            MarkOutline::Rectangle { min, max } => {
-                let sides = [min.x..max.x, min.y..max.y];
-                let [x, y] = sides.map(|side| f64::from(side.start)..f64::from(side.end));
-                rectangle(x, y, color, 1.0)?;
-                Vec2::new((min.x + max.x) / 2.0, max.y)
-            }
-            MarkOutline::Bar {
-                from,
-                to,
-                half_width_m,
-            } => {
-                bar(from, to, 2.0 * half_width_m, color)?;
-                (from + to) / 2.0
-            }
-            MarkOutline::Line { from, to } => {
-                bar(from, to, 0.0, color)?;
-                (from + to) / 2.0
-            }
-        };
-        if !mark.is_labelled(marks.len()) {
-            continue;
+            // At a wall, only the inside has room for a label.
+            let x = f64::from(top.x).clamp(width * 0.06, width * 0.94);
+            let y = (f64::from(top.y) + below).min(height - below);
+            label(&mark.label, (x, y))?;
         }
-        // At a wall, only the inside has room for a label.
-        let x = f64::from(top.x).clamp(width * 0.06, width * 0.94);
-        label(
-            &mark.label,
-            (x, (f64::from(top.y) + below).min(height - below)),
-        )?;
+        for item in items {
+            disc(item.position, item.radius_m, palette::ITEM)?;
+        }
+        for obstacle in scene.obstacles {
+            let (x, y) = (f64::from(obstacle.x_m), f64::from(obstacle.y_m));
+            let x = x..x + f64::from(obstacle.width_m);
+            let y = y..y + f64::from(obstacle.height_m);
+            let opacity = if obstacle.is_solid() { 1.0 } else { 0.3 };
+            rectangle(x, y, FAINT, opacity)?;
+        }
+        let [x, y] = [
+            [0.0, width, width, 0.0, 0.0],
+            [0.0, 0.0, height, height, 0.0],
+        ];
+        curve(chart, x.into_iter().zip(y).collect(), line(INK, 2.0))
     }
-    for item in items {
-        disc(item.position, item.radius_m, palette::ITEM)?;
-    }
-    for obstacle in scene.obstacles {
-        let (x, y) = (f64::from(obstacle.x_m), f64::from(obstacle.y_m));
-        let x = x..x + f64::from(obstacle.width_m);
-        let y = y..y + f64::from(obstacle.height_m);
-        let opacity = if obstacle.is_solid() { 1.0 } else { 0.3 };
-        rectangle(x, y, FAINT, opacity)?;
-    }
-    let border = vec![
-        (0.0, 0.0),
-        (width, 0.0),
-        (width, height),
-        (0.0, height),
-        (0.0, 0.0),
-    ];
-    curve(chart, border, line(INK, 2.0))
-}
 
-/// Draws the path of a robot, thicker where it carries an item.
-fn path(run: &RunFigures<'_>, chart: &Chart<'_>, rank: usize) -> DrawResult {
-    draw_track(run, chart, rank, track(run, rank, &run.window))
+    /// Draws the positions of a robot as a path, thicker where it carries an item.
+    pub(super) fn track(&self, rank: usize, track: &[TrackPoint]) -> DrawResult {
+        let (width, _) = room(self.run);
+        // The tolerance is half a pixel.
+        let (across, _) = self.chart.plotting_area().dim_in_pixel();
+        let distance = width * f64::from(px(0.5)) / f64::from(across.max(1));
+        let mut before: Option<&TrackPoint> = None;
+        for part in track.chunk_by(|a, b| a.carrying == b.carrying) {
+            let points = before.into_iter().chain(part).map(|at| at.position);
+            let points: Vec<(f64, f64)> = points.collect();
+            before = part.last();
+            let width_px = if part[0].carrying { LADEN_PX } else { EMPTY_PX };
+            let style = line(self.run.colors[rank], width_px);
+            curve(&self.chart, thin_way(&points, distance), style)?;
+        }
+        Ok(())
+    }
+
+    /// Marks the start, the death and the end of a robot.
+    fn ends(&self, rank: usize) -> DrawResult {
+        let run = self.run;
+        let [first, .., last] = track(run, rank, &run.window) else {
+            return Ok(());
+        };
+        let plot = self.chart.plotting_area();
+        let radius_px = if self.say == Detail::Paths { 2.5 } else { 4.5 };
+        let mark = |mark: Mark, place: &TrackPoint, color| {
+            mark.draw_sized(
+                self.area,
+                plot.map_coordinate(&place.position),
+                color,
+                radius_px,
+            )
+        };
+        mark(Mark::Triangle, first, WHITE)?;
+        mark(Mark::Square, last, run.colors[rank])?;
+        let deaths = run.metrics.failures.iter();
+        for death in deaths.filter(|loss| loss.robot == rank && loss.loss == Loss::Died) {
+            let tick = (death.at.0 / run.history.step.0) as usize;
+            let shown = run.window.contains(&death.at.as_secs_f64());
+            if let Some(place) = run.history.robots[rank].track.get(tick).filter(|_| shown) {
+                mark(Mark::Cross, place, INK)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the robots' names beside the ends of their paths.
+    fn names(&self) -> DrawResult {
+        let robots = self.run.history.robots.iter().enumerate();
+        let ends = robots.filter_map(|(rank, robot)| {
+            let last = track(self.run, rank, &self.run.window).last()?;
+            let at = self.chart.plotting_area().map_coordinate(&last.position);
+            Some((vec![robot.name.clone()], at))
+        });
+        beside(self.area, &ends.collect::<Vec<_>>(), px(6.0))
+    }
 }
 
 /// Returns the positions of a robot in a window of time, s.
@@ -376,76 +416,6 @@ pub(super) fn track<'h>(
     &all[from.min(to)..to]
 }
 
-/// Draws the positions of a robot as a path.
-pub(super) fn draw_track(
-    run: &RunFigures<'_>,
-    chart: &Chart<'_>,
-    rank: usize,
-    track: &[TrackPoint],
-) -> DrawResult {
-    let (width, _) = room(run);
-    // The tolerance is half a pixel.
-    let (across, _) = chart.plotting_area().dim_in_pixel();
-    let distance = width * f64::from(px(0.5)) / f64::from(across.max(1));
-    let mut before: Option<&TrackPoint> = None;
-    for part in track.chunk_by(|a, b| a.carrying == b.carrying) {
-        let points: Vec<(f64, f64)> = before
-            .into_iter()
-            .chain(part)
-            .map(|at| at.position)
-            .collect();
-        before = part.last();
-        let width_px = if part[0].carrying { LADEN_PX } else { EMPTY_PX };
-        let style = line(run.colors[rank], width_px);
-        curve(chart, thin_way(&points, distance), style)?;
-    }
-    Ok(())
-}
-
-/// Marks the start, the death and the end of a robot.
-fn ends(
-    run: &RunFigures<'_>,
-    area: &Area<'_>,
-    chart: &Chart<'_>,
-    rank: usize,
-    say: Detail,
-) -> DrawResult {
-    let [first, .., last] = track(run, rank, &run.window) else {
-        return Ok(());
-    };
-    let plot = chart.plotting_area();
-    let radius_px = if say == Detail::Paths { 2.5 } else { 4.5 };
-    let mark = |mark: Mark, place: &TrackPoint, color| {
-        mark.draw_sized(area, plot.map_coordinate(&place.position), color, radius_px)
-    };
-    mark(Mark::Triangle, first, WHITE)?;
-    mark(Mark::Square, last, run.colors[rank])?;
-    let deaths = run.metrics.failures.iter();
-    for death in deaths.filter(|loss| loss.robot == rank && loss.loss == Loss::Died) {
-        let tick = (death.at.0 / run.history.step.0) as usize;
-        let shown = run.window.contains(&death.at.as_secs_f64());
-        if let Some(place) = run.history.robots[rank].track.get(tick).filter(|_| shown) {
-            mark(Mark::Cross, place, INK)?;
-        }
-    }
-    Ok(())
-}
-
-/// Writes the robots' names beside the ends of their paths.
-fn names(run: &RunFigures<'_>, area: &Area<'_>, chart: &Chart<'_>) -> DrawResult {
-    let ends = run
-        .history
-        .robots
-        .iter()
-        .enumerate()
-        .filter_map(|(rank, robot)| {
-            let last = track(run, rank, &run.window).last()?;
-            let at = chart.plotting_area().map_coordinate(&last.position);
-            Some((vec![robot.name.clone()], at))
-        });
-    beside(area, &ends.collect::<Vec<_>>(), px(6.0))
-}
-
 /// Writes names beside objects with a radius of `reach`. Each object has several candidate names and four corners. The
 /// first combination with room is used.
 pub(super) fn beside(
@@ -457,10 +427,9 @@ pub(super) fn beside(
     let half = px(6.0);
     let (across, _) = area.dim_in_pixel();
     let across = across as i32;
-    let mut taken: Vec<(Range<i32>, Range<i32>)> = ends
-        .iter()
-        .map(|(_, (x, y))| (x - reach..x + reach, y - reach..y + reach))
-        .collect();
+    let around = |at: i32| at - reach..at + reach;
+    let taken = ends.iter().map(|(_, (x, y))| (around(*x), around(*y)));
+    let mut taken: Vec<(Range<i32>, Range<i32>)> = taken.collect();
     for (names, (x, y)) in ends {
         let corners = names.iter().flat_map(|name| {
             let width = px(letters.width_px(name));

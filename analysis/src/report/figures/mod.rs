@@ -4,7 +4,6 @@ mod gantt;
 mod map;
 mod motivation;
 mod motivation_rows;
-mod motivation_scale;
 mod progress;
 mod room;
 mod rows;
@@ -16,16 +15,19 @@ use std::ops::Range;
 
 use crate::figures::{Figure, palette, plain};
 use crate::progress::Progress;
+use anyhow::bail;
 use plotters::style::RGBColor;
 use proto::view::LevelUnit;
 use scenario::ids::TaskId;
 use scenario::mission::columns::{ColumnKind, display_name};
 
 pub use self::room::Room;
-use super::failures::Loss;
+use self::timeline::Timeline;
+use super::failures::{Loss, Takeover};
 use super::faults::{FaultSpan, fault_spans};
 use super::history::History;
 use super::metrics::Metrics;
+use super::robot_history::SetHistory;
 use crate::figures::canvas::{INK, Mark, Sheet, WHITE};
 use crate::figures::legend::Sample;
 
@@ -78,6 +80,34 @@ pub(super) struct RunFigures<'h> {
     highest_utility: f64,
 }
 
+/// The rank of a robot, and one of its behavior sets.
+type SetOfRobot<'s> = (usize, &'s SetHistory);
+
+impl RunFigures<'_> {
+    /// Returns the upper end of a robot's curves: the threshold, or the highest utility in the run.
+    fn ceiling(&self, rank: usize) -> f64 {
+        match self.history.robots[rank].measure {
+            LevelUnit::Motivation => self.history.setup.alliance.threshold,
+            LevelUnit::Utility => self.highest_utility,
+        }
+    }
+
+    /// Returns the shown takeovers that an activation of this set begins.
+    fn takeovers_by<'s>(
+        &'s self,
+        timeline: &'s Timeline<'_>,
+        (rank, set): SetOfRobot<'s>,
+    ) -> impl Iterator<Item = &'s Takeover> {
+        self.metrics.takeovers.iter().filter(move |takeover| {
+            let starts = set.active.iter().any(|span| span.from == takeover.at);
+            takeover.robot == rank
+                && takeover.task == set.task
+                && starts
+                && timeline.shows(takeover.at)
+        })
+    }
+}
+
 /// A function that draws a figure as SVG.
 type Draw<'p> = Box<dyn Fn(&RunFigures<'_>) -> anyhow::Result<String> + 'p>;
 
@@ -87,26 +117,20 @@ struct Planned<'p> {
     draw: Draw<'p>,
 }
 
-/// An error for an unavailable figure or time.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct Unavailable(String);
-
 /// Draws the wanted figures, in page order.
 ///
 /// # Errors
-/// Returns [`Unavailable`] for an unavailable figure or time, and drawing errors.
+/// Returns an error for an unavailable figure or time, and drawing errors.
 pub fn figures(
     history: &History,
     metrics: &Metrics,
     wanted: &FigureSelection,
 ) -> anyhow::Result<Vec<Figure>> {
     let names = history.robots.iter().map(|robot| robot.name.as_str());
-    let utilities = history.robots.iter();
-    let utilities = utilities.filter(|robot| robot.measure == LevelUnit::Utility);
-    let sets = utilities.flat_map(|robot| &robot.sets);
-    let highest = sets.flat_map(|set| set.levels.iter().map(|(_, level)| *level));
-    let highest = highest.fold(0.0, f64::max);
+    let others = history.robots.iter();
+    let others = others.filter(|robot| robot.measure == LevelUnit::Utility);
+    let levels = others.flat_map(|robot| robot.sets.iter().flat_map(|set| &set.levels));
+    let highest = levels.map(|(_, level)| *level).fold(0.0, f64::max);
     let run = RunFigures {
         history,
         metrics,
@@ -121,46 +145,35 @@ pub fn figures(
         if !planned.iter().any(|figure| figure.name == *name) {
             let known = planned.iter().map(|figure| figure.name.as_str());
             let instead = scenario::name_remedy(name, known);
-            return Err(
-                Unavailable(format!("--only: there is no figure '{name}'; {instead}")).into(),
-            );
+            bail!("--only: there is no figure '{name}'; {instead}");
         }
     }
-    let count = match wanted.only.len() {
-        0 => planned.len(),
-        few => few,
-    };
-    let mut progress = Progress::new("drawing the figures", "figures", count as u64);
-    let chosen = planned.into_iter();
-    let chosen =
-        chosen.filter(|figure| wanted.only.is_empty() || wanted.only.contains(&figure.name));
-    let drawn = chosen.map(
-        |Planned {
-             name,
-             caption,
-             draw,
-         }| {
-            let svg = draw(&run)?;
-            progress.step();
-            Ok(Figure { name, caption, svg })
-        },
-    );
+    let mut chosen = planned;
+    chosen.retain(|figure| wanted.only.is_empty() || wanted.only.contains(&figure.name));
+    let mut progress = Progress::new("drawing the figures", "figures", chosen.len() as u64);
+    let drawn = chosen.into_iter().map(|figure| {
+        let svg = (figure.draw)(&run)?;
+        progress.step();
+        Ok(Figure {
+            name: figure.name,
+            caption: figure.caption,
+            svg,
+        })
+    });
     drawn.collect()
 }
 
-fn window(history: &History, wanted: &FigureSelection) -> Result<Range<f64>, Unavailable> {
+fn window(history: &History, wanted: &FigureSelection) -> anyhow::Result<Range<f64>> {
     // An axis needs a length, even for an empty run.
     let run_end = history.end.max(history.step).as_secs_f64();
     let end = run_end.max(wanted.end_s);
     let from = wanted.from_s.unwrap_or(0.0);
     let to = wanted.to_s.unwrap_or(end).min(end);
     if from >= run_end {
-        let text = format!("--from {from}: the run ended at {run_end} s");
-        return Err(Unavailable(text));
+        bail!("--from {from}: the run ended at {run_end} s");
     }
     if from >= to {
-        let text = format!("--to {to}: must be later than --from, {from} s");
-        return Err(Unavailable(text));
+        bail!("--to {to}: must be later than --from, {from} s");
     }
     Ok(from..to)
 }
@@ -168,43 +181,35 @@ fn window(history: &History, wanted: &FigureSelection) -> Result<Range<f64>, Una
 fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
     let history = run.history;
     let mut figures: Vec<Planned<'p>> = Vec::new();
-    let mut add = |name: String, caption: String, draw: Draw<'p>| {
+    let mut add = |name: &str, caption: &str, draw: Draw<'p>| {
         figures.push(Planned {
-            name,
-            caption,
+            name: name.to_owned(),
+            caption: caption.to_owned(),
             draw,
         });
     };
     add(
-        "gantt".to_owned(),
+        "gantt",
         "Activity of the robots. Bars: a behavior set for the task is active; ticks at their upper edge: effects on the \
-         world, where there is room. Rows under \"orphan\": the task was applicable, and no robot was productive on it."
-            .to_owned(),
+         world, where there is room. Rows under \"orphan\": the task was applicable, and no robot was productive on it.",
         Box::new(gantt::draw),
     );
     for room in rooms {
+        let caption = format!(
+            "The room at {} s, and the paths of the {} s before. A place is the paler, the less of its work is left.",
+            room.at_s(),
+            room::TRAIL_S
+        );
         add(
-            room.name(),
-            format!(
-                "The room at {} s, and the paths of the {} s before. A place is the paler, the less of its work is left.",
-                room.at_s(),
-                room::TRAIL_S
-            ),
+            &room.name(),
+            &caption,
             Box::new(move |run| room::draw(run, room)),
         );
     }
-    add(
-        "map".to_owned(),
-        "Paths of all robots.".to_owned(),
-        Box::new(map::together),
-    );
+    add("map", "Paths of all robots.", Box::new(map::together));
     if history.robots.len() > 1 {
-        add(
-            "map-by-robot".to_owned(),
-            "The path of each robot on its own map; several robots share a map if there are too many."
-                .to_owned(),
-            Box::new(map::apart),
-        );
+        let caption = "The path of each robot on its own map; several robots share a map if there are too many.";
+        add("map-by-robot", caption, Box::new(map::apart));
     }
     for columns in progress::axes(history.columns()) {
         let (name, title) = match columns.as_slice() {
@@ -216,8 +221,8 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
         };
         let caption = format!("The mission over time: {title}.");
         add(
-            name,
-            caption,
+            &name,
+            &caption,
             Box::new(move |run| progress::columns(run, &title, &columns)),
         );
     }
@@ -225,8 +230,8 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
         let event = recurring.event;
         let against = recurring.period.map_or("", |_| ", with the wanted period");
         add(
-            format!("every-{event}"),
-            format!("Time between '{event}' events{against}."),
+            &format!("every-{event}"),
+            &format!("Time between '{event}' events{against}."),
             Box::new(move |run| progress::recurring(run, recurring)),
         );
     }
@@ -238,11 +243,8 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
             what(task_measures(history, task)),
             spec.name
         );
-        add(
-            name.clone(),
-            caption,
-            Box::new(move |run| motivation::for_task(run, task, run.window.clone())),
-        );
+        let draw = move |run: &RunFigures<'_>| motivation::for_task(run, task, run.window.clone());
+        add(&name, &caption, Box::new(draw));
         if let Some(window) = applicable(run, task.index())
             && window.end < run.window.end * OVER
         {
@@ -251,8 +253,8 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
                 spec.name
             );
             add(
-                format!("{name}-applicable"),
-                caption,
+                &format!("{name}-applicable"),
+                &caption,
                 Box::new(move |run| motivation::for_task(run, task, window.clone())),
             );
         }
@@ -263,9 +265,10 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
             what([robot.measure]),
             robot.name
         );
+        let name = format!("robot-{}", robot.name);
         add(
-            format!("robot-{}", robot.name),
-            caption,
+            &name,
+            &caption,
             Box::new(move |run| motivation::of_robot(run, rank)),
         );
     }

@@ -4,15 +4,14 @@
 use std::ops::Range;
 
 use super::motivation_rows;
-use super::motivation_scale::{Row, ceiling};
 use super::timeline::{Timeline, y_title};
-use super::{ABSENT, RunFigures, task_measures, what};
+use super::{ABSENT, RunFigures, SetOfRobot, task_measures, what};
 use crate::figures::canvas::{
     Area, DrawResult, FAINT, INK, Mark, TextLabel, WHITE, X_AXIS_PX, curve, fill, hatch,
     horizontal_line, line, px, rows_for,
 };
 use crate::figures::legend::Sample;
-use crate::report::history::{Reset, SetHistory};
+use crate::report::robot_history::{Reset, SetHistory};
 use crate::report::simplify::thin;
 use proto::view::LevelUnit;
 use scenario::ids::TaskId;
@@ -24,7 +23,7 @@ const TITLE_PX: f64 = 25.0;
 /// Draws all behavior sets of one robot.
 pub fn of_robot(run: &RunFigures<'_>, rank: usize) -> anyhow::Result<String> {
     let robot = &run.history.robots[rank];
-    let rows: Vec<Row<'_>> = robot.sets.iter().map(|set| (rank, set)).collect();
+    let rows: Vec<SetOfRobot<'_>> = robot.sets.iter().map(|set| (rank, set)).collect();
     let title = format!(
         "{} of all behavior sets of {}",
         what([robot.measure]),
@@ -35,7 +34,7 @@ pub fn of_robot(run: &RunFigures<'_>, rank: usize) -> anyhow::Result<String> {
 
 /// Draws the behavior sets of all robots for one task in a window of time.
 pub fn for_task(run: &RunFigures<'_>, task: TaskId, window: Range<f64>) -> anyhow::Result<String> {
-    let rows: Vec<Row<'_>> = run.history.behaviors_for(task).collect();
+    let rows: Vec<SetOfRobot<'_>> = run.history.behaviors_for(task).collect();
     let name = run.history.catalog.task_name(task);
     let what = what(task_measures(run.history, task));
     let title = format!("{what} of all robots for {name}");
@@ -45,7 +44,7 @@ pub fn for_task(run: &RunFigures<'_>, task: TaskId, window: Range<f64>) -> anyho
 fn draw(
     run: &RunFigures<'_>,
     title: &str,
-    rows: &[Row<'_>],
+    rows: &[SetOfRobot<'_>],
     window: Range<f64>,
 ) -> anyhow::Result<String> {
     let has = |wanted| {
@@ -85,18 +84,12 @@ fn draw(
 }
 
 fn legend(of_motivations: bool) -> Vec<(Sample, &'static str)> {
-    let curve = if of_motivations {
-        "motivation"
-    } else {
-        "utility"
-    };
+    let curve = ["utility", "motivation"][usize::from(of_motivations)];
+    let reset = Sample::Mark(Mark::Triangle, WHITE);
     let only_of_motivations = [
         (Sample::Dashed(INK, (4.0, 4.0)), "threshold θ"),
         (Sample::Hatch(INK, 4.0), "waiting"),
-        (
-            Sample::Mark(Mark::Triangle, WHITE),
-            "reset by the teammate of that color",
-        ),
+        (reset, "reset by the teammate of that color"),
     ];
     let mut legend = vec![
         (Sample::Line(INK, 1.75), curve),
@@ -116,16 +109,13 @@ fn panel(
     run: &RunFigures<'_>,
     timeline: &Timeline<'_>,
     area: &Area<'_>,
-    &(rank, set): &Row<'_>,
+    &(rank, set): &SetOfRobot<'_>,
     (top, plot_px, is_last): (f64, f64, bool),
 ) -> DrawResult {
     let robot = &run.history.robots[rank];
     let color = run.colors[rank];
-    let threshold = ceiling(run, rank);
-    let name = TextLabel {
-        color,
-        ..TextLabel::BOLD
-    };
+    let threshold = run.ceiling(rank);
+    let name = TextLabel::BOLD.colored(color);
     let y = top + TITLE_PX - 9.0;
     name.write(area, &robot.name, (LEFT_PX, y))?;
     let after = LEFT_PX + name.width_px(&robot.name) + 8.0;
@@ -148,13 +138,8 @@ fn panel(
     if robot.measure == LevelUnit::Motivation {
         horizontal_line(&chart, timeline.window.clone(), threshold, line(INK, 0.75))?;
     }
-    let width = run.sheet.width_px;
-    for points in lines(
-        set,
-        run.history.level_step,
-        (&timeline.window, width),
-        threshold,
-    ) {
+    let window = (&timeline.window, run.sheet.width_px);
+    for points in lines(set, run.history.level_step, window, threshold) {
         curve(&chart, points, line(color, 1.75))?;
     }
 
@@ -163,10 +148,7 @@ fn panel(
     let resets: Vec<(f64, &Reset)> = resets
         .map(|reset| (timeline.x_px(reset.at), reset))
         .collect();
-    let letters = TextLabel {
-        size_px: 10.0,
-        ..TextLabel::LEFT
-    };
+    let letters = TextLabel::LEFT.sized(10.0);
     let names = |reset: &Reset| {
         let names = reset.by.iter();
         let names = names.map(|sender| run.history.robots[*sender].name.as_str());
@@ -185,11 +167,7 @@ fn panel(
             area.draw_text(&names(reset), &letters.style(), beside)?;
         }
     }
-    let takeovers = run.metrics.takeovers.iter().filter(|takeover| {
-        let starts = set.active.iter().any(|span| span.from == takeover.at);
-        takeover.robot == rank && takeover.task == set.task && starts && timeline.shows(takeover.at)
-    });
-    for takeover in takeovers {
+    for takeover in run.takeovers_by(timeline, (rank, set)) {
         let at = plot.map_coordinate(&(takeover.at.as_secs_f64(), threshold));
         Mark::Diamond.draw(area, at, INK)?;
     }
@@ -215,12 +193,11 @@ fn lines(
                 if !window.contains(&at) {
                     continue;
                 }
-                let before = points.last().map(|(_, before)| *before);
-                points.extend(
-                    before
-                        .filter(|before| *before > level)
-                        .map(|before| (at, before)),
-                );
+                if let Some((_, before)) = points.last().copied()
+                    && before > level
+                {
+                    points.push((at, before));
+                }
                 points.push((at, level));
             }
             thin(&points, width, height)
@@ -230,29 +207,18 @@ fn lines(
 
 #[cfg(test)]
 mod tests {
-    use missions::waste::data::default_scenario;
-    use scenario::Setup;
+    use missions::waste::data::default_setup;
 
     use super::*;
     use crate::figures::canvas::WIDTH_PX;
-    use crate::report::tests::history_of;
+    use crate::report::tests::run_of;
 
     /// Compares the drawn curve with the log: every activation at the threshold and every reset, in any window.
     #[test]
     fn every_activation_and_reset_of_a_log_is_drawn() {
-        let parts = [
-            (0.0, 1.0),
-            (0.0, 0.37),
-            (0.3, 0.5),
-            (0.55, 0.6),
-            (0.9, 0.92),
-        ];
+        let parts = [(0.0, 1.0), (0.0, 0.37), (0.3, 0.5), (0.9, 0.92)];
         for (seed, (from, to)) in (1..4).flat_map(|seed| parts.map(|part| (seed, part))) {
-            let history = history_of(
-                Setup::resolve(default_scenario(), seed, None)
-                    .unwrap()
-                    .setup,
-            );
+            let (history, _) = run_of(default_setup(seed));
             let end = history.end.as_secs_f64();
             let window = from * end..to * end;
             let width = (window.end - window.start) / WIDTH_PX / 2.0;

@@ -5,16 +5,12 @@ use std::ops::Range;
 use plotters::style::RGBColor;
 use scenario::time::SimTime;
 
-use super::motivation_scale::{Row, ceiling};
-use super::rows::{CELL_PX, Rows, heat, shares};
+use super::rows::{LEFT_PX, LEFT_SHARE, Rows, heat, shares, within};
 use super::timeline::Timeline;
-use super::{ABSENT, LOSSES, RunFigures, mark_of};
+use super::{ABSENT, LOSSES, RunFigures, SetOfRobot, mark_of};
 use crate::figures::canvas::{Chart, DrawResult, FAINT, INK, Mark, X_AXIS_PX, fill};
 use crate::figures::legend::Sample;
 use crate::figures::palette;
-
-const LEFT_PX: f64 = 210.0;
-const LEFT_SHARE: f64 = 0.3;
 
 /// Vertical extents as shares of a row: the level above, the active share below.
 const LEVEL: Range<f64> = 0.05..0.62;
@@ -24,7 +20,7 @@ const ACTIVE: Range<f64> = 0.62..0.95;
 pub fn draw(
     run: &RunFigures<'_>,
     (title, what): (&str, &str),
-    sets: &[Row<'_>],
+    sets: &[SetOfRobot<'_>],
     window: Range<f64>,
 ) -> anyhow::Result<String> {
     let highest = format!("{what}, highest of a cell; full: θ, or the highest of all");
@@ -38,10 +34,8 @@ pub fn draw(
     let left_px = LEFT_PX.min(run.sheet.width_px * LEFT_SHARE);
     let timeline = Timeline::new(run, window, left_px, legend);
     let head_px = timeline.head_px();
-    let rows = Rows::fit(
-        sets.len(),
-        run.sheet.max_height_px() - head_px - X_AXIS_PX - 4.0,
-    );
+    let most_px = run.sheet.max_height_px() - head_px - X_AXIS_PX - 4.0;
+    let rows = Rows::fit(sets.len(), most_px);
     let bottom_px = head_px + rows.height_px();
     run.sheet.svg(title, bottom_px + X_AXIS_PX + 4.0, |area| {
         timeline.draw_head(area, std::slice::from_ref(&(head_px..bottom_px)))?;
@@ -49,13 +43,8 @@ pub fn draw(
         let chart = timeline.chart(area, head_px..bottom_px, y, true)?;
         for row in 0..rows.len() {
             let members = rows.members(row);
-            draw_row(
-                run,
-                &timeline,
-                &chart,
-                rows.extent(members.start),
-                &sets[members],
-            )?;
+            let lane = rows.extent(members.start);
+            draw_row(run, &timeline, &chart, lane, &sets[members])?;
         }
         let plot = chart.plotting_area();
         let radius_px = (rows.row_px * 0.5).clamp(2.5, 4.5);
@@ -64,14 +53,9 @@ pub fn draw(
         for (place, (rank, set)) in sets.iter().enumerate() {
             let lane = rows.extent(place);
             let at = |at: f64| plot.map_coordinate(&(at, (lane.start + lane.end) / 2.0));
-            for takeover in run.metrics.takeovers.iter().filter(|takeover| {
-                let starts = set.active.iter().any(|span| span.from == takeover.at);
-                takeover.robot == *rank && takeover.task == set.task && starts
-            }) {
-                if timeline.shows(takeover.at) {
-                    let at = at(takeover.at.as_secs_f64());
-                    Mark::Diamond.draw_sized(area, at, INK, radius_px)?;
-                }
+            for takeover in run.takeovers_by(&timeline, (*rank, set)) {
+                let at = at(takeover.at.as_secs_f64());
+                Mark::Diamond.draw_sized(area, at, INK, radius_px)?;
             }
             for loss in losses.iter().filter(|loss| loss.robot == *rank) {
                 let (mark, color) = mark_of(loss.loss);
@@ -94,18 +78,12 @@ fn draw_row(
     timeline: &Timeline<'_>,
     chart: &Chart<'_>,
     lane: Range<f64>,
-    sets: &[Row<'_>],
+    sets: &[SetOfRobot<'_>],
 ) -> DrawResult {
     let window = &timeline.window;
-    let parts = ((timeline.edges.end - timeline.edges.start) / CELL_PX) as usize;
-    let part = |shares: &Range<f64>| {
-        let height = lane.end - lane.start;
-        lane.start + shares.start * height..lane.start + shares.end * height
-    };
-    let absent: Vec<_> = sets
-        .iter()
-        .map(|(rank, _)| run.history.absent(*rank))
-        .collect();
+    let parts = timeline.cells();
+    let absent = sets.iter().map(|(rank, _)| run.history.absent(*rank));
+    let absent: Vec<_> = absent.collect();
     match &absent[..] {
         [only] => {
             for span in only.iter().filter_map(|span| timeline.cut(span)) {
@@ -123,7 +101,7 @@ fn draw_row(
     };
     let mut highest = vec![0.0_f64; parts];
     for (rank, set) in sets {
-        let full = ceiling(run, *rank);
+        let full = run.ceiling(*rank);
         for (at, level) in &set.levels {
             // A level holds until the next step.
             let cell = |at: SimTime| {
@@ -136,13 +114,8 @@ fn draw_row(
             }
         }
     }
-    heat(chart, window, part(&LEVEL), color, &highest)?;
+    heat(chart, window, within(&lane, &LEVEL), color, &highest)?;
     let active = sets.iter().map(|(_, set)| &set.active);
-    heat(
-        chart,
-        window,
-        part(&ACTIVE),
-        INK,
-        &shares(window, parts, active),
-    )
+    let active = shares(window, parts, active);
+    heat(chart, window, within(&lane, &ACTIVE), INK, &active)
 }

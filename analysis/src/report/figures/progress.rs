@@ -31,23 +31,6 @@ const OTHERS: [(RGBColor, Option<(f64, f64)>); 4] = [
 ];
 const LATE: RGBColor = RGBColor(213, 94, 0);
 
-/// The line style of a column: color, width, and dash and gap lengths, px.
-struct Line {
-    column: Column,
-    color: RGBColor,
-    width_px: f64,
-    dashes: Option<(f64, f64)>,
-}
-
-impl Line {
-    fn sample(&self) -> Sample {
-        match self.dashes {
-            None => Sample::Line(self.color, self.width_px),
-            Some(dashes) => Sample::Dashed(self.color, dashes),
-        }
-    }
-}
-
 /// Groups columns by axis: all counts on one axis, and each other number on its own. Empty without columns.
 pub fn axes(columns: &[Column]) -> Vec<Vec<Column>> {
     let of = |wanted: fn(ColumnKind) -> bool| {
@@ -68,31 +51,27 @@ pub fn axes(columns: &[Column]) -> Vec<Vec<Column>> {
 
 /// Draws columns of mission.csv on one axis.
 pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow::Result<String> {
-    let mut others = OTHERS.iter().cycle();
-    let lines: Vec<Line> = columns
+    let mut others = OTHERS.into_iter().cycle();
+    let mut style_of = |kind| match kind {
+        ColumnKind::Done => Some((INK, 2.5, None)),
+        _ => others.next().map(|(color, dashes)| (color, 1.5, dashes)),
+    };
+    let styles: Vec<_> = columns
         .iter()
-        .filter_map(|&column| {
-            let (color, width_px, dashes) = match column.kind {
-                ColumnKind::Done => (INK, 2.5, None),
-                _ => {
-                    let (color, dashes) = *others.next()?;
-                    (color, 1.5, dashes)
-                }
-            };
-            Some(Line {
-                column,
-                color,
-                width_px,
-                dashes,
-            })
-        })
+        .filter_map(|column| style_of(column.kind))
         .collect();
     let names: Vec<String> = columns
         .iter()
         .map(|column| display_name(column.name))
         .collect();
-    let legend = lines.iter().zip(&names);
-    let legend = legend.map(|(line, name)| (line.sample(), name.as_str()));
+    let sample = |&(color, width_px, dashes): &_| match dashes {
+        None => Sample::Line(color, width_px),
+        Some(dashes) => Sample::Dashed(color, dashes),
+    };
+    let legend = styles
+        .iter()
+        .map(sample)
+        .zip(names.iter().map(String::as_str));
     let timeline = Timeline::new(run, run.window.clone(), LEFT_PX, legend.collect());
     let head_px = timeline.head_px();
     let rows = &run.history.mission;
@@ -110,20 +89,14 @@ pub fn columns(run: &RunFigures<'_>, title: &str, columns: &[Column]) -> anyhow:
         let margin = (most - least) * 0.05;
         let y = (least * 1.05..most + margin, title, 8);
         let chart = timeline.chart(area, head_px..bottom_px, y, true)?;
-        for Line {
-            column,
-            color,
-            width_px,
-            dashes,
-        } in &lines
-        {
-            let style = line(*color, *width_px);
+        for (column, &(color, width_px, dashes)) in columns.iter().zip(&styles) {
+            let style = line(color, width_px);
             for points in steps(rows, run.history.end, column.name) {
                 let points = within(&points, &timeline.window);
                 match dashes {
                     None => curve(&chart, points, style)?,
                     Some((dash, gap)) => {
-                        let series = DashedLineSeries::new(points, px(*dash), px(*gap), style);
+                        let series = DashedLineSeries::new(points, px(dash), px(gap), style);
                         for element in series {
                             chart.plotting_area().draw(&element)?;
                         }

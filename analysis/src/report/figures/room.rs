@@ -9,7 +9,7 @@ use proto::control::AgentState;
 use proto::view::{ItemView, View};
 
 use super::RunFigures;
-use super::map::{Detail, Scene, beside, draw_scene, draw_track, map_chart, map_height_px, track};
+use super::map::{Detail, Map, Scene, beside, map_height_px, track};
 use crate::figures::canvas::{
     Area, Chart, DrawResult, FAINT, INK, Mark, TextLabel, WHITE, line, part, px,
 };
@@ -45,27 +45,26 @@ pub fn draw(run: &RunFigures<'_>, room: &Room) -> anyhow::Result<String> {
         let letters = TextLabel::BOLD;
         letters.write(area, &title, (58.0, TITLE_PX / 2.0))?;
         let panel = part(area, (0.0, TITLE_PX), (width, height));
-        let chart = map_chart(run, &panel, (width, height), Detail::All)?;
+        let map = Map::new(run, area, &panel, (width, height), Detail::All)?;
         let view = &room.view;
         let on_floor = view.items.iter().filter(|item| item.carrier.is_none());
         let items: Vec<ItemView> = on_floor.copied().collect();
-        let scene = Scene {
+        map.scene(&Scene {
             marks: &view.marks,
             items: &items,
             obstacles: &view.obstacles,
-        };
-        draw_scene(run, area, &chart, &scene, Detail::All)?;
+        })?;
         let before: Range<f64> = (room.at_s() - TRAIL_S).max(0.0)..room.at_s();
         for rank in 0..view.robots.len() {
-            draw_track(run, &chart, rank, track(run, rank, &before))?;
+            map.track(rank, track(run, rank, &before))?;
         }
         let mut names = Vec::new();
         for rank in 0..view.robots.len() {
-            names.extend(robot(run, area, &chart, (view, rank))?);
+            names.extend(robot(run, area, &map.chart, (view, rank))?);
         }
-        let (left, _) = chart.plotting_area().map_coordinate(&(0.0, 0.0));
+        let (left, _) = map.chart.plotting_area().map_coordinate(&(0.0, 0.0));
         let radius_m = f64::from(run.history.setup.scenario.body.radius_m);
-        let (right, _) = chart.plotting_area().map_coordinate(&(radius_m, 0.0));
+        let (right, _) = map.chart.plotting_area().map_coordinate(&(radius_m, 0.0));
         beside(area, &names, (right - left).max(px(6.0)))
     })
 }

@@ -3,10 +3,13 @@
 use std::ops::Range;
 
 use plotters::style::RGBColor;
-use plotters::style::text_anchor::{HPos, VPos};
 
 use crate::figures::canvas::{Area, Chart, DrawResult, INK, TextLabel, fill, px};
 use crate::report::spans::Spans;
+
+/// Room for names at the left of rows, px, and its maximum share of the width.
+pub const LEFT_PX: f64 = 210.0;
+pub const LEFT_SHARE: f64 = 0.3;
 
 /// The default height of a row, px.
 const ROW_PX: f64 = 17.0;
@@ -25,6 +28,12 @@ pub const CELL_PX: f64 = 3.0;
 
 /// The number of shades in a heat map.
 const SHADES: f64 = 10.0;
+
+/// Returns a part of a lane, from shares of its height.
+pub fn within(lane: &Range<f64>, shares: &Range<f64>) -> Range<f64> {
+    let height = lane.end - lane.start;
+    lane.start + shares.start * height..lane.start + shares.end * height
+}
 
 /// Rows of equal height, from the top down.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,12 +116,8 @@ impl Rows {
         for row in self.named(is_important) {
             let things = self.members(row);
             let (first, color) = name(things.start);
-            let letters = TextLabel {
-                size_px: 11.0,
-                anchor: (HPos::Right, VPos::Center),
-                color: if self.per_row == 1 { color } else { INK },
-                ..TextLabel::LEFT
-            };
+            let color = if self.per_row == 1 { color } else { INK };
+            let letters = TextLabel::RIGHT.sized(11.0).colored(color);
             let room = room_px.end - room_px.start;
             let text = match things.len() {
                 1 => first.to_owned(),

@@ -10,7 +10,7 @@ use super::*;
 use crate::figures::canvas::px;
 use crate::report::history::History;
 use crate::report::tests::run_of;
-use crate::visit;
+use crate::{testkit, visit};
 
 /// Returns the member of a mission's family with that many robots. One robot is killed after 1 s.
 fn family(mission: &str, robots: usize, size: usize) -> Setup {
@@ -30,7 +30,7 @@ fn family(mission: &str, robots: usize, size: usize) -> Setup {
 
 fn resolved(mut scenario: Scenario) -> Setup {
     scenario.limit_s = 4.0;
-    Setup::resolve(scenario, 1, None).unwrap().setup
+    testkit::setup(scenario)
 }
 
 fn height_px(figure: &Figure) -> f64 {
@@ -109,11 +109,9 @@ fn figures_of_any_team_fit_on_a_screen() {
 /// Gold and blue take the upper spill's task in the same tick. Gold keeps it for one tick.
 #[test]
 fn an_activation_of_one_tick_is_visible() {
-    let text = include_str!("../../../../missions/src/waste/scenarios/waste-cleanup.toml");
-    let vocabulary = Registry::built_in().vocabulary();
-    let mut scenario = Scenario::parse("waste-cleanup", text, &vocabulary).unwrap();
+    let mut scenario = testkit::shipped("waste-cleanup");
     scenario.limit_s = 70.0;
-    let (history, run) = run_of(Setup::resolve(scenario, 1, None).unwrap().setup);
+    let (history, run) = run_of(testkit::setup(scenario));
     let figures = all(&history, &run);
     for name in ["gantt", "robot-gold"] {
         let figure = figures.iter().find(|figure| figure.name == name).unwrap();

@@ -7,6 +7,7 @@ use plotters::style::{Color, RGBColor};
 use scenario::time::SimTime;
 
 use super::RunFigures;
+use super::rows::CELL_PX;
 use crate::figures::canvas::{
     Area, Axes, Chart, DrawResult, Frame, TextLabel, X_AXIS_PX, chart, line, part, rectangle,
     rows_for, vertical_line,
@@ -122,6 +123,12 @@ impl<'f> Timeline<'f> {
         chart(&panel, frame, &axes)
     }
 
+    /// Returns the number of cells in a row of a heat map.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        ((self.edges.end - self.edges.start) / CELL_PX) as usize
+    }
+
     #[must_use]
     pub fn x_px(&self, at: SimTime) -> f64 {
         let share = (at.as_secs_f64() - self.window.start) / (self.window.end - self.window.start);
@@ -143,8 +150,8 @@ impl<'f> Timeline<'f> {
 
     /// Returns the number of label rows, including one for unnamed faults.
     fn label_rows(&self) -> usize {
-        let rows = self.labels().into_iter();
-        let rows = rows.map(|label| label.row.map_or(LABEL_ROWS, |row| row) + 1);
+        let labels = self.labels().into_iter();
+        let rows = labels.map(|label| label.row.unwrap_or(LABEL_ROWS) + 1);
         rows.max().unwrap_or(0)
     }
 

@@ -22,14 +22,7 @@ fn only_reductions_of_motivation_count_as_resets() {
 
 #[test]
 fn each_reset_names_its_sender() {
-    let text = include_str!("../../../../missions/src/waste/scenarios/thesis-no-interruption.toml");
-    let scenario = Scenario::parse(
-        "thesis-no-interruption",
-        text,
-        &Registry::built_in().vocabulary(),
-    )
-    .unwrap();
-    let history = history_of(Setup::resolve(scenario, 1, None).unwrap().setup);
+    let (history, _) = run_of(testkit::setup(testkit::shipped("thesis-no-interruption")));
     let mut count = 0;
     for (rank, robot) in history.robots.iter().enumerate() {
         for reset in robot.sets.iter().flat_map(|set| &set.resets) {
@@ -44,36 +37,14 @@ fn each_reset_names_its_sender() {
 #[test]
 fn rows_of_another_run_are_refused() {
     let mut history = Made::run(10.0).history;
-    let row = MotivationRow {
-        t_ms: SimTime(0),
-        robot: "red".to_owned(),
-        behavior_set: TOP.to_owned(),
-        task: TOP.to_owned(),
-        motivation: 0.0,
-        impatience: 1.0,
-        sensory_feedback: true,
-        activity_suppression: true,
-        impatience_reset: true,
-        acquiescence: true,
-        state: "hibernating".to_owned(),
-    };
-    let error = history.add_motivation(&row).unwrap_err();
+    let error = history.add_motivation(&motivation(0, "red", TOP));
     assert_eq!(
-        error.to_string(),
+        error.unwrap_err().to_string(),
         "motivations.csv has a row about 'red', which is not in run.json"
     );
-    let row = AllocationRow {
-        t_ms: SimTime(0),
-        robot: "blue".to_owned(),
-        task: TOP.to_owned(),
-        behavior_set: "sing".to_owned(),
-        utility: 0.5,
-        holder: String::new(),
-        state: "hibernating".to_owned(),
-    };
-    let error = history.add_utility(&row).unwrap_err();
+    let error = history.add_utility(&utility(0, "sing", 0.5));
     assert_eq!(
-        error.to_string(),
+        error.unwrap_err().to_string(),
         "allocation.csv has a row about 'sing', which is not in run.json"
     );
 }
@@ -82,21 +53,12 @@ fn rows_of_another_run_are_refused() {
 #[test]
 fn each_behavior_set_has_its_own_utilities() {
     let mut history = Made::run(10.0).history;
-    for (t_ms, behavior_set, utility) in [
+    for (t_ms, set, level) in [
         (0, "find-locations-methodical", 0.5),
         (0, "find-locations-wander", 0.25),
         (50, "find-locations-wander", 1.0),
     ] {
-        let row = AllocationRow {
-            t_ms: SimTime(t_ms),
-            robot: "blue".to_owned(),
-            task: "find-locations".to_owned(),
-            behavior_set: behavior_set.to_owned(),
-            utility,
-            holder: String::new(),
-            state: "hibernating".to_owned(),
-        };
-        history.add_utility(&row).unwrap();
+        history.add_utility(&utility(t_ms, set, level)).unwrap();
     }
     let levels = |name: &str| {
         let mut sets = history.robots[0].sets.iter();
@@ -122,7 +84,7 @@ fn the_report_of_an_external_mission_shows_its_marks_columns_and_events() {
         made.history.add_pose(&pose(robot)).unwrap();
     }
     for (seconds, robot) in [(10.0, "blue"), (20.0, "gold")] {
-        made.event(seconds, "visited", robot, ["", "", ""]);
+        made.event(seconds, "visited", robot, "");
     }
     let metrics = Metrics::compute(&made.history, &log.run);
     let [visits] = metrics.recurring.as_slice() else {
@@ -134,11 +96,8 @@ fn the_report_of_an_external_mission_shows_its_marks_columns_and_events() {
 
     let figures = figures(&made.history, &metrics, &FigureSelection::default()).unwrap();
     let svg = |name: &str| {
-        &figures
-            .iter()
-            .find(|figure| figure.name == name)
-            .expect(name)
-            .svg
+        let mut figures = figures.iter();
+        &figures.find(|figure| figure.name == name).expect(name).svg
     };
     for label in ["place", "home", "box", "rope"] {
         assert!(svg("map").contains(&format!("{label}\n")), "{label}");
@@ -185,7 +144,7 @@ fn utilities_are_drawn_where_there_are_no_motivations() {
         limit_s: 60.0,
         ..default_scenario()
     };
-    let (history, run) = run_of(Setup::resolve(scenario, 1, None).unwrap().setup);
+    let (history, run) = run_of(testkit::setup(scenario));
     let whole = Span {
         from: SimTime::ZERO,
         to: history.end,
@@ -210,10 +169,8 @@ fn utilities_are_drawn_where_there_are_no_motivations() {
     }
     let metrics = Metrics::compute(&history, &run);
     let figures = figures(&history, &metrics, &FigureSelection::default()).unwrap();
-    let blue = figures
-        .iter()
-        .find(|figure| figure.name == "robot-blue")
-        .unwrap();
+    let mut figures = figures.iter();
+    let blue = figures.find(|figure| figure.name == "robot-blue").unwrap();
     assert!(blue.caption.starts_with("Utility of"), "{}", blue.caption);
     assert!(blue.svg.contains("utility u") && !blue.svg.contains("threshold"));
 }

@@ -7,21 +7,18 @@ mod tasks;
 use std::path::Path;
 use std::sync::Arc;
 
-use missions::Registry;
 use missions::waste::data::default_scenario;
 use proto::tick::Outcome;
 use proto::view::LevelUnit;
 use run_log::{
-    AllocationRow, EventRow, Figures, LogLevel, MemoryLog, MessageRow, MotivationRow, PoseRow,
-    RobotFigures, RunFile, RunLog, RunOutcome, Table,
+    AllocationRow, EventRow, Figures, LogLevel, MessageRow, MotivationRow, PoseRow, RobotFigures,
+    RunFile, RunLog, RunOutcome, Table,
 };
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 use scenario::{Robot, Scenario, Setup, TaskSection};
 
-use super::failures::{
-    Detection, DetectionSign, Failure, Loss, OrphanOutcome, OrphanedTask, Takeover, TakeoverCause,
-};
+use super::failures::TakeoverCause;
 use super::figures::{FigureSelection, figures};
 use super::history::History;
 use super::made::RunOrigin as MadeHow;
@@ -29,8 +26,7 @@ use super::metrics::{Metrics, Occurrence, SentTotals};
 use super::page::{RunSection, page};
 use super::spans::{Span, Spans};
 use super::stints::StintEnd;
-use crate::visit;
-use in_process::Team;
+use crate::{testkit, visit};
 
 const BLUE: usize = 0;
 const GOLD: usize = 1;
@@ -54,6 +50,34 @@ fn spans<const N: usize>(spans: [(f64, f64); N]) -> Spans {
     spans.into_iter().map(span).collect()
 }
 
+pub fn motivation(t_ms: u64, robot: &str, set: &str) -> MotivationRow {
+    MotivationRow {
+        t_ms: SimTime(t_ms),
+        robot: robot.to_owned(),
+        behavior_set: set.to_owned(),
+        task: String::new(),
+        motivation: 0.0,
+        impatience: 1.0,
+        sensory_feedback: true,
+        activity_suppression: true,
+        impatience_reset: true,
+        acquiescence: true,
+        state: "hibernating".to_owned(),
+    }
+}
+
+fn utility(t_ms: u64, set: &str, utility: f64) -> AllocationRow {
+    AllocationRow {
+        t_ms: SimTime(t_ms),
+        robot: "blue".to_owned(),
+        task: TOP.to_owned(),
+        behavior_set: set.to_owned(),
+        utility,
+        holder: String::new(),
+        state: "hibernating".to_owned(),
+    }
+}
+
 /// A log under construction.
 struct Made {
     history: History,
@@ -67,15 +91,21 @@ impl Made {
         Self::with(seconds, |_| {})
     }
 
+    /// Creates a log with the rows and events of a text.
+    fn of(seconds: f64, text: &str) -> Self {
+        let mut made = Self::run(seconds);
+        made.add(text);
+        made
+    }
+
     fn with(seconds: f64, change: impl FnOnce(&mut Scenario)) -> Self {
         let mut scenario = Scenario {
             step_ms: STEP_MS,
             ..default_scenario()
         };
         change(&mut scenario);
-        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         Self {
-            history: History::new(setup, at(seconds)),
+            history: History::new(testkit::setup(scenario), at(seconds)),
             figures: Figures::default(),
             outcome: RunOutcome::Ended(Outcome::Complete),
         }
@@ -101,17 +131,10 @@ impl Made {
         for t_ms in (at(from).0..at(to).0).step_by(STEP_MS as usize) {
             for (set, fast) in &sets {
                 let mut row = MotivationRow {
-                    t_ms: SimTime(t_ms),
-                    robot: robot.to_owned(),
-                    behavior_set: set.clone(),
-                    task: String::new(),
                     motivation: 1.0,
                     impatience: *fast,
                     sensory_feedback: set.starts_with("move-spill"),
-                    activity_suppression: true,
-                    impatience_reset: true,
-                    acquiescence: true,
-                    state: "hibernating".to_owned(),
+                    ..motivation(t_ms, robot, set)
                 };
                 change(&mut row);
                 self.history.add_motivation(&row).unwrap();
@@ -119,15 +142,36 @@ impl Made {
         }
     }
 
-    fn event(&mut self, seconds: f64, kind: &str, robot: &str, rest: [&str; 3]) {
-        let [subject, reason, detail] = rest.map(str::to_owned);
+    /// Adds the rows and events of a text. A line with a robot, two times and a task, or `-`, is as [`Self::during`]. A
+    /// line with a time, a kind of event, a robot and a reason is as [`Self::event`].
+    fn add(&mut self, text: &str) {
+        for line in text.lines().filter(|line| !line.trim().is_empty()) {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let seconds = |word: &str| word.parse::<f64>().unwrap();
+            match words[0].parse() {
+                Ok(at) => self.event(at, words[1], words[2], &words[3..].join(" ")),
+                Err(_) => {
+                    let active = (words[3] == "top").then_some(TOP);
+                    self.during(words[0], seconds(words[1]), seconds(words[2]), active);
+                }
+            }
+        }
+    }
+
+    /// Adds an event. Changes of behavior sets and progress are about the upper spill.
+    fn event(&mut self, seconds: f64, kind: &str, robot: &str, reason: &str) {
+        let (subject, detail) = match kind {
+            "activated" | "hibernated" | "waiting" => (TOP, TOP),
+            "progress" => ("", TOP),
+            _ => ("", ""),
+        };
         self.history.events.push(EventRow {
             t_ms: at(seconds),
             kind: kind.to_owned(),
             robot: robot.to_owned(),
-            subject,
-            reason,
-            detail,
+            subject: subject.to_owned(),
+            reason: reason.to_owned(),
+            detail: detail.to_owned(),
         });
     }
 
@@ -165,17 +209,11 @@ impl Made {
 
     fn run_file(&self) -> RunFile {
         RunFile {
-            version: String::new(),
             log: LogLevel::Full,
-            hash: None,
             outcome: self.outcome,
-            unscripted: false,
-            faults: Vec::new(),
-            build: String::new(),
-            agent_builds: std::collections::BTreeMap::new(),
-            controllers: std::collections::BTreeMap::new(),
             result: self.figures.clone(),
             setup: self.history.setup.clone(),
+            ..visit::run_file()
         }
     }
 
@@ -198,17 +236,64 @@ impl Made {
     fn task(&self, name: &str) -> TaskId {
         self.history.task_named(name).unwrap()
     }
+
+    /// Describes all losses, and then all takeovers, one per line.
+    fn facts(&self) -> Vec<String> {
+        let metrics = self.metrics();
+        let name = |rank: usize| &*self.history.robots[rank].name;
+        let losses = metrics.failures.iter().map(|failure| {
+            let mut text = format!("{} {} {:?}", failure.at, name(failure.robot), failure.loss);
+            if let Some(at) = failure.returned_at {
+                text += &format!(", back {at}");
+            }
+            if let Some(orphan) = &failure.orphan {
+                if let Some(found) = orphan.detection {
+                    let by = name(found.robot);
+                    text += &format!(", {:?} of {by} {}", found.sign, found.at);
+                }
+                text += &format!(", {:?}", orphan.aftermath);
+            }
+            text
+        });
+        let takeovers = metrics.takeovers.iter().map(|takeover| {
+            let (from, to) = (name(takeover.from), name(takeover.robot));
+            let (at, since) = (takeover.at, takeover.idle_since);
+            format!("{at} {from} to {to}, {since}, {:?}", takeover.cause)
+        });
+        losses.chain(takeovers).collect()
+    }
+}
+
+/// Creates an empty log in which up to `max_robots` robots share the upper spill's task.
+fn shared(seconds: f64, max_robots: u32) -> Made {
+    Made::with(seconds, |scenario| {
+        let section = TaskSection {
+            max_robots: Some(max_robots),
+            ..TaskSection::default()
+        };
+        scenario.tasks.insert(TOP.to_owned(), section);
+    })
 }
 
 /// Gold executes the upper spill's task from 10 s, delivers in the step before 20 s and dies at 30 s. Blue takes over
 /// at 45 s, delivers before 55 s and continues to 60 s.
 fn death() -> Made {
-    let mut made = Made::run(60.0);
-    made.during("gold", 0.0, 10.0, None);
-    made.during("gold", 10.0, 30.0, Some(TOP));
-    made.during("blue", 0.0, 45.0, None);
-    made.during("blue", 45.0, 60.0, Some(TOP));
-    made.during("green", 0.0, 60.0, None);
+    let mut made = Made::of(
+        60.0,
+        "
+        gold 0 10 -
+        gold 10 30 top
+        blue 0 45 -
+        blue 45 60 top
+        green 0 60 -
+        10 activated gold threshold
+        19.5 delivered gold
+        20 progress gold
+        30 gone gold
+        45 activated blue threshold
+        54.5 delivered blue
+        ",
+    );
     for second in 10..30 {
         let received = f64::from(second) + 0.5;
         made.claim(received, "blue", "gold", TOP);
@@ -218,39 +303,20 @@ fn death() -> Made {
         // Claims of another task do not matter.
         made.claim(received + 0.5, "green", "blue", BOTTOM);
     }
-    made.event(10.0, "activated", "gold", [TOP, "threshold", TOP]);
-    made.event(19.5, "delivered", "gold", ["item-1", "", ""]);
-    made.event(20.0, "progress", "gold", ["", "", TOP]);
-    made.event(30.0, "gone", "gold", ["", "", ""]);
-    made.event(45.0, "activated", "blue", [TOP, "threshold", TOP]);
-    made.event(54.5, "delivered", "blue", ["item-2", "", ""]);
     made
 }
 
 /// Runs a setup in this process and returns its history and run.json.
 pub fn run_of(setup: Setup) -> (History, RunFile) {
-    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
-    let (_, recorder) = team.run().unwrap();
-    let log =
-        RunLog::from_memory(&recorder.into_sink(), &Registry::built_in().vocabulary()).unwrap();
+    let log = testkit::run(setup);
     (History::read(&log).unwrap(), log.run)
-}
-
-/// Runs a setup in this process and returns its history.
-pub fn history_of(setup: Setup) -> History {
-    run_of(setup).0
 }
 
 /// Runs a shipped scenario up to `limit_s` and returns its metrics.
 fn shipped(scenario: &str, limit_s: f64) -> Metrics {
-    let vocabulary = Registry::built_in().vocabulary();
-    let text = vocabulary.builtin(scenario).unwrap().text;
-    let mut scenario = Scenario::parse(scenario, text, &vocabulary).unwrap();
+    let mut scenario = testkit::shipped(scenario);
     scenario.limit_s = limit_s;
     scenario.faults.timeline.clear();
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
-    let (_, recorder) = team.run().unwrap();
-    let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary).unwrap();
-    Metrics::compute(&History::read(&log).unwrap(), &log.run)
+    let (history, run) = run_of(testkit::setup(scenario));
+    Metrics::compute(&history, &run)
 }

@@ -39,19 +39,17 @@ fn stints_with_their_effects_and_ends() {
 
 /// Two robots execute one task from 15 to 20 s.
 fn both(max_robots: u32) -> Made {
-    let mut made = Made::with(30.0, |scenario| {
-        let section = TaskSection {
-            max_robots: Some(max_robots),
-            ..TaskSection::default()
-        };
-        scenario.tasks.insert(TOP.to_owned(), section);
-    });
-    made.during("blue", 10.0, 20.0, Some(TOP));
-    made.during("gold", 0.0, 15.0, None);
-    made.during("gold", 15.0, 25.0, Some(TOP));
-    made.event(11.5, "delivered", "blue", ["item-1", "", ""]);
-    made.event(17.5, "delivered", "blue", ["item-2", "", ""]);
-    made.event(20.0, "hibernated", "blue", [TOP, "acquiesced-psi", TOP]);
+    let mut made = shared(30.0, max_robots);
+    made.add(
+        "
+        blue 10 20 top
+        gold 0 15 -
+        gold 15 25 top
+        11.5 delivered blue
+        17.5 delivered blue
+        20 hibernated blue acquiesced-psi
+        ",
+    );
     made
 }
 
@@ -107,7 +105,7 @@ fn shares_and_rates_count_the_time_in_which_a_robot_took_part() {
 fn lateness_of_reports() {
     let mut made = Made::run(600.0);
     for (seconds, robot) in [(130.0, "green"), (200.0, "gold"), (400.0, "green")] {
-        made.event(seconds, "reported", robot, ["", "", ""]);
+        made.event(seconds, "reported", robot, "");
     }
     let metrics = made.metrics();
     let [reports] = metrics.recurring.as_slice() else {

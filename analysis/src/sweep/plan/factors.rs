@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use scenario::fault::Faults;
-use scenario::{PathStep, Preset, ScenarioError, TomlFile};
+use scenario::limits::whole;
+use scenario::{KeyPath, Preset, Problem, TomlFile};
 use serde::Deserialize;
 use toml::Value;
 
@@ -15,14 +16,14 @@ use crate::sweep::sampling::{Distribution, draw};
 
 /// A value and its position in the file.
 pub(super) struct Leaf {
-    pub(super) at: Vec<PathStep>,
+    pub(super) at: KeyPath,
     pub(super) path: Vec<String>,
     value: Value,
 }
 
 /// One setting of a factor, which is validated by itself.
 pub(super) struct CheckedSetting {
-    pub(super) at: Vec<PathStep>,
+    pub(super) at: KeyPath,
     pub(super) changes: Vec<Change>,
 }
 
@@ -35,10 +36,6 @@ impl Leaf {
     }
 }
 
-pub(super) fn key(key: &str) -> PathStep {
-    PathStep::Key(key.to_owned())
-}
-
 pub(super) fn path(text: &str) -> Vec<String> {
     text.split('.').map(str::to_owned).collect()
 }
@@ -47,19 +44,19 @@ pub(super) fn path(text: &str) -> Vec<String> {
 /// `ends` is true is a value itself.
 pub(super) fn leaves(
     file: &TomlFile<'_>,
-    at: &[PathStep],
+    at: &KeyPath,
     table: toml::Table,
     ends: fn(&toml::Table) -> bool,
 ) -> Vec<Leaf> {
     fn collect(
-        at: &[PathStep],
+        at: &KeyPath,
         way: &[String],
         table: toml::Table,
         ends: fn(&toml::Table) -> bool,
         found: &mut Vec<Leaf>,
     ) {
         for (name, value) in table {
-            let at = [at, &[key(&name)]].concat();
+            let at = at.key(&name);
             let path = [way, &path(&name)].concat();
             match value {
                 Value::Table(table) if !ends(&table) => {
@@ -79,7 +76,7 @@ pub(super) fn grid(
     file: &TomlFile<'_>,
     leaf: Leaf,
     stated: &mut Vec<CheckedSetting>,
-) -> Result<Factor, ScenarioError> {
+) -> Result<Factor, Problem> {
     let Leaf { at, path, value } = leaf;
     let Value::Array(values) = value else {
         let what = format!("{value} is not a list of values");
@@ -90,7 +87,7 @@ pub(super) fn grid(
     for (place, value) in values.into_iter().enumerate() {
         let level = Level::of(&path, value);
         stated.push(CheckedSetting {
-            at: [&at[..], &[PathStep::Index(place)]].concat(),
+            at: at.index(place),
             changes: level.changes.clone(),
         });
         levels.push(level);
@@ -126,17 +123,17 @@ impl Level {
 }
 
 /// The positions of the swept keys in the file and their paths in the scenario.
-pub(super) type Columns = Vec<(Vec<PathStep>, Vec<String>)>;
+pub(super) type Columns = Vec<(KeyPath, Vec<String>)>;
 
 pub(super) fn list(
     file: &TomlFile<'_>,
     points: Vec<toml::Table>,
     stated: &mut Vec<CheckedSetting>,
     columns: &mut Columns,
-) -> Result<Option<Factor>, ScenarioError> {
+) -> Result<Option<Factor>, Problem> {
     let mut factor: Option<Factor> = None;
     for (place, point) in points.into_iter().enumerate() {
-        let at = [key("list"), PathStep::Index(place)];
+        let at = KeyPath::new(["list"]).index(place);
         let mut leaves = leaves(file, &at, point, |_| false);
         // The keys of a point may be in any order.
         leaves.sort_by(|a, b| a.path.cmp(&b.path));
@@ -161,16 +158,13 @@ pub(super) fn list(
             );
             return Err(file.error_at(&at, what, remedy));
         }
-        let level = Level::combined(
-            leaves
-                .into_iter()
-                .map(|leaf| Level::of(&leaf.path, leaf.value)),
-        );
+        let leaves = leaves.into_iter();
+        let level = Level::combined(leaves.map(|leaf| Level::of(&leaf.path, leaf.value)));
         if known.levels.contains(&level) {
             return Err(file.error_at(&at, "the point occurs twice", "write it once"));
         }
         stated.push(CheckedSetting {
-            at: at.to_vec(),
+            at,
             changes: level.changes.clone(),
         });
         known.levels.push(level);
@@ -183,30 +177,27 @@ pub(super) fn sample(
     mut table: toml::Table,
     stated: &mut Vec<CheckedSetting>,
     columns: &mut Columns,
-) -> Result<Option<Factor>, ScenarioError> {
-    let at = [key("random")];
+) -> Result<Option<Factor>, Problem> {
+    let at = KeyPath::new(["random"]);
     let mut number = |name: &str, default: Option<i64>| {
-        let at = [key("random"), key(name)];
+        let at = ["random", name];
         match (table.remove(name), default) {
             (Some(Value::Integer(number)), _) if number >= 0 => Ok(number as u64),
             (Some(value), _) => Err(file.error_at(
-                &at,
+                at,
                 format!("{value} is not valid"),
                 "write a whole number of at least 0",
             )),
             (None, Some(default)) => Ok(default as u64),
             (None, None) => {
-                Err(file.error_at(&at, "the key is missing", "write the number of points"))
+                Err(file.error_at(at, "the key is missing", "write the number of points"))
             }
         }
     };
     let (count, seed) = (number("n", None)?, number("seed", Some(1))?);
     let count = usize::try_from(count).unwrap_or(usize::MAX);
-    if !(1..=MAX_RUNS).contains(&count) {
-        let what = format!("{count} points are out of range");
-        let remedy = format!("write a number from 1 to {MAX_RUNS}");
-        return Err(file.error_at(&[key("random"), key("n")], what, remedy));
-    }
+    let checked = whole(1, MAX_RUNS as i64, "").check(["random", "n"], count as f64);
+    checked.map_err(|problem| file.locate(problem))?;
     let states_range = |table: &toml::Table| {
         let mut keys = ["min", "max", "choose"].iter();
         keys.any(|key| table.contains_key(*key))
@@ -228,11 +219,8 @@ pub(super) fn sample(
         }
         let name = leaf.path.join(".");
         let values = draw(seed, &name, &distribution, count).into_iter();
-        drawn.push(
-            values
-                .map(|value| Level::of(&leaf.path, value))
-                .collect::<Vec<_>>(),
-        );
+        let levels = values.map(|value| Level::of(&leaf.path, value));
+        drawn.push(levels.collect::<Vec<_>>());
         names.push(name);
         columns.push((leaf.at, leaf.path));
     }
@@ -243,7 +231,7 @@ pub(super) fn sample(
     }))
 }
 
-fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, ScenarioError> {
+fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Problem> {
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
     struct Levels {
@@ -255,11 +243,8 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
     }
     let forms = "write { min = …, max = … }, optionally with log = true, or { choose = […] }";
     let mistake = |what: String| file.error_at(&leaf.at, what, forms);
-    let range: Levels = leaf
-        .value
-        .clone()
-        .try_into()
-        .map_err(|_| mistake(format!("{} does not describe a distribution", leaf.value)))?;
+    let other = || mistake(format!("{} does not describe a distribution", leaf.value));
+    let range: Levels = leaf.value.clone().try_into().map_err(|_| other())?;
     match range {
         Levels {
             min: None,
@@ -281,38 +266,38 @@ fn distribution(file: &TomlFile<'_>, leaf: &Leaf) -> Result<Distribution, Scenar
             max: Some(max),
             log,
             choose: None,
-        } => match (
-            Cell::from_toml(&min).number(),
-            Cell::from_toml(&max).number(),
-        ) {
-            (Some(min), Some(max)) if min < max && !log => Ok(Distribution::Uniform(min, max)),
-            (Some(min), Some(max)) if min < max && min > 0.0 => Ok(Distribution::Log(min, max)),
-            (Some(_), Some(_)) if log => Err(mistake(format!(
-                "from {min} to {max} is not a range of positive numbers"
-            ))),
-            _ => Err(mistake(format!(
-                "from {min} to {max} is not a range of numbers"
-            ))),
-        },
-        _ => Err(mistake(format!(
-            "{} does not describe a distribution",
-            leaf.value
-        ))),
+        } => {
+            let refused = |what| {
+                Err(mistake(format!(
+                    "from {min} to {max} is not a range of {what}"
+                )))
+            };
+            match (
+                Cell::from_toml(&min).number(),
+                Cell::from_toml(&max).number(),
+            ) {
+                (Some(min), Some(max)) if min < max && !log => Ok(Distribution::Uniform(min, max)),
+                (Some(min), Some(max)) if min < max && min > 0.0 => Ok(Distribution::Log(min, max)),
+                (Some(_), Some(_)) if log => refused("positive numbers"),
+                _ => refused("numbers"),
+            }
+        }
+        _ => Err(other()),
     }
 }
 
-pub(super) fn presets(file: &TomlFile<'_>, presets: &[Preset]) -> Result<Factor, ScenarioError> {
-    let names: Vec<Value> = presets
+pub(super) fn presets(file: &TomlFile<'_>, presets: &[Preset]) -> Result<Factor, Problem> {
+    let names = presets
         .iter()
-        .filter_map(|preset| Value::try_from(preset).ok())
-        .collect();
-    distinct(file, &[key("presets")], &names)?;
+        .filter_map(|preset| Value::try_from(preset).ok());
+    let names: Vec<Value> = names.collect();
+    distinct(file, &KeyPath::new(["presets"]), &names)?;
+    let levels = names
+        .into_iter()
+        .map(|name| Level::of(&path("alliance.preset"), name));
     Ok(Factor {
         columns: vec![PRESET.to_owned()],
-        levels: names
-            .into_iter()
-            .map(|name| Level::of(&path("alliance.preset"), name))
-            .collect(),
+        levels: levels.collect(),
     })
 }
 
@@ -328,7 +313,7 @@ pub(super) fn faults(
             value: Value::Table(table_of(&faults)?),
         }];
         stated.push(CheckedSetting {
-            at: vec![key("faults"), key(&name)],
+            at: KeyPath::new(["faults", &name]),
             changes: changes.clone(),
         });
         levels.push(Level {
@@ -342,30 +327,24 @@ pub(super) fn faults(
     })
 }
 
-pub(super) fn seeds(file: &TomlFile<'_>, Seeds(seeds): Seeds) -> Result<Factor, ScenarioError> {
+pub(super) fn seeds(file: &TomlFile<'_>, Seeds(seeds): Seeds) -> Result<Factor, Problem> {
     let values: Vec<Value> = seeds.iter().copied().map(Value::Integer).collect();
-    distinct(file, &[key("seeds")], &values)?;
+    distinct(file, &KeyPath::new(["seeds"]), &values)?;
+    let levels = seeds.into_iter().map(|seed| Level {
+        cells: vec![Cell::Integer(seed)],
+        changes: Vec::new(),
+    });
     Ok(Factor {
         columns: vec![SEED.to_owned()],
-        levels: seeds
-            .into_iter()
-            .map(|seed| Level {
-                cells: vec![Cell::Integer(seed)],
-                changes: Vec::new(),
-            })
-            .collect(),
+        levels: levels.collect(),
     })
 }
 
 /// Returns the columns that `[random_mission]` draws, so that no other factor varies them.
-pub(super) fn drawn(
-    file: &TomlFile<'_>,
-    mission: &RandomMission,
-) -> Result<Columns, ScenarioError> {
-    let at = |name: &str| vec![key("random_mission"), key(name)];
-    if let Some((name, what, remedy)) = mission.first_error() {
-        return Err(file.error_at(&at(name), what, remedy));
-    }
+pub(super) fn drawn(file: &TomlFile<'_>, mission: &RandomMission) -> Result<Columns, Problem> {
+    let at = |name: &str| KeyPath::new(["random_mission", name]);
+    let checked = mission.check();
+    checked.map_err(|problem| file.locate(problem.under(["random_mission"])))?;
     let section = mission.mission.iter();
     let section = section.map(|name| (at("mission"), path(name)));
     let keys = [
@@ -380,13 +359,10 @@ pub(super) fn drawn(
 }
 
 /// Checks that a list is not empty and has no duplicates, which would count twice.
-fn distinct(file: &TomlFile<'_>, at: &[PathStep], values: &[Value]) -> Result<(), ScenarioError> {
+fn distinct(file: &TomlFile<'_>, at: &KeyPath, values: &[Value]) -> Result<(), Problem> {
     if values.is_empty() {
-        return Err(file.error_at(
-            at,
-            "the list is empty",
-            "write at least one value, or leave the key out",
-        ));
+        let remedy = "write at least one value, or leave the key out";
+        return Err(file.error_at(at, "the list is empty", remedy));
     }
     let mut seen = std::collections::BTreeSet::new();
     match values.iter().find(|value| !seen.insert(value.to_string())) {
@@ -398,12 +374,11 @@ fn distinct(file: &TomlFile<'_>, at: &[PathStep], values: &[Value]) -> Result<()
 }
 
 /// Checks that no key is varied twice; one value would overwrite the other.
-pub(super) fn disjoint(file: &TomlFile<'_>, columns: &Columns) -> Result<(), ScenarioError> {
+pub(super) fn disjoint(file: &TomlFile<'_>, columns: &Columns) -> Result<(), Problem> {
     for (place, (at, path)) in columns.iter().enumerate() {
-        let other = columns[..place]
-            .iter()
-            .find(|(_, other)| other.starts_with(path) || path.starts_with(other));
-        if let Some((other, _)) = other {
+        let mut others = columns[..place].iter();
+        let same = others.find(|(_, other)| other.starts_with(path) || path.starts_with(other));
+        if let Some((other, _)) = same {
             let what = format!("line {} varies the same key", file.line_of(other));
             return Err(file.error_at(at, what, "vary each key in one place"));
         }

@@ -13,16 +13,16 @@ pub mod space;
 mod tests;
 pub mod tuning;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use missions::Registry;
 use scenario::mission::registry::Mission;
-use scenario::{PathStep, Scenario, Setup, TomlFile, Vocabulary};
+use scenario::{KeyPath, Problem, Scenario, Setup, TomlFile, Vocabulary};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::design::{Design, apply_change};
 use crate::random_mission::RandomMission;
 use factors::{
-    CheckedSetting, disjoint, drawn, faults, grid, key, leaves, list, path, presets, sample, seeds,
+    CheckedSetting, disjoint, drawn, faults, grid, leaves, list, path, presets, sample, seeds,
 };
 use file::{PlanFile, Source};
 use hypothesis::Hypothesis;
@@ -55,10 +55,8 @@ fn refuse_scenario(file: &TomlFile<'_>) -> anyhow::Result<()> {
     let missions = vocabulary().missions;
     let sections = missions.iter().map(Mission::name);
     let mut keys = sections.chain(["robots", "room", "body", "obstacles", "step_ms"]);
-    if ["scenario", "missions", "grid", "seeds"]
-        .iter()
-        .any(|of_plan| file.has_key(of_plan))
-    {
+    let mut of_plan = ["scenario", "missions", "grid", "seeds"].into_iter();
+    if of_plan.any(|key| file.has_key(key)) {
         return Ok(());
     }
     let Some(of_scenario) = keys.find(|of_scenario| file.has_key(of_scenario)) else {
@@ -67,12 +65,8 @@ fn refuse_scenario(file: &TomlFile<'_>) -> anyhow::Result<()> {
     let name = file.name();
     let remedy =
         format!("run it with `alliance run {name}`, or write a plan with scenario = \"{name}\"");
-    let error = file.error_at(
-        &[key(of_scenario)],
-        "this is a scenario, not a plan",
-        remedy,
-    );
-    Err(error.into())
+    let what = "this is a scenario, not a plan";
+    Err(file.error_at([of_scenario], what, remedy).into())
 }
 
 impl Plan {
@@ -89,7 +83,7 @@ impl Plan {
         let file = TomlFile::parse(file_name, text)?;
         refuse_scenario(&file)?;
         let contents: PlanFile = file.deserialize()?;
-        let place = |at: &[PathStep]| format!("{file_name}:{}", file.line_of(at));
+        let place = |at: &KeyPath| format!("{file_name}:{}", file.line_of(at));
 
         let mut stated = Vec::new();
         let mut columns = Vec::new();
@@ -98,7 +92,7 @@ impl Plan {
             let mut base = match contents.scenario {
                 None => vocabulary().default_scenario()?,
                 Some(Source::Named(name)) => {
-                    scenario(&name).with_context(|| place(&[key("scenario")]))?
+                    scenario(&name).with_context(|| place(&KeyPath::new(["scenario"])))?
                 }
                 Some(Source::Inline) => file.scenario("scenario", &vocabulary())?,
             };
@@ -106,17 +100,17 @@ impl Plan {
                 base.limit_s = limit_s;
             }
             let base = table_of(&base)?;
-            let source = match contents.limit_s {
-                Some(_) => [key("limit_s")],
-                None => [key("scenario")],
-            };
+            let source = KeyPath::new(match contents.limit_s {
+                Some(_) => ["limit_s"],
+                None => ["scenario"],
+            });
             Scenario::from_table(&base, &vocabulary()).with_context(|| place(&source))?;
             vec![base]
         } else {
             if contents.scenario.is_some() {
                 let what = "a plan has either a scenario or [missions]";
                 let remedy = "write it as the scenario of a mission";
-                return Err(file.error_at(&[key("scenario")], what, remedy).into());
+                return Err(file.error_at(["scenario"], what, remedy).into());
             }
             let found = missions(
                 &file,
@@ -127,7 +121,7 @@ impl Plan {
                 &mut stated,
             )?;
             if found.factor.columns.len() > 1 {
-                columns.push((vec![key("faults")], path("faults")));
+                columns.push((KeyPath::new(["faults"]), path("faults")));
             }
             factors.push(found.factor);
             found.bases
@@ -135,7 +129,7 @@ impl Plan {
         let has_missions = !factors.is_empty();
         let of_missions = stated.len();
 
-        for leaf in leaves(&file, &[key("grid")], contents.grid, |_| false) {
+        for leaf in leaves(&file, &KeyPath::new(["grid"]), contents.grid, |_| false) {
             columns.push((leaf.at.clone(), leaf.path.clone()));
             factors.push(grid(&file, leaf, &mut stated)?);
         }
@@ -144,11 +138,11 @@ impl Plan {
             factors.extend(sample(&file, random, &mut stated, &mut columns)?);
         }
         if !contents.presets.is_empty() {
-            columns.push((vec![key("presets")], path("alliance.preset")));
+            columns.push((KeyPath::new(["presets"]), path("alliance.preset")));
             factors.push(presets(&file, &contents.presets)?);
         }
         if !has_missions && !contents.faults.is_empty() {
-            columns.push((vec![key("faults")], path("faults")));
+            columns.push((KeyPath::new(["faults"]), path("faults")));
             factors.push(faults(contents.faults, &mut stated)?);
         }
         factors.push(seeds(&file, contents.seeds)?);
@@ -165,9 +159,7 @@ impl Plan {
             for base in bases {
                 let mut table = base.clone();
                 for each in changes {
-                    apply_change(&mut table, each)
-                        .map_err(anyhow::Error::msg)
-                        .with_context(|| place(at))?;
+                    apply_change(&mut table, each).with_context(|| place(at))?;
                 }
                 Scenario::from_table(&table, &vocabulary()).with_context(|| place(at))?;
             }
@@ -180,15 +172,14 @@ impl Plan {
                 .iter()
                 .map(|factor| factor.levels.len().to_string())
                 .collect();
-            bail!(
-                "{file_name}: {} runs are more than {MAX_RUNS}; take fewer values, or draw some under [random]",
-                sizes.join(" x ")
-            );
+            let what = format!("{} runs are more than {MAX_RUNS}", sizes.join(" x "));
+            let remedy = "take fewer values, or draw some under [random]";
+            return Err(Problem::with_source(file_name, what, remedy).into());
         }
         let claims = contents.hypotheses.into_iter();
         let mut hypotheses: Vec<Hypothesis> = claims
             .map(|(name, claim)| Hypothesis {
-                line: file.line_of(&[key("hypotheses"), key(&name)]),
+                line: file.line_of(["hypotheses", &name]),
                 name,
                 claim,
             })
@@ -242,7 +233,7 @@ impl Plan {
         let mut table = self.base.clone();
         for level in self.design.levels(run) {
             for each in &level.changes {
-                apply_change(&mut table, each)?;
+                apply_change(&mut table, each).map_err(|problem| problem.to_string())?;
             }
         }
         if self.mission == RandomMission::default() {

@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::Context;
 use scenario::fault::Faults;
-use scenario::{MAX_ROBOTS, PathStep, Scenario, TomlFile};
+use scenario::limits::whole;
+use scenario::{KeyPath, MAX_ROBOTS, Scenario, TomlFile};
 use toml::Value;
 
-use super::factors::{CheckedSetting, key, leaves, path};
+use super::factors::{CheckedSetting, leaves, path};
 use super::file::MissionFile;
 use super::{table_of, vocabulary};
 use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, MISSION, apply_change};
@@ -32,9 +33,9 @@ pub(super) fn missions(
     scenario: &impl Fn(&str) -> anyhow::Result<Scenario>,
     stated: &mut Vec<CheckedSetting>,
 ) -> anyhow::Result<Missions> {
-    let at = |name: &str| vec![key("missions"), key(name)];
+    let at = |name: &str| KeyPath::new(["missions", name]);
     let mut missions: Vec<(String, MissionFile)> = missions.into_iter().collect();
-    missions.sort_by_key(|(name, _)| file.line_of(&at(name)));
+    missions.sort_by_key(|(name, _)| file.line_of(at(name)));
     let classes = classes(file, &missions, common);
     let mut found = Missions {
         bases: Vec::new(),
@@ -68,7 +69,7 @@ pub(super) fn missions(
                 let remedy = format!(
                     "write [missions.{name}.faults.{class}], or [faults.{class}] for all missions"
                 );
-                return Err(file.error_at(&at(&name), what, remedy).into());
+                return Err(file.error_at(at(&name), what, remedy).into());
             };
             let changes = vec![
                 whole.clone(),
@@ -78,8 +79,8 @@ pub(super) fn missions(
                 },
             ];
             let place = match specific {
-                Some(_) => [&at(&name)[..], &[key("faults"), key(class)]].concat(),
-                None => vec![key("faults"), key(class)],
+                Some(_) => at(&name).key("faults").key(class),
+                None => KeyPath::new(["faults", class]),
             };
             stated.push(CheckedSetting {
                 at: place,
@@ -101,14 +102,14 @@ fn classes(
     common: &BTreeMap<String, Faults>,
 ) -> Vec<String> {
     let for_all = common.keys().map(|class| {
-        let line = file.line_of(&[key("faults"), key(class)]);
+        let line = file.line_of(["faults", class]);
         (line, class)
     });
     let for_one = missions.iter().flat_map(|(name, mission)| {
-        mission.faults.keys().map(move |class| {
-            let at = [key("missions"), key(name), key("faults"), key(class)];
-            (file.line_of(&at), class)
-        })
+        mission
+            .faults
+            .keys()
+            .map(move |class| (file.line_of(["missions", name, "faults", class]), class))
     });
     let all: BTreeSet<(usize, &String)> = for_all.chain(for_one).collect();
     let mut classes: Vec<String> = Vec::new();
@@ -122,13 +123,13 @@ fn classes(
 
 fn base(
     file: &TomlFile<'_>,
-    at: &[PathStep],
+    at: &KeyPath,
     mission: &MissionFile,
     limit_s: Option<f64>,
     scenario: &impl Fn(&str) -> anyhow::Result<Scenario>,
 ) -> anyhow::Result<toml::Table> {
-    let below = |name: &str| [at, &[key(name)]].concat();
-    let place = |at: &[PathStep]| format!("{}:{}", file.name(), file.line_of(at));
+    let below = |name: &str| at.key(name);
+    let place = |at: &KeyPath| format!("{}:{}", file.name(), file.line_of(at));
     let mut base = match (mission.robots, mission.size, &mission.scenario) {
         (None, None, None) => vocabulary().default_scenario()?,
         (None, None, Some(name)) => scenario(name).with_context(|| place(&below("scenario")))?,
@@ -141,9 +142,7 @@ fn base(
     let mut latest = below("scenario");
     for leaf in leaves(file, &below("set"), mission.set.clone(), |_| false) {
         latest = leaf.at.clone();
-        apply_change(&mut table, &leaf.change())
-            .map_err(anyhow::Error::msg)
-            .with_context(|| place(&latest))?;
+        apply_change(&mut table, &leaf.change()).with_context(|| place(&latest))?;
         Scenario::from_table(&table, &vocabulary()).with_context(|| place(&latest))?;
     }
     let complete = Scenario::from_table(&table, &vocabulary()).with_context(|| place(&latest))?;
@@ -151,18 +150,13 @@ fn base(
 }
 
 /// Returns a mission scaled to the given number of robots and amount of work.
-fn sized(file: &TomlFile<'_>, at: &[PathStep], mission: &MissionFile) -> anyhow::Result<Scenario> {
+fn sized(file: &TomlFile<'_>, at: &KeyPath, mission: &MissionFile) -> anyhow::Result<Scenario> {
     let vocabulary = vocabulary();
     let robots = mission.robots.unwrap_or(3);
     let size = mission.size.unwrap_or((2 * robots).div_ceil(3));
     for (name, number, most) in [("robots", robots, MAX_ROBOTS), ("size", size, MAX_SIZE)] {
-        if !(1..=most).contains(&number) {
-            let at = [at, &[key(name)]].concat();
-            let remedy = format!("write a number from 1 to {most}");
-            return Err(file
-                .error_at(&at, format!("{number} is out of range"), remedy)
-                .into());
-        }
+        let checked = whole(1, most as i64, "").check(at.key(name), number as f64);
+        checked.map_err(|problem| file.locate(problem))?;
     }
     let mut families = vocabulary
         .missions

@@ -1,5 +1,6 @@
 //! The search space: each parameter between two bounds, as a coordinate from 0 to 1.
 
+use scenario::Problem;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
@@ -7,6 +8,9 @@ use crate::sweep::design::Change;
 
 /// The number of significant digits of a value, so that a scenario file contains exactly the tried value.
 const DIGITS: i32 = 4;
+
+/// The share of a parameter's range within which a value counts as at a bound.
+const BOUND_SHARE: f64 = 0.02;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -37,33 +41,34 @@ impl Parameter {
     ///
     /// # Errors
     /// Returns the problem with the bounds and its remedy.
-    pub fn new(key: &str, range: &Range, before: &[Self]) -> Result<Self, String> {
+    pub fn new(key: &str, range: &Range, before: &[Self]) -> Result<Self, Problem> {
+        let problem = |what: String, remedy| Problem::of_value(what, remedy);
         let number = |value: &Value| match value {
             Value::Integer(number) => Some(*number as f64),
             Value::Float(number) if number.is_finite() => Some(*number),
             _ => None,
         };
         let (Some(from), Some(to)) = (number(&range.from), number(&range.to)) else {
-            return Err(format!(
-                "from {} to {} are not numbers; write {{ from = 1.0, to = 10.0 }}",
-                range.from, range.to
-            ));
+            let what = format!("from {} to {} are not numbers", range.from, range.to);
+            return Err(problem(what, "write { from = 1.0, to = 10.0 }"));
         };
         if from >= to {
-            return Err(format!(
-                "the lower bound {from} is not below the upper one, {to}; write the smaller bound first"
-            ));
+            let what = format!("the lower bound {from} is not below the upper one, {to}");
+            return Err(problem(what, "write the smaller bound first"));
         }
         if range.log && from <= 0.0 {
-            return Err(format!(
-                "the lower bound {from} has no logarithm; take a bound above 0, or remove log"
-            ));
+            let what = format!("the lower bound {from} has no logarithm");
+            return Err(problem(what, "take a bound above 0, or remove log"));
         }
         let times = match &range.times {
             None => None,
-            Some(of) => Some(before.iter().position(|parameter| parameter.key == *of).ok_or_else(|| {
-                format!("it is a multiple of '{of}', which is none of the parameters above it; write that one first")
-            })?),
+            Some(of) => {
+                let place = before.iter().position(|parameter| parameter.key == *of);
+                let what = || {
+                    format!("it is a multiple of '{of}', which is none of the parameters above it")
+                };
+                Some(place.ok_or_else(|| problem(what(), "write that one first"))?)
+            }
         };
         Ok(Self {
             key: key.to_owned(),
@@ -86,6 +91,24 @@ impl Parameter {
             None => String::new(),
         };
         format!("{} to {}{times}{log}", self.from, self.to)
+    }
+
+    /// Returns a note if a value is so near to a bound that a better one may lie beyond it. `values` are those of all
+    /// parameters, and this one is at `place`.
+    #[must_use]
+    pub fn bound_reached(&self, values: &[f64], place: usize) -> Option<&'static str> {
+        let factor = self.times.map_or(1.0, |place| values[place]);
+        let range = [self.from, self.to].map(|bound| bound * factor);
+        let scale = |value: f64| if self.log { libm::log(value) } else { value };
+        let [from, value, to] = [range[0], values[place], range[1]].map(scale);
+        let share = (value - from) / (to - from);
+        if share <= BOUND_SHARE {
+            Some("at its lower bound")
+        } else if share >= 1.0 - BOUND_SHARE {
+            Some("at its upper bound")
+        } else {
+            None
+        }
     }
 
     fn at(&self, coordinate: f64) -> f64 {
@@ -179,6 +202,25 @@ mod tests {
     }
 
     #[test]
+    fn a_value_at_a_bound_is_noted() {
+        let fast = Parameter::new("a.fast", &range(1.0, 60.0, true, None), &[]).unwrap();
+        let slow = range(0.0, 0.5, false, Some("a.fast"));
+        let slow = Parameter::new("a.slow", &slow, std::slice::from_ref(&fast)).unwrap();
+        let notes = |values: [f64; 2]| {
+            [
+                fast.bound_reached(&values, 0),
+                slow.bound_reached(&values, 1),
+            ]
+        };
+        let (low, high) = (Some("at its lower bound"), Some("at its upper bound"));
+        assert_eq!(notes([59.41, 10.0]), [high, None]);
+        assert_eq!(notes([50.0, 24.8]), [None, high]);
+        assert_eq!(notes([1.05, 0.0]), [low, low]);
+        // A zero factor leaves no range.
+        assert_eq!(notes([0.0, 0.0])[1], None);
+    }
+
+    #[test]
     fn coordinates_outside_are_reflected() {
         let cases = [
             (0.3, 0.3),
@@ -195,7 +237,7 @@ mod tests {
 
     #[test]
     fn invalid_bounds_are_refused() {
-        let error = |range: &Range| Parameter::new("a", range, &[]).unwrap_err();
+        let error = |range: &Range| Parameter::new("a", range, &[]).unwrap_err().to_string();
         assert!(error(&range(5.0, 5.0, false, None)).starts_with("the lower bound 5 is not below"));
         assert!(error(&range(6.0, 5.0, false, None)).starts_with("the lower bound 6 is not below"));
         assert!(error(&range(0.0, 5.0, true, None)).contains("no logarithm"));

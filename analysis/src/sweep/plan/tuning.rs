@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use scenario::{KeyPath, Problem};
 use serde::Deserialize;
 
 use super::seeds::Seeds;
@@ -43,12 +44,12 @@ impl SearchSettings {
     ///
     /// # Errors
     /// Returns the key whose bounds cannot be read, and the problem.
-    pub fn ranges(&self, allocator: &str) -> Result<Vec<(String, Range)>, (String, String)> {
+    pub fn ranges(&self, allocator: &str) -> Result<Vec<(String, Range)>, Problem> {
         fn collect(
             way: &str,
             table: &toml::Table,
             found: &mut Vec<(String, Range)>,
-        ) -> Result<(), (String, String)> {
+        ) -> Result<(), Problem> {
             for (name, value) in table {
                 let key = if way.is_empty() {
                     name.clone()
@@ -64,11 +65,8 @@ impl SearchSettings {
                     value => {
                         let range = value.clone().try_into();
                         let range = range.map_err(|error: toml::de::Error| {
-                            let message = error.message().to_owned();
-                            (
-                                key.clone(),
-                                format!("{message}; write {{ from = 1.0, to = 10.0 }}"),
-                            )
+                            let at = KeyPath::verbatim(&key);
+                            Problem::at(at, error.message(), "write { from = 1.0, to = 10.0 }")
                         })?;
                         found.push((key, range));
                     }

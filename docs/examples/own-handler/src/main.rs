@@ -68,7 +68,7 @@ fn play() -> Vec<String> {
         Ok(resolved) => resolved.setup,
         Err(error) => panic!("{error}"),
     };
-    let mut world = World::new(&setup, missions::waste::world::WASTE);
+    let mut world = World::new(&setup, missions::waste::MISSION.world);
     let mut door = Door {
         period: SimTime(5000),
         leaf: Obstacle {

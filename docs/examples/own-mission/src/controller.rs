@@ -19,13 +19,8 @@ pub struct Visitor {
     progressed: Option<TaskId>,
 }
 
-impl TypedController for Visitor {
-    type SensorReading = TouchReading;
-    type Action = Touch;
-    type SharedKnowledge = BTreeSet<usize>;
-    type Bulletin = ();
-
-    fn new(robot: RobotId, setup: &Setup) -> Self {
+impl Visitor {
+    pub fn new(robot: RobotId, setup: &Setup) -> Self {
         Self {
             section: setup.scenario.section::<VisitSection>().clone(),
             driver: Driver::new(robot, setup),
@@ -33,13 +28,15 @@ impl TypedController for Visitor {
             progressed: None,
         }
     }
+}
 
-    fn perceive(&mut self, input: &TypedStepInput<Self>, received: &[ReceivedBroadcast<Self>], perception: &mut Perception) {
+impl MissionController for Visitor {
+    fn perceive(&mut self, input: &ControllerInput, received: &[Arc<Broadcast>], perception: &mut Perception) {
         let places = || 0..self.section.places.len();
-        let shared_places = received.iter().flat_map(|broadcast| broadcast.shared_knowledge.iter().flatten());
-        self.visited.extend(shared_places.filter(|place| places().contains(place)));
+        let shared_places = received.iter().filter_map(|broadcast| broadcast.shared_knowledge::<BTreeSet<usize>>());
+        self.visited.extend(shared_places.flatten().filter(|place| places().contains(place)));
         // If the robot is at a place and senses no target, another robot has visited it.
-        if let (Some(position), TouchReading::Floor) = (input.position, input.reading) {
+        if let (Some(position), TouchReading::Floor) = (input.position(), &*input.reading::<TouchReading>()) {
             let is_here = |&place: &usize| position.distance(self.section.at(place)) < 0.9 * self.section.reach_m;
             self.visited.extend(places().filter(is_here));
         }
@@ -48,25 +45,20 @@ impl TypedController for Visitor {
         perception.applicable.extend(input.behaviors.iter().map(|behavior| is_left(behavior.task)));
     }
 
-    fn act(
-        &mut self,
-        input: &TypedStepInput<Self>,
-        active: Option<BehaviorId>,
-        output: &mut StepOutput,
-    ) -> Option<Touch> {
-        let task = input.task_of(active)?;
-        if matches!(input.reading, TouchReading::Place(place) if *place == task.index()) {
+    fn act(&mut self, input: &ControllerInput, active: Option<BehaviorId>, output: &mut StepOutput) {
+        let Some(task) = input.task_of(active) else { return };
+        if matches!(*input.reading::<TouchReading>(), TouchReading::Place(place) if place == task.index()) {
             self.visited.insert(task.index());
             self.progressed = Some(task);
-            return Some(Touch(task.index()));
+            output.actuation.action = Action::new(&Touch(task.index()));
+            return;
         }
         let (at, within) = (self.section.at(task.index()), 0.8 * self.section.reach_m);
         output.actuation = self.driver.drive_to(at, within, input.readings, input.now);
-        None
     }
 
-    fn shared_knowledge(&self) -> BTreeSet<usize> {
-        self.visited.clone()
+    fn shared_knowledge(&self, _: &ControllerInput, knowledge: &mut SharedKnowledge) {
+        knowledge.set(&self.visited);
     }
 
     fn seconds(&self, from: Option<Vec2>, after: &[TaskId], task: TaskId) -> Option<f64> {

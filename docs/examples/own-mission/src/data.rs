@@ -25,6 +25,16 @@ pub struct Place {
     pub y_m: f32,
 }
 
+const FAULTS: &[FaultSpec] = &[FaultSpec {
+    name: "touch",
+    about: "marks all places within the radius as visited",
+    arguments: &[
+        FaultArgument::new("x_m", "the position, m", FaultRange::X, None),
+        FaultArgument::new("y_m", "the position, m", FaultRange::Y, None),
+        FaultArgument::new("within_m", "the radius around the position, m", FaultRange::Within(0.0, 100.0), Some(WITHIN_M)),
+    ],
+}];
+
 impl VisitSection {
     pub fn at(&self, place: usize) -> Vec2 {
         Vec2::new(self.places[place].x_m, self.places[place].y_m)
@@ -51,21 +61,13 @@ impl MissionData for Visit {
 
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
+            faults: FAULTS,
             devices: &["touch"],
             events: &["visited"],
             verbs: &[("visits", "visited")],
             columns: const { &[Column::done("visited", "visited"), Column::left("left")] },
             ..MissionVocabulary::NONE
         }
-    }
-
-    fn faults(&self) -> &'static [FaultSpec] {
-        const ARGUMENTS: &[FaultArgument] = &[
-            FaultArgument::new("x_m", "the position, m", FaultRange::X, None),
-            FaultArgument::new("y_m", "the position, m", FaultRange::Y, None),
-            FaultArgument::new("within_m", "the radius around the position, m", FaultRange::Within(0.0, 100.0), Some(WITHIN_M)),
-        ];
-        &[FaultSpec { name: "touch", about: "marks all places within the radius as visited", arguments: ARGUMENTS }]
     }
 
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {

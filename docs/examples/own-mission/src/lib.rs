@@ -5,9 +5,11 @@ pub mod data;
 pub mod world;
 
 use missions::MissionParts;
+use robot_agent::mission::ControllerConstructor;
 
 /// The world part and the controller part of the mission, for registration.
-pub const VISIT: MissionParts = MissionParts::new::<world::Visit, controller::Visitor>(data::VISIT);
+pub const VISIT: MissionParts =
+    MissionParts::new::<world::Visit>(data::VISIT, |_| ControllerConstructor::new(controller::Visitor::new));
 
 #[cfg(test)]
 mod tests {

@@ -35,16 +35,15 @@ impl Visit {
     }
 }
 
-impl TypedMission for Visit {
-    type Reading = TouchReading;
-    type Action = Touch;
-
+impl MissionWorld for Visit {
     fn new(setup: &Setup, _: &Floor) -> Self {
         let section = setup.scenario.section::<VisitSection>().clone();
         Self { visited: vec![false; section.places.len()], section }
     }
 
-    fn act(&mut self, robot: RobotId, Touch(place): Touch, floor: &mut Floor, happened: &mut StepEvents) {
+    fn act(&mut self, robot: RobotId, action: &Action, floor: &mut Floor, happened: &mut StepEvents) {
+        // An action with any other content does nothing.
+        let Some(Touch(place)) = action.value() else { return };
         if self.left_within_reach(robot, floor) == Some(place) {
             self.visited[place] = true;
             happened.push_mission_event("visited", Some(robot)).subject = self.section.places[place].name.clone();
@@ -53,8 +52,9 @@ impl TypedMission for Visit {
         }
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor) -> (TouchReading, Validity) {
-        (self.left_within_reach(robot, floor).map_or(TouchReading::Floor, TouchReading::Place), Validity::UntilChange)
+    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut SensorReading) -> Validity {
+        *sensed.value_mut() = self.left_within_reach(robot, floor).map_or(TouchReading::Floor, TouchReading::Place);
+        Validity::UntilChange
     }
 
     /// Applies the fault `touch`, the only fault of this mission.
@@ -78,6 +78,10 @@ impl TypedMission for Visit {
     fn row(&self, row: &mut Vec<FigureValue>) {
         let visited = self.visited.iter().filter(|visited| **visited).count() as u64;
         row.extend([visited, self.visited.len() as u64 - visited].map(FigureValue::from));
+    }
+
+    fn state_hash(&self) -> u64 {
+        hash_state(self)
     }
 
     fn add_to_view(&self, _: &Floor, view: &mut View) {

@@ -8,11 +8,12 @@ mod memory;
 mod tests;
 mod walk;
 
+use std::sync::Arc;
+
 use glam::Vec2;
-use proto::team::BroadcastContent;
-use robot_agent::mission::{
-    Perception, ReceivedBroadcast, StepOutput, TypedController, TypedStepInput,
-};
+use proto::mission::{Action, SharedKnowledge};
+use proto::team::{Broadcast, BroadcastContent};
+use robot_agent::mission::{ControllerInput, MissionController, Perception, StepOutput};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -30,10 +31,18 @@ pub struct Observer {
 }
 
 impl Observer {
+    pub fn new(robot: RobotId, setup: &Setup) -> Self {
+        Self {
+            section: ObserveSection::from_scenario(&setup.scenario).clone(),
+            memory: Memory::default(),
+            walk: Walk::new(robot, setup),
+        }
+    }
+
     /// Stores the sensed targets. Returns whether one is new.
-    fn look(&mut self, input: &TypedStepInput<'_, Self>) -> bool {
+    fn look(&mut self, sensed: &SensorReading, input: &ControllerInput<'_>) -> bool {
         self.memory.clear_in_sight();
-        let (Some(targets), Some(pose)) = (&input.reading.targets, input.readings.pose) else {
+        let (Some(targets), Some(pose)) = (&sensed.targets, input.readings.pose) else {
             return false;
         };
         let ahead = direction(pose.heading_rad);
@@ -51,18 +60,18 @@ impl Observer {
         is_new
     }
 
-    fn receive(&mut self, received: &[ReceivedBroadcast<'_, Self>], now: SimTime) {
+    fn receive(&mut self, received: &[Arc<Broadcast>], now: SimTime) {
         for broadcast in received {
-            if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.broadcast.body
+            if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body
                 && let Some(position) = heartbeat.position.filter(|position| position.is_finite())
             {
-                let sender = broadcast.broadcast.sender;
-                self.memory.add_teammate(sender, position, now);
+                self.memory.add_teammate(broadcast.sender, position, now);
             }
-            for sighting in broadcast.shared_knowledge.iter().flatten() {
+            let shared: Option<SharedSightings> = broadcast.shared_knowledge();
+            for sighting in shared.into_iter().flatten() {
                 // A time in the future is invalid.
                 let when = sighting.when.min(now);
-                let sighting = Sighting { when, ..*sighting };
+                let sighting = Sighting { when, ..sighting };
                 if self.is_possible(&sighting) {
                     self.memory.add_message(sighting, self.section.fastest_m_s);
                 }
@@ -76,8 +85,8 @@ impl Observer {
     }
 
     /// Returns the distances within which memory is reliable.
-    fn reach(&self, input: &TypedStepInput<'_, Self>) -> Ranges {
-        let sight_m = match &input.reading.targets {
+    fn reach(&self, sensed: &SensorReading) -> Ranges {
+        let sight_m = match &sensed.targets {
             None => -1.0,
             // Further targets may be out of the reading, at larger distances.
             Some(targets) if targets.len() == MAX_SENSED_TARGETS => {
@@ -112,39 +121,27 @@ impl Observer {
     }
 }
 
-impl TypedController for Observer {
-    type SensorReading = SensorReading;
-    type Action = ObserveAction;
-    type SharedKnowledge = SharedSightings;
-    type Bulletin = ();
-
-    fn new(robot: RobotId, setup: &Setup) -> Self {
-        Self {
-            section: ObserveSection::from_scenario(&setup.scenario).clone(),
-            memory: Memory::default(),
-            walk: Walk::new(robot, setup),
-        }
-    }
-
+impl MissionController for Observer {
     fn perceive(
         &mut self,
-        input: &TypedStepInput<'_, Self>,
-        received: &[ReceivedBroadcast<'_, Self>],
+        input: &ControllerInput<'_>,
+        received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
         let duties = self.section.policy.duties();
         self.receive(received, input.now);
-        if self.look(input) {
+        let sensed = input.reading::<SensorReading>();
+        if self.look(&sensed, input) {
             let observe = duties.iter().position(|duty| *duty == TaskKind::Observe);
             let task = observe.map(|index| TaskId(index as u16));
             perception.progressed.extend(task);
         }
-        if let Some(position) = input.position {
-            let reach = self.reach(input);
+        if let Some(position) = input.position() {
+            let reach = self.reach(&sensed);
             self.memory.remove_stale(position, reach, input.now);
         }
         let is_near = self.memory.has_tracks();
-        let can_go = input.position.is_some();
+        let can_go = input.position().is_some();
         let policy = self.section.policy;
         let applicable =
             input
@@ -161,14 +158,14 @@ impl TypedController for Observer {
 
     fn act(
         &mut self,
-        input: &TypedStepInput<'_, Self>,
+        input: &ControllerInput<'_>,
         active: Option<BehaviorId>,
         output: &mut StepOutput,
-    ) -> Option<ObserveAction> {
+    ) {
         let task = input.task_of(active);
         let duty = task.and_then(|task| self.section.policy.duties().get(task.index()));
         let (readings, now) = (input.readings, input.now);
-        match (duty, input.position) {
+        match (duty, input.position()) {
             (Some(TaskKind::Search), Some(_)) => output.actuation = self.walk.wander(readings, now),
             (Some(TaskKind::Observe), Some(position)) if self.section.policy != Policy::Fixed => {
                 let force = self.force(position, now);
@@ -176,12 +173,15 @@ impl TypedController for Observer {
             }
             _ => {}
         }
-        input.reading.targets.is_some().then_some(ObserveAction)
+        if input.reading::<SensorReading>().targets.is_some() {
+            output.actuation.action = Action::new(&ObserveAction);
+        }
     }
 
-    fn shared_knowledge(&self) -> SharedSightings {
+    fn shared_knowledge(&self, _: &ControllerInput<'_>, knowledge: &mut SharedKnowledge) {
         // Memory may contain more targets than a heartbeat.
-        self.memory.in_sight().take(MAX_SENSED_TARGETS).collect()
+        let sightings = self.memory.in_sight().take(MAX_SENSED_TARGETS);
+        knowledge.set(&sightings.collect::<SharedSightings>());
     }
 
     /// Returns 0, because no task requires travel first.

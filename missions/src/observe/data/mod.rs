@@ -13,8 +13,8 @@ pub use section::{ObserveSection, Policy, Region, TaskKind};
 
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
-    BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary, Objective,
-    one_behavior_each,
+    BehaviorProperties, BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary,
+    Objective, one_behavior_each,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
@@ -40,6 +40,14 @@ const SCENARIOS: [BuiltinScenario; 2] = [
     },
 ];
 
+/// Ranks runs by the observed targets, because every run takes `duration_s`.
+const OBJECTIVE: Objective = Objective::Figure {
+    name: "observed",
+    figure: "a",
+    more_is_better: true,
+    meaning: "Share of the targets in sight of at least one robot, over the entire run (A/n).",
+};
+
 #[derive(Debug)]
 struct Observe;
 
@@ -48,16 +56,8 @@ impl MissionData for Observe {
         read_section::<ObserveSection>(text)
     }
 
-    fn scenarios(&self) -> &'static [BuiltinScenario] {
-        &SCENARIOS
-    }
-
     fn family(&self, robots: usize, size: usize) -> Option<Scenario> {
         Some(family::family(robots, size))
-    }
-
-    fn size_option(&self) -> Option<&'static str> {
-        Some("targets")
     }
 
     fn parameters(&self) -> Vec<ParameterSpec> {
@@ -66,6 +66,9 @@ impl MissionData for Observe {
 
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
+            scenarios: &SCENARIOS,
+            size_option: Some("targets"),
+            objective: OBJECTIVE,
             devices: &["targets"],
             measuring_devices: &["targets"],
             events: &["found", "lost"],
@@ -84,9 +87,12 @@ impl MissionData for Observe {
         one_behavior_each(duties.map(|duty| duty.name().to_owned()))
     }
 
-    /// Allows all robots on one task, because targets are not used up.
-    fn max_robots(&self, scenario: &Scenario, _: &BehaviorSpec) -> u32 {
-        scenario.robots.len() as u32
+    fn behavior_properties(&self, scenario: &Scenario, _: &BehaviorSpec) -> BehaviorProperties {
+        BehaviorProperties {
+            max_robots: scenario.robots.len() as u32,
+            is_long_running: true,
+            ..BehaviorProperties::default()
+        }
     }
 
     /// Teammates at the same task are no reason to wait, so slow impatience almost equals fast impatience.
@@ -114,20 +120,6 @@ impl MissionData for Observe {
 
     fn work_unit_s(&self, scenario: &Scenario, _: &Body, _: f64, _: &BehaviorSpec) -> f64 {
         ObserveSection::from_scenario(scenario).duration_s
-    }
-
-    fn is_long_running(&self, _: &BehaviorSpec) -> bool {
-        true
-    }
-
-    /// Ranks runs by the observed targets, because every run takes `duration_s`.
-    fn objective(&self) -> Objective {
-        Objective::Figure {
-            name: "observed",
-            figure: "a",
-            more_is_better: true,
-            meaning: "Share of the targets in sight of at least one robot, over the entire run (A/n).",
-        }
     }
 
     fn expected_properties(&self, _: &Scenario) -> ExpectedProperties {

@@ -11,14 +11,16 @@ mod watch;
 use std::sync::Arc;
 
 use glam::Vec2;
-use proto::mission::SensorReading as AnyReading;
+use proto::mission::{Action, SensorReading as AnyReading};
 use proto::tick::Outcome;
 use proto::view::{Mark, MarkOutline, MarkRole, View, Work};
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
-use world_server::mission::{FigureValue, StepEvents, Target, TeamFigures, TypedMission, Validity};
+use world_server::mission::{
+    FigureValue, MissionWorld, StepEvents, Target, TeamFigures, Validity, hash_state,
+};
 use world_server::world::Floor;
 
 use super::bus::{ObserveAction as Look, SensedTarget, SensorReading};
@@ -63,10 +65,7 @@ impl Observe {
     }
 }
 
-impl TypedMission for Observe {
-    type Reading = SensorReading;
-    type Action = Look;
-
+impl MissionWorld for Observe {
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let scenario = &setup.scenario;
         let section = ObserveSection::from_scenario(scenario).clone();
@@ -97,34 +96,32 @@ impl TypedMission for Observe {
         self.targets.step(floor.now());
     }
 
-    fn act(&mut self, robot: RobotId, _: Look, _: &mut Floor, _: &mut StepEvents) {
-        self.watch.look(robot);
+    fn act(&mut self, robot: RobotId, action: &Action, _: &mut Floor, _: &mut StepEvents) {
+        if let Some(Look) = action.value() {
+            self.watch.look(robot);
+        }
     }
 
     fn settle(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
         self.watch.settle(&self.targets, floor, happened);
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor) -> (SensorReading, Validity) {
-        (self.in_sight(robot, floor), Validity::ThisTick)
+    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut AnyReading) -> Validity {
+        *sensed.value_mut() = self.in_sight(robot, floor);
+        Validity::ThisTick
     }
 
-    fn copy_device(&self, device: &str, from: &SensorReading, to: &mut SensorReading) {
+    fn copy_device(&self, device: &str, from: &AnyReading, to: &mut AnyReading) {
         if device == "targets" {
-            to.targets.clone_from(&from.targets);
+            *to.value_mut::<SensorReading>() = from.value::<SensorReading>().into_owned();
         }
     }
 
-    fn add_error(
-        &self,
-        device: &str,
-        sensed: &mut SensorReading,
-        error_m: &mut dyn FnMut() -> f32,
-    ) {
+    fn add_error(&self, device: &str, sensed: &mut AnyReading, error_m: &mut dyn FnMut() -> f32) {
         if device != "targets" {
             return;
         }
-        if let Some(targets) = &mut sensed.targets {
+        if let Some(targets) = &mut sensed.value_mut::<SensorReading>().targets {
             for seen in targets.iter_mut() {
                 seen.offset += Vec2::new(error_m(), error_m());
             }
@@ -162,6 +159,10 @@ impl TypedMission for Observe {
         }));
     }
 
+    fn state_hash(&self) -> u64 {
+        hash_state(self)
+    }
+
     fn figures(&self, figures: &mut TeamFigures) {
         self.watch.write_figures(self.constants.step, figures);
     }
@@ -185,12 +186,9 @@ impl TypedMission for Observe {
             });
         }
         for robot in &mut view.robots {
-            if let AnyReading::Open(bytes) = &robot.readings.mission {
-                // An invalid reading only affects the display.
-                let sensed: SensorReading = bytes.decode().unwrap_or_default();
-                let targets = sensed.targets.iter().flatten();
-                robot.sensed.extend(targets.map(|seen| seen.offset));
-            }
+            let sensed = robot.readings.mission.value::<SensorReading>();
+            let targets = sensed.targets.iter().flatten();
+            robot.sensed.extend(targets.map(|seen| seen.offset));
         }
         for robot in self.watch.looked() {
             let place = floor.pose(robot).position;

@@ -1,7 +1,7 @@
 //! Motion and observation of targets, with robots under direct command.
 
 use proptest::prelude::*;
-use proto::mission::{Action, Bytes};
+use proto::mission::Bytes;
 use proto::readings::Actuation;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
@@ -126,7 +126,7 @@ const LOOK: Option<Actuation> = Some(Actuation {
 });
 
 fn looks() -> Option<Actuation> {
-    let action = Action::Open(Bytes::encode(&Look).unwrap());
+    let action = Action::new(&Look);
     LOOK.map(|look| Actuation { action, ..look })
 }
 
@@ -182,11 +182,9 @@ fn only_a_robot_that_looks_observes() {
     assert_eq!(step(&mut world, [None, None]), (0, found));
     assert_eq!(row(&world), [FigureValue::Count(0), FigureValue::Count(0)]);
     // The sensor reports the same targets, up to its capacity.
-    let AnyReading::Open(bytes) = world.readings(RobotId(0)).mission else {
-        panic!("nothing is sensed")
-    };
-    let sensed: SensorReading = bytes.decode().unwrap();
-    let count = sensed.targets.unwrap().len();
+    let readings = world.readings(RobotId(0));
+    let sensed = readings.mission.value::<SensorReading>();
+    let count = sensed.targets.as_ref().unwrap().len();
     assert_eq!(count, (found as usize).min(MAX_SENSED_TARGETS));
 }
 

@@ -1,10 +1,12 @@
 //! The controller of a robot in push. The robot drives behind an end of a bar, pushes it by a stroke, and stays
 //! there.
 //!
-//! - `memory`: the robot's knowledge of its bars. `way`: the motion to its place and the push.
+//! - `memory`: the robot's knowledge of its bars. `way`: the motion to its place and the push. `attempts`: bars that
+//!   cannot be moved.
 //!
 //! A robot without a task stands still, and so holds the end at which it is.
 
+mod attempts;
 mod memory;
 #[cfg(test)]
 mod tests;
@@ -13,19 +15,19 @@ mod way;
 use std::sync::Arc;
 
 use glam::Vec2;
+use proto::mission::{Payload, SharedKnowledge as AnyKnowledge};
 use proto::readings::Pose;
-use proto::team::BulletinKind;
+use proto::team::{Broadcast, Bulletin, BulletinKind};
 use robot_agent::allocator::OwnBehavior;
-use robot_agent::mission::{
-    Perception, ReceivedBroadcast, StepOutput, TypedController, TypedStepInput, bulletin,
-};
+use robot_agent::mission::{ControllerInput, MissionController, Perception, StepOutput};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::bar::{self, BarEnd};
-use super::bus::{BarReport, BarSeen, NoAction, SensorReading, SharedKnowledge, Stroke};
+use super::bus::{BarReport, BarSeen, SensorReading, SharedKnowledge, Stroke};
 use super::data::{PushSection, bar_and_end};
+use attempts::Attempts;
 use memory::{BarKnowledge, shared_knowledge};
 use way::Approach;
 
@@ -42,6 +44,7 @@ pub struct Pusher {
     room: Vec2,
     push_m_s: f32,
     known: Vec<BarKnowledge>,
+    attempts: Attempts,
     way: Approach,
     /// The task in progress, and the x of its end at the start of the push, m.
     at: Option<(TaskId, Option<f32>)>,
@@ -51,6 +54,32 @@ pub struct Pusher {
 }
 
 impl Pusher {
+    pub fn new(robot: RobotId, setup: &Setup) -> Self {
+        let scenario = &setup.scenario;
+        let section = Arc::new(PushSection::of(scenario).clone());
+        let behaviors = OwnBehavior::of_robot(robot, setup);
+        let mut bars: Vec<usize> = behaviors
+            .iter()
+            .map(|behavior| bar_and_end(behavior.task).0)
+            .collect();
+        bars.sort_unstable();
+        bars.dedup();
+        let known = bars
+            .iter()
+            .map(|&bar| BarKnowledge::new(bar as u16, section.bars[bar].pose()));
+        Self {
+            room: Vec2::new(scenario.room.width_m, scenario.room.height_m),
+            push_m_s: scenario.body_of(&scenario.robots[robot.index()]).push_m_s,
+            known: known.collect(),
+            attempts: Attempts::new(bars.len(), SimTime(scenario.step_ms)),
+            way: Approach::new(robot, setup),
+            at: None,
+            news: None,
+            now: SimTime::ZERO,
+            section,
+        }
+    }
+
     fn place_of(&self, bar: u16) -> Option<usize> {
         self.known
             .binary_search_by_key(&bar, |known| known.report.bar)
@@ -143,8 +172,11 @@ impl Pusher {
         }
     }
 
-    /// Returns whether a task needs work. A stroke in progress is always completed.
+    /// Returns whether a task needs work. A stroke in progress is completed, unless the bar cannot be moved.
     fn is_due(&self, task: TaskId, place: usize, end: BarEnd) -> bool {
+        if self.attempts.leaves_out(place, &self.known, self.now) {
+            return false;
+        }
         let known = &self.known[place];
         match self.at {
             Some((at, Some(_))) if at == task => !known.has_arrived,
@@ -159,53 +191,21 @@ impl Pusher {
     }
 }
 
-impl TypedController for Pusher {
-    type SensorReading = SensorReading;
-    type Action = NoAction;
-    type SharedKnowledge = SharedKnowledge;
-    type Bulletin = BarReport;
-
-    fn new(robot: RobotId, setup: &Setup) -> Self {
-        let scenario = &setup.scenario;
-        let section = Arc::new(PushSection::of(scenario).clone());
-        let behaviors = OwnBehavior::of_robot(robot, setup);
-        let mut bars: Vec<usize> = behaviors
-            .iter()
-            .map(|behavior| bar_and_end(behavior.task).0)
-            .collect();
-        bars.sort_unstable();
-        bars.dedup();
-        let known = bars
-            .iter()
-            .map(|&bar| BarKnowledge::new(bar as u16, section.bars[bar].pose()));
-        Self {
-            room: Vec2::new(scenario.room.width_m, scenario.room.height_m),
-            push_m_s: scenario.body_of(&scenario.robots[robot.index()]).push_m_s,
-            known: known.collect(),
-            way: Approach::new(robot, setup),
-            at: None,
-            news: None,
-            now: SimTime::ZERO,
-            section,
-        }
-    }
-
+impl MissionController for Pusher {
     fn perceive(
         &mut self,
-        input: &TypedStepInput<'_, Self>,
-        received: &[ReceivedBroadcast<'_, Self>],
+        input: &ControllerInput<'_>,
+        received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
         self.now = input.now;
         for broadcast in received {
-            let messages = broadcast
-                .shared_knowledge
-                .iter()
-                .flatten()
-                .chain(&broadcast.bulletin);
-            messages.for_each(|message| self.receive(*message));
+            let shared: Option<SharedKnowledge> = broadcast.shared_knowledge();
+            let reports = shared.into_iter().flatten().chain(broadcast.bulletin());
+            reports.for_each(|report| self.receive(report));
         }
-        let seen = match (&input.reading.bar, &input.readings.pose) {
+        let sensed = input.reading::<SensorReading>();
+        let seen = match (&sensed.bar, &input.readings.pose) {
             (Some(Some(seen)), Some(pose)) => self.see(seen, pose),
             (Some(None), Some(pose)) => {
                 self.miss(pose.position);
@@ -214,7 +214,7 @@ impl TypedController for Pusher {
             _ => None,
         };
         self.note_stroke(seen, perception);
-        let is_able = input.position.is_some() && input.reading.bar.is_some();
+        let is_able = input.position().is_some() && sensed.bar.is_some();
         let applicable = input.behaviors.iter().map(|behavior| {
             let due = self.of_task(behavior.task);
             is_able && due.is_some_and(|(place, end)| self.is_due(behavior.task, place, end))
@@ -223,7 +223,7 @@ impl TypedController for Pusher {
     }
 
     /// Returns the time of the last stroke at the other end, which starts the round of this end.
-    fn round(&self, input: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
+    fn round(&self, input: &ControllerInput<'_>, task: TaskId) -> SimTime {
         let last = self.of_task(task).and_then(|(place, end)| {
             let last = self.known[place].report.last;
             last.filter(|last| last.end != end)
@@ -233,25 +233,37 @@ impl TypedController for Pusher {
 
     fn act(
         &mut self,
-        input: &TypedStepInput<'_, Self>,
+        input: &ControllerInput<'_>,
         active: Option<BehaviorId>,
         output: &mut StepOutput,
-    ) -> Option<NoAction> {
+    ) {
         if let Some(place) = self.news.take() {
             let news = &self.known[place].report;
-            output
-                .bulletins
-                .push(bulletin(BulletinKind::First, None, news));
+            output.bulletins.push(Bulletin {
+                kind: BulletinKind::First,
+                about: None,
+                payload: Payload::new(news),
+            });
         }
         let task = input.task_of(active);
         if self.at.map(|(at, _)| at) != task {
             self.at = task.map(|task| (task, None));
             self.way.end();
         }
-        let (task, begun) = self.at?;
-        let ((place, end), pose) = self.of_task(task).zip(input.readings.pose)?;
+        let Some((task, begun)) = self.at else {
+            return;
+        };
+        let Some(((place, end), pose)) = self.of_task(task).zip(input.readings.pose) else {
+            return;
+        };
         let bar = self.known[place].report.pose;
-        let (position, touch) = (pose.position, input.reading.touch);
+        let (position, touch) = (pose.position, input.reading::<SensorReading>().touch);
+        let way_m = self
+            .way
+            .place_in_room(&bar, end, &self.section)
+            .distance(position);
+        self.attempts
+            .work(place, &self.known[place], way_m, input.now);
         output.actuation = if self
             .way
             .is_in_place(&bar, end, &self.section, position, touch)
@@ -264,11 +276,10 @@ impl TypedController for Pusher {
             let (section, now) = (&self.section, input.now);
             self.way.go(&bar, end, section, &pose, input.readings, now)
         };
-        None
     }
 
-    fn shared_knowledge(&self) -> SharedKnowledge {
-        shared_knowledge(&self.known, self.now)
+    fn shared_knowledge(&self, _: &ControllerInput<'_>, knowledge: &mut AnyKnowledge) {
+        knowledge.set(&shared_knowledge(&self.known, self.now));
     }
 
     /// Returns the travel time in a straight line at top speed, and the time of a stroke.

@@ -30,6 +30,11 @@ pub const PUSH: Mission = Mission::new(
     &Push,
 );
 
+const SCENARIOS: [BuiltinScenario; 1] = [BuiltinScenario {
+    name: "parker-box",
+    text: include_str!("../scenarios/parker-box.toml"),
+}];
+
 #[derive(Debug)]
 struct Push;
 
@@ -43,19 +48,8 @@ impl MissionData for Push {
         read_section::<PushSection>(text)
     }
 
-    fn scenarios(&self) -> &'static [BuiltinScenario] {
-        &[BuiltinScenario {
-            name: "parker-box",
-            text: include_str!("../scenarios/parker-box.toml"),
-        }]
-    }
-
     fn family(&self, robots: usize, size: usize) -> Option<Scenario> {
         Some(family(robots, size))
-    }
-
-    fn size_option(&self) -> Option<&'static str> {
-        Some("bars")
     }
 
     fn parameters(&self) -> Vec<ParameterSpec> {
@@ -64,6 +58,9 @@ impl MissionData for Push {
 
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
+            scenarios: &SCENARIOS,
+            size_option: Some("bars"),
+            faults: faults::ALL,
             devices: &["bar", "touch"],
             measuring_devices: &["bar"],
             events: &["pushed", "slipped", "arrived"],
@@ -126,13 +123,11 @@ impl MissionData for Push {
         f64::from(way_m / body.speed_m_s + turns_s + section.stroke_m / body.push_m_s)
     }
 
-    /// Strokes follow one another until the bar arrives.
-    fn is_long_running(&self, _: &BehaviorSpec) -> bool {
-        true
-    }
-
-    fn faults(&self) -> &'static [FaultSpec] {
-        faults::ALL
+    fn behavior_properties(&self, _: &Scenario, _: &BehaviorSpec) -> BehaviorProperties {
+        BehaviorProperties {
+            is_long_running: true,
+            ..BehaviorProperties::default()
+        }
     }
 
     /// An object in a bar's way may stop it for ever.

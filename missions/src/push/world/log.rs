@@ -1,6 +1,5 @@
 //! Statistics of push for run.json, and the display of readings.
 
-use proto::mission::SensorReading as Encoded;
 use proto::view::View;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
@@ -76,11 +75,7 @@ impl Statistics {
 /// Adds the bar ends that robots see, in their own frames.
 pub(super) fn show_sensed(view: &mut View) {
     for robot in &mut view.robots {
-        let Encoded::Open(bytes) = &robot.readings.mission else {
-            continue;
-        };
-        // An invalid reading only affects the display.
-        let sensed: SensorReading = bytes.decode().unwrap_or_default();
+        let sensed = robot.readings.mission.value::<SensorReading>();
         robot
             .sensed
             .extend(sensed.bar.flatten().map(|bar| bar.near_end));

@@ -18,6 +18,7 @@ mod tests;
 use std::sync::Arc;
 
 use glam::Vec2;
+use proto::mission::{Action, SensorReading as AnyReading};
 use proto::readings::Pose;
 use proto::tick::Outcome;
 use proto::view::{Mark, MarkOutline, MarkRole, View, Work};
@@ -26,12 +27,14 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
-use world_server::mission::{FigureValue, StepEvents, TeamFigures, TypedMission, Validity};
+use world_server::mission::{
+    FigureValue, MissionWorld, StepEvents, TeamFigures, Validity, hash_state,
+};
 use world_server::world::{Bar, ChangeError, Floor, Push, SKIN_M};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::bar::{BarEnd, end, lead_m, to_bar_frame};
-use super::bus::{BarSeen, NoAction, SensorReading};
+use super::bus::{BarSeen, SensorReading};
 use super::data::{self, PushSection, STUCK_S};
 use log::Statistics;
 use mechanics::{Contact, Slip, contact, pivot_of, turned_by};
@@ -260,10 +263,7 @@ impl PushWorld {
     }
 }
 
-impl TypedMission for PushWorld {
-    type Reading = SensorReading;
-    type Action = NoAction;
-
+impl MissionWorld for PushWorld {
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let section = Arc::new(PushSection::of(&setup.scenario).clone());
         let bars = section.bars.iter().map(|bar| BarState {
@@ -288,9 +288,8 @@ impl TypedMission for PushWorld {
         bars.map(|bar| section.outline(&bar.pose())).collect()
     }
 
-    fn act(&mut self, _: RobotId, action: NoAction, _: &mut Floor, _: &mut StepEvents) {
-        match action {}
-    }
+    /// Does nothing: robots only drive.
+    fn act(&mut self, _: RobotId, _: &Action, _: &mut Floor, _: &mut StepEvents) {}
 
     fn handle_push(&mut self, push: &Push, floor: &mut Floor, happened: &mut StepEvents) -> f32 {
         let pose = self.bars[push.bar].pose;
@@ -323,15 +322,15 @@ impl TypedMission for PushWorld {
         self.hash = self.hash();
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor) -> (SensorReading, Validity) {
+    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut AnyReading) -> Validity {
         let position = floor.pose(robot).position;
         let hull_m = floor.body().radius_m + TOUCH_M;
         let mut near = floor.bars_near(position, hull_m);
-        let sensed = SensorReading {
+        *sensed.value_mut() = SensorReading {
             bar: Some(self.in_sight(robot, floor)),
             touch: Some(near.any(|(_, bar)| bar.distance_to_point(position) <= hull_m)),
         };
-        (sensed, Validity::UntilChange)
+        Validity::UntilChange
     }
 
     /// Applies the fault that holds a bar for a while.
@@ -356,7 +355,9 @@ impl TypedMission for PushWorld {
         Some(Ok(format!("{name} for {stuck_s} s")))
     }
 
-    fn copy_device(&self, device: &str, from: &SensorReading, to: &mut SensorReading) {
+    fn copy_device(&self, device: &str, from: &AnyReading, to: &mut AnyReading) {
+        let from = from.value::<SensorReading>();
+        let to = to.value_mut::<SensorReading>();
         match device {
             "bar" => to.bar = from.bar,
             "touch" => to.touch = from.touch,
@@ -364,14 +365,9 @@ impl TypedMission for PushWorld {
         }
     }
 
-    fn add_error(
-        &self,
-        device: &str,
-        sensed: &mut SensorReading,
-        error_m: &mut dyn FnMut() -> f32,
-    ) {
+    fn add_error(&self, device: &str, sensed: &mut AnyReading, error_m: &mut dyn FnMut() -> f32) {
         if device == "bar"
-            && let Some(Some(bar)) = &mut sensed.bar
+            && let Some(Some(bar)) = &mut sensed.value_mut::<SensorReading>().bar
         {
             bar.near_end += Vec2::new(error_m(), error_m());
             bar.lead_m += error_m();
@@ -394,6 +390,10 @@ impl TypedMission for PushWorld {
         row.extend(self.means().map(FigureValue::from));
         let arrived = self.arrived();
         row.extend([arrived, self.bars.len() as u64 - arrived].map(FigureValue::from));
+    }
+
+    fn state_hash(&self) -> u64 {
+        hash_state(self)
     }
 
     fn figures(&self, figures: &mut TeamFigures) {

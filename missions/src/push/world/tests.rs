@@ -210,10 +210,10 @@ fn a_bar_over_the_line_arrives_once_and_completes_the_mission() {
 fn a_robot_senses_the_nearer_end_and_the_touch() {
     let mut world = world(&[(2.0, 5.5, 90.0), (0.5, 0.5, 0.0)]);
     let sensed = |world: &World, robot: u16| -> SensorReading {
-        match world.readings(RobotId(robot)).mission {
-            proto::mission::SensorReading::Open(bytes) => bytes.decode().unwrap(),
-            _ => panic!("something is sensed"),
-        }
+        *world
+            .readings(RobotId(robot))
+            .mission
+            .value::<SensorReading>()
     };
     let seen = sensed(&world, 0).bar.unwrap().unwrap();
     assert_eq!((seen.bar, seen.end, seen.lead_m), (0, BarEnd::Left, 0.0));

@@ -13,19 +13,20 @@ mod wander;
 use std::sync::Arc;
 
 use glam::Vec2;
+use proto::mission::{Action as AnyAction, SharedKnowledge as AnyKnowledge};
 use proto::readings::{Actuation, Readings};
+use proto::team::Broadcast;
 use robot_agent::allocator::OwnBehavior;
 use robot_agent::body::{Driver, Surroundings};
 use robot_agent::mission::{
-    AgentMission, ControllerAdapter, MissionController, Perception, ReceivedBroadcast,
-    SharedMission, StepOutput, TypedController, TypedStepInput,
+    ControllerConstructor, ControllerInput, MissionController, Perception, StepOutput,
 };
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::bus::{Action, ObservedFact, PointFact, SensorReading, SharedKnowledge};
-use super::data::{self, KnowledgeSource, SERVICE, TaskGranularity};
+use super::data::{self, KnowledgeSource, TaskGranularity};
 use briefing::Briefing;
 use memory::{Memory, is_open};
 use progress::Progress;
@@ -42,57 +43,6 @@ const QUEUE_TIME: SimTime = SimTime(60_000);
 /// The distance below which an idle robot moves aside, m. It is larger than the distance that robots keep when they
 /// drive around something.
 const ROOM_M: f32 = 0.15;
-
-pub const CONTROLLER: MissionController = MissionController {
-    data: SERVICE,
-    shared: |setup| Arc::new(Team(Arc::new(Briefing::from_setup(setup)))),
-};
-
-#[derive(Debug)]
-struct Team(Arc<Briefing>);
-
-impl SharedMission for Team {
-    fn create_controller(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        let controller = ServiceController::new(robot, setup, &self.0);
-        Box::new(ControllerAdapter::new(controller, robot, setup))
-    }
-
-    /// Estimates the cost of each task from the robot's start: the straight way and all work, for a kind its cheapest
-    /// point.
-    fn planned_cost_ms(&self, setup: &Setup) -> Vec<Vec<Option<i64>>> {
-        let (scenario, catalog) = (&setup.scenario, &setup.catalog);
-        let points = data::points(scenario, setup.seed);
-        let row = |(robot, rank): (&scenario::Robot, u16)| {
-            let skills = self.0.skills(RobotId(rank), setup);
-            let start = robot
-                .start
-                .map_or(Vec2::new(0.0, self.0.room.y / 2.0), |start| {
-                    Vec2::new(start.x_m, start.y_m)
-                });
-            let speed_m_s = scenario.body_of(robot).speed_m_s;
-            let cost_ms = |point: &data::PointSpec| {
-                let way_m = (start.distance(point.at) - self.0.reach_m).max(0.0);
-                let drive_s = f64::from(way_m / speed_m_s);
-                let work_s = point.work_s / f64::from(skills[point.kind]);
-                (1000.0 * (drive_s + work_s)) as i64
-            };
-            let mut row = vec![None; catalog.tasks.len()];
-            for id in catalog.behaviors_of(robot) {
-                let task = catalog.sets[id.index()].task.index();
-                let able = |point: &&data::PointSpec| skills[point.kind] > 0.0;
-                row[task] = match self.0.tasks {
-                    TaskGranularity::Points => points.get(task).filter(able).map(cost_ms),
-                    TaskGranularity::Kinds => {
-                        let of_kind = points.iter().filter(|point| point.kind == task);
-                        of_kind.filter(able).map(cost_ms).min()
-                    }
-                };
-            }
-            row
-        };
-        scenario.robots.iter().zip(0..).map(row).collect()
-    }
-}
 
 #[derive(Clone, Debug)]
 struct ServiceController {
@@ -137,8 +87,8 @@ impl ServiceController {
     }
 
     /// Records the points that the robot reads on the board or sees.
-    fn look(&mut self, input: &TypedStepInput<'_, Self>) {
-        let Some(points) = &input.reading.points else {
+    fn look(&mut self, sensed: &SensorReading, input: &ControllerInput<'_>) {
+        let Some(points) = &sensed.points else {
             return;
         };
         if self.briefing.known == KnowledgeSource::All {
@@ -183,8 +133,12 @@ impl ServiceController {
 
     /// Updates the progress of the current work. A quarter of a point is progress; if tasks are kinds, a whole point
     /// is.
-    fn note_work(&mut self, input: &TypedStepInput<'_, Self>, perception: &mut Perception) {
-        let effect = input.reading.effect;
+    fn note_work(
+        &mut self,
+        effect: Option<u16>,
+        input: &ControllerInput<'_>,
+        perception: &mut Perception,
+    ) {
         if let Some(point) = effect {
             self.memory.failed.succeed(point);
         }
@@ -296,40 +250,32 @@ impl ServiceController {
     }
 }
 
-impl TypedController for ServiceController {
-    type SensorReading = SensorReading;
-    type Action = Action;
-    type SharedKnowledge = SharedKnowledge;
-    type Bulletin = ();
-
-    fn new(robot: RobotId, setup: &Setup) -> Self {
-        Self::new(robot, setup, &Arc::new(Briefing::from_setup(setup)))
-    }
-
+impl MissionController for ServiceController {
     fn perceive(
         &mut self,
-        input: &TypedStepInput<'_, Self>,
-        received: &[ReceivedBroadcast<'_, Self>],
+        input: &ControllerInput<'_>,
+        received: &[Arc<Broadcast>],
         perception: &mut Perception,
     ) {
         self.now = input.now;
-        self.look(input);
-        for known in received
+        let sensed = input.reading::<SensorReading>();
+        self.look(&sensed, input);
+        let shared = received
             .iter()
-            .flat_map(|message| message.shared_knowledge.iter().flatten())
-        {
+            .filter_map(|broadcast| broadcast.shared_knowledge::<SharedKnowledge>());
+        for known in shared.flatten() {
             // An observation cannot be in the future.
             self.learn(known.fact, known.sensed.min(input.now));
         }
-        self.note_work(input, perception);
-        let can_go = input.position.is_some();
+        self.note_work(sensed.effect, input, perception);
+        let can_go = input.position().is_some();
         let applicable = self.memory.applicable(&self.briefing, self.now);
         let applicable = applicable.map(|is_open| is_open && can_go);
         perception.applicable.extend(applicable);
     }
 
-    fn round(&self, input: &TypedStepInput<'_, Self>, task: TaskId) -> SimTime {
-        let from = input.position;
+    fn round(&self, input: &ControllerInput<'_>, task: TaskId) -> SimTime {
+        let from = input.position();
         let fact = from.and_then(|from| self.point_of(task, from));
         fact.map_or(SimTime::ZERO, |fact| self.came_back(fact))
             .min(input.now)
@@ -339,38 +285,41 @@ impl TypedController for ServiceController {
     /// reach.
     fn act(
         &mut self,
-        input: &TypedStepInput<'_, Self>,
+        input: &ControllerInput<'_>,
         active: Option<BehaviorId>,
         output: &mut StepOutput,
-    ) -> Option<Action> {
-        let target = input.task_of(active).zip(input.position);
+    ) {
+        let sensed = input.reading::<SensorReading>();
+        let target = input.task_of(active).zip(input.position());
         let target = target.and_then(|(task, position)| self.target(task, position));
         let mut action = Action {
             work: None,
-            read: input.reading.board_line,
+            read: sensed.board_line,
         };
-        if let (Some(fact), Some(position)) = (target, input.position) {
+        if let (Some(fact), Some(position)) = (target, input.position()) {
             self.wander.end();
             let near_m = self.briefing.reach_m;
             if position.distance(fact.at) <= near_m + CERTAIN_M {
                 action.work = Some(fact.point);
             }
-            if input.reading.effect != Some(fact.point) {
+            if sensed.effect != Some(fact.point) {
                 let (readings, now) = (input.readings, input.now);
                 output.actuation = self.driver.drive_to(fact.at, near_m / 2.0, readings, now);
                 if self.driver.is_blocked() {
                     self.note_blocked(&fact, position, now);
                 }
             }
-        } else if let Some(position) = input.position {
+        } else if let Some(position) = input.position() {
             output.actuation = self.idle(position, input.readings, input.now);
         }
         self.working = action.work;
-        (action != Action::default()).then_some(action)
+        if action != Action::default() {
+            output.actuation.action = AnyAction::new(&action);
+        }
     }
 
-    fn shared_knowledge(&self) -> SharedKnowledge {
-        self.memory.shared_knowledge(&self.briefing, self.now)
+    fn shared_knowledge(&self, _: &ControllerInput<'_>, knowledge: &mut AnyKnowledge) {
+        knowledge.set(&self.memory.shared_knowledge(&self.briefing, self.now));
     }
 
     fn seconds(&self, from: Option<Vec2>, after: &[TaskId], task: TaskId) -> Option<f64> {
@@ -391,4 +340,47 @@ impl ServiceController {
             _ => SimTime::ZERO,
         }
     }
+}
+
+/// Returns the constructor of a run's controllers, which share the briefing.
+pub(super) fn constructor(setup: &Setup) -> ControllerConstructor {
+    let briefing = Arc::new(Briefing::from_setup(setup));
+    ControllerConstructor::new(move |robot, setup| ServiceController::new(robot, setup, &briefing))
+}
+
+/// Estimates the cost of each task from the robot's start: the straight way and all work, for a kind its cheapest
+/// point.
+pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
+    let (scenario, catalog) = (&setup.scenario, &setup.catalog);
+    let briefing = Briefing::from_setup(setup);
+    let points = data::points(scenario, setup.seed);
+    let row = |(robot, rank): (&scenario::Robot, u16)| {
+        let skills = briefing.skills(RobotId(rank), setup);
+        let start = robot
+            .start
+            .map_or(Vec2::new(0.0, briefing.room.y / 2.0), |start| {
+                Vec2::new(start.x_m, start.y_m)
+            });
+        let speed_m_s = scenario.body_of(robot).speed_m_s;
+        let cost_ms = |point: &data::PointSpec| {
+            let way_m = (start.distance(point.at) - briefing.reach_m).max(0.0);
+            let drive_s = f64::from(way_m / speed_m_s);
+            let work_s = point.work_s / f64::from(skills[point.kind]);
+            (1000.0 * (drive_s + work_s)) as i64
+        };
+        let mut row = vec![None; catalog.tasks.len()];
+        for id in catalog.behaviors_of(robot) {
+            let task = catalog.sets[id.index()].task.index();
+            let able = |point: &&data::PointSpec| skills[point.kind] > 0.0;
+            row[task] = match briefing.tasks {
+                TaskGranularity::Points => points.get(task).filter(able).map(cost_ms),
+                TaskGranularity::Kinds => {
+                    let of_kind = points.iter().filter(|point| point.kind == task);
+                    of_kind.filter(able).map(cost_ms).min()
+                }
+            };
+        }
+        row
+    };
+    scenario.robots.iter().zip(0..).map(row).collect()
 }

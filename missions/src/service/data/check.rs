@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use glam::Vec2;
-use scenario::{Catalog, KeyPath, Problem, Scenario, name_remedy};
+use scenario::limits::check_known;
+use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::Places;
 
 use super::points::free_place;
@@ -27,13 +28,10 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         ("random", random.collect()),
     ] {
         for (index, kind) in kinds.into_iter().enumerate() {
-            let Some(kind) = kind.filter(|kind| section.kind_named(kind).is_none()) else {
-                continue;
-            };
+            let Some(kind) = kind else { continue };
             let at = at.key(list).index(index).key("kind");
             let known = section.kinds.iter().map(|kind| kind.name.as_str());
-            let what = format!("there is no kind '{kind}'");
-            return Err(Problem::at(at, what, name_remedy(kind, known)));
+            check_known(at, "there is no kind", kind, known)?;
         }
     }
     let count = section.kinds_of_points().count();

@@ -1,7 +1,7 @@
 //! The fault of service: an additional point.
 
-use scenario::Scenario;
-use scenario::fault::{Fault, FaultArgument, FaultRange, FaultSpec, Order, OrderError};
+use scenario::fault::{Fault, FaultArgument, FaultRange, FaultSpec, Order};
+use scenario::{Problem, Scenario};
 
 use super::{ServiceSection, TaskGranularity};
 
@@ -23,7 +23,7 @@ pub(super) const ALL: &[FaultSpec] = &[FaultSpec {
 }];
 
 /// Rejects points for which no task is left: each needs one that `spare` reserves, if points are tasks.
-pub(super) fn check(scenario: &Scenario, order: &Order) -> Result<(), OrderError> {
+pub(super) fn check(scenario: &Scenario, order: &Order) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
     let Fault::Mission(fault) = &order.fault else {
         return Ok(());
@@ -33,9 +33,9 @@ pub(super) fn check(scenario: &Scenario, order: &Order) -> Result<(), OrderError
     }
     let spare = section.spare;
     if spare == 0 {
-        let what = "no task is reserved for another point".to_owned();
+        let what = "no task is reserved for another point";
         let remedy = "set service.spare to the number of points that faults add";
-        return Err(OrderError::at(&["fault", POINT], what, remedy));
+        return Err(Problem::at(["fault", POINT], what, remedy));
     }
     let Some(every_s) = order.every_s else {
         return Ok(());
@@ -47,5 +47,5 @@ pub(super) fn check(scenario: &Scenario, order: &Order) -> Result<(), OrderError
     }
     let what = format!("{times} points until limit_s are more than service.spare, {spare}");
     let remedy = "order them less often, or increase service.spare";
-    Err(OrderError::at(&["every_s"], what, remedy))
+    Err(Problem::at(["every_s"], what, remedy))
 }

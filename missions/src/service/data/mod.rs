@@ -18,11 +18,12 @@ pub use section::{
 };
 
 use glam::Vec2;
-use scenario::fault::{FaultSpec, Order, OrderError};
+use scenario::fault::Order;
 use scenario::ids::TaskId;
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
-    BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData, MissionVocabulary,
+    BehaviorProperties, BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData,
+    MissionVocabulary,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
@@ -61,16 +62,8 @@ impl MissionData for Service {
         read_section::<ServiceSection>(text)
     }
 
-    fn scenarios(&self) -> &'static [BuiltinScenario] {
-        &SCENARIOS
-    }
-
     fn family(&self, robots: usize, size: usize) -> Option<Scenario> {
         Some(family::family(robots, size))
-    }
-
-    fn size_option(&self) -> Option<&'static str> {
-        Some("points")
     }
 
     fn parameters(&self) -> Vec<ParameterSpec> {
@@ -79,6 +72,9 @@ impl MissionData for Service {
 
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
+            scenarios: &SCENARIOS,
+            size_option: Some("points"),
+            faults: faults::ALL,
             devices: &["points", "effect"],
             measuring_devices: &["points"],
             events: &["arrived", "begun", "left", "done", "expired"],
@@ -129,12 +125,20 @@ impl MissionData for Service {
         (tasks, behaviors)
     }
 
-    /// Returns the maximum number of robots on a task: the workers of a point, or one for a kind.
-    fn max_robots(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> u32 {
+    fn behavior_properties(
+        &self,
+        scenario: &Scenario,
+        behavior: &BehaviorSpec,
+    ) -> BehaviorProperties {
         let section = ServiceSection::of(scenario);
-        match (section.tasks, section.kinds.get(behavior.kind as usize)) {
-            (TaskGranularity::Points, Some(kind)) => kind.workers,
-            _ => 1,
+        let kind = section.kinds.get(behavior.kind as usize);
+        BehaviorProperties {
+            max_robots: match (section.tasks, kind) {
+                (TaskGranularity::Points, Some(kind)) => kind.workers,
+                _ => 1,
+            },
+            recurrence_s: kind.and_then(|kind| kind.period_s),
+            ..BehaviorProperties::default()
         }
     }
 
@@ -189,15 +193,11 @@ impl MissionData for Service {
         Some(random::draw_section)
     }
 
-    fn faults(&self) -> &'static [FaultSpec] {
-        faults::ALL
-    }
-
     fn fault_names(&self, scenario: &Scenario, _key: &str) -> Vec<String> {
         self.skills(scenario)
     }
 
-    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), OrderError> {
+    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {
         faults::check(scenario, order)
     }
 
@@ -209,11 +209,6 @@ impl MissionData for Service {
             ends: !section.uncovered && (!comes_back || section.duration_s.is_some()),
             ..ExpectedProperties::default()
         }
-    }
-
-    fn recurrence_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
-        let section = ServiceSection::of(scenario);
-        section.kinds.get(behavior.kind as usize)?.period_s
     }
 
     /// Returns the squares of the stated points, each with room for a robot.

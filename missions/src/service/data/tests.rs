@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use proptest::prelude::*;
 use scenario::testkit::refusals;
 use scenario::time::SimTime;
-use scenario::{Catalog, Scenario, ScenarioError, Setup};
+use scenario::{Catalog, Problem, Scenario, Setup};
 
 use super::*;
 use crate::Registry;
@@ -16,7 +16,7 @@ const TWO_KINDS: &str = "[service]\n\
     [[service.kinds]]\nname = 'garbage'\nwork_s = { min = 6, max = 10 }\n\
     [[service.kinds]]\nname = 'dust'\nwork_s = { min = 20, max = 30 }\n";
 
-fn read(text: &str) -> Result<Scenario, ScenarioError> {
+fn read(text: &str) -> Result<Scenario, Problem> {
     Scenario::parse("s.toml", text, &Registry::built_in().vocabulary())
 }
 
@@ -291,7 +291,8 @@ fn a_task_allows_as_many_robots_as_its_point() {
     let most = |scenario: &Scenario| -> Vec<u32> {
         let catalog = Catalog::new(scenario);
         let each = catalog.sets.iter();
-        each.map(|set| SERVICE.max_robots(scenario, set)).collect()
+        each.map(|set| SERVICE.behavior_properties(scenario, set).max_robots)
+            .collect()
     };
     assert_eq!(most(&parse(&text)), [1, 2]);
     let kinds = text.replace("[service]\n", "[service]\ntasks = 'kinds'\n");

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use proto::mission::SensorReading as Encoded;
 use proto::view::View;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
@@ -133,11 +132,7 @@ impl Log {
 /// Adds the points that robots see, in their own frames.
 pub(super) fn show_sensed(view: &mut View) {
     for robot in &mut view.robots {
-        let Encoded::Open(bytes) = &robot.readings.mission else {
-            continue;
-        };
-        // An undecodable reading shows no points.
-        let sensed: SensorReading = bytes.decode().unwrap_or_default();
+        let sensed = robot.readings.mission.value::<SensorReading>();
         let points = sensed.points.iter().flatten();
         robot.sensed.extend(points.map(|fact| fact.at));
     }

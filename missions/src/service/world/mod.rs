@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use proto::mission::{Action as AnyAction, SensorReading as AnyReading};
 use proto::tick::Outcome;
 use proto::view::View;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +23,9 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::rng::{Purpose, robot_stream};
 use scenario::time::SimTime;
 use serde::Serialize;
-use world_server::mission::{FigureValue, StepEvents, TeamFigures, TypedMission, Validity};
+use world_server::mission::{
+    FigureValue, MissionWorld, StepEvents, TeamFigures, Validity, hash_state,
+};
 use world_server::world::{ChangeError, Floor};
 
 use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
@@ -192,10 +195,7 @@ impl Service {
     }
 }
 
-impl TypedMission for Service {
-    type Reading = SensorReading;
-    type Action = Action;
-
+impl MissionWorld for Service {
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let constants = Arc::new(Constants::new(setup));
         let specs = data::points(&setup.scenario, setup.seed);
@@ -219,10 +219,13 @@ impl TypedMission for Service {
     fn act(
         &mut self,
         robot: RobotId,
-        action: Action,
+        action: &AnyAction,
         floor: &mut Floor,
         happened: &mut StepEvents,
     ) {
+        let Some(action) = action.value::<Action>() else {
+            return;
+        };
         let reader = &mut self.robots[robot.index()];
         if let Some(read) = action.read.filter(|read| *read > reader.read) {
             reader.read = read.min(self.board.latest());
@@ -264,7 +267,7 @@ impl TypedMission for Service {
         }
     }
 
-    fn sense(&self, robot: RobotId, floor: &Floor) -> (SensorReading, Validity) {
+    fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut AnyReading) -> Validity {
         let state = &self.robots[robot.index()];
         let (points, board_line) = match self.constants.section.known {
             KnowledgeSource::All => {
@@ -274,12 +277,12 @@ impl TypedMission for Service {
             }
             KnowledgeSource::Sight => (self.in_sight(robot, floor), None),
         };
-        let sensed = SensorReading {
+        *sensed.value_mut() = SensorReading {
             points: Some(points),
             board_line,
             effect: state.worked,
         };
-        (sensed, Validity::UntilChange)
+        Validity::UntilChange
     }
 
     /// Resets the board position: the next incarnation of the robot has read nothing.
@@ -328,7 +331,9 @@ impl TypedMission for Service {
         Some(Ok(format!("p{point} {} {}", at.x, at.y)))
     }
 
-    fn copy_device(&self, device: &str, from: &SensorReading, to: &mut SensorReading) {
+    fn copy_device(&self, device: &str, from: &AnyReading, to: &mut AnyReading) {
+        let from = from.value::<SensorReading>();
+        let to = to.value_mut::<SensorReading>();
         match device {
             "points" => {
                 to.points.clone_from(&from.points);
@@ -340,16 +345,11 @@ impl TypedMission for Service {
     }
 
     /// Adds errors to visible points. The board contains no measurements.
-    fn add_error(
-        &self,
-        device: &str,
-        sensed: &mut SensorReading,
-        error_m: &mut dyn FnMut() -> f32,
-    ) {
+    fn add_error(&self, device: &str, sensed: &mut AnyReading, error_m: &mut dyn FnMut() -> f32) {
         if device != "points" || self.constants.section.known == KnowledgeSource::All {
             return;
         }
-        if let Some(points) = &mut sensed.points {
+        if let Some(points) = &mut sensed.value_mut::<SensorReading>().points {
             for fact in points.iter_mut() {
                 fact.at.x += error_m();
                 fact.at.y += error_m();
@@ -371,6 +371,10 @@ impl TypedMission for Service {
 
     fn row(&self, row: &mut Vec<FigureValue>) {
         self.points.write_row(row);
+    }
+
+    fn state_hash(&self) -> u64 {
+        hash_state(self)
     }
 
     fn figures(&self, figures: &mut TeamFigures) {

@@ -336,9 +336,11 @@ impl Points {
         nearest.into_iter().map(|(_, point)| point).collect()
     }
 
-    /// Returns the end of the mission once no point is open now or later. The mission is complete if none expired.
+    /// Returns the end of the mission once no point is open now or later. The mission is complete if none expired. A
+    /// mission that has not had any point continues, because an order can add one.
     pub fn outcome(&self) -> Option<Outcome> {
-        let is_over = self.counts.open == 0 && self.scheduled_changes.is_empty();
+        let had_points = self.counts.done + self.counts.expired > 0;
+        let is_over = had_points && self.counts.open == 0 && self.scheduled_changes.is_empty();
         is_over.then_some(match self.counts.expired {
             0 => Outcome::Complete,
             _ => Outcome::Expired,

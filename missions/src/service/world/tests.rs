@@ -1,7 +1,7 @@
 //! The phases of points, with robots that execute given actions.
 
 use proptest::prelude::*;
-use proto::mission::{Action as AnyAction, Bytes, SensorReading as AnyReading};
+use proto::mission::Action as AnyAction;
 use proto::readings::Actuation;
 use proto::tick::Outcome;
 use scenario::fault::{Fault, MissionFault};
@@ -60,7 +60,7 @@ fn works(point: u16) -> Option<Actuation> {
 
 fn does(action: Action) -> Option<Actuation> {
     Some(Actuation {
-        action: AnyAction::Open(Bytes::encode(&action).unwrap()),
+        action: AnyAction::new(&action),
         ..Actuation::default()
     })
 }
@@ -106,10 +106,8 @@ fn figures(world: &World) -> MissionFigures {
 }
 
 fn sensed(world: &World, robot: RobotId) -> SensorReading {
-    match world.readings(robot).mission {
-        AnyReading::Open(bytes) => bytes.decode().unwrap(),
-        other => panic!("{other:?}"),
-    }
+    let readings = world.readings(robot).mission;
+    readings.value::<SensorReading>().into_owned()
 }
 
 /// Work takes time by skill: for 3 s of dust, gold needs 6 s at skill 0.5, and blue 3 s at skill 1.
@@ -502,6 +500,20 @@ fn a_fault_adds_a_point_while_there_are_tasks_for_it() {
     world.mission().check_invariants(&world).unwrap();
 }
 
+#[test]
+fn a_mission_without_any_point_is_not_complete_and_waits_for_an_added_one() {
+    let mut world = world(&("spare = 1\n".to_owned() + &kind("garbage", 1.0, "")));
+    assert_eq!(world.mission().end(world.now()), None);
+    let fault = MissionFault::new(POINT, &[("x_m", 3.0), ("y_m", 3.0)]);
+    let fault = Fault::Mission(fault.with_name("kind", "garbage"));
+    world.change(&fault).unwrap().unwrap();
+    while world.mission().end(world.now()).is_none() {
+        step(&mut world, [None, works(0)]);
+        assert!(world.now() < SimTime::from_secs_f64(10.0));
+    }
+    assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
+}
+
 /// Robots see the points within sight in their own frames, nearest first.
 #[test]
 fn sight_is_limited_and_relative() {
@@ -551,12 +563,12 @@ fn the_largest_reading_fits() {
         board_line: Some(u32::MAX),
         effect: Some(u16::MAX),
     };
-    Bytes::<{ proto::mission::MAX_READING_BYTES }>::encode(&largest).unwrap();
+    proto::mission::Bytes::<{ proto::mission::MAX_READING_BYTES }>::encode(&largest).unwrap();
     let most = Action {
         work: Some(u16::MAX),
         read: Some(u32::MAX),
     };
-    Bytes::<{ proto::mission::MAX_ACTION_BYTES }>::encode(&most).unwrap();
+    proto::mission::Bytes::<{ proto::mission::MAX_ACTION_BYTES }>::encode(&most).unwrap();
 }
 
 proptest! {

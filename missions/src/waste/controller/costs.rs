@@ -9,12 +9,12 @@ use glam::Vec2;
 use proto::readings::Readings;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
-use scenario::{Catalog, Robot, Scenario};
+use scenario::{Robot, Setup};
 
 use super::briefing::OwnBehavior;
 use super::map::KnownPlaces;
 use super::{WasteController, places};
-use robot_agent::allocator::{Choice, RouteCost};
+use robot_agent::allocator::Choice;
 use robot_agent::body::goal::length;
 
 /// The assumed time of a search, with and without the side sensor, s. The size of the room is still unknown then.
@@ -115,10 +115,9 @@ impl WasteController {
             BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => None,
         }
     }
-}
 
-impl RouteCost for WasteController {
-    fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
+    /// Returns the cost of a unit of `task` after one unit of each task of `after`, s.
+    pub(super) fn cost_after(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
         let mut behaviors = self.briefing.own_behaviors.iter();
         let behavior = behaviors.find(|behavior| behavior.task == task)?;
         let places = places(&self.briefing, &self.memory, &self.realms);
@@ -135,7 +134,8 @@ fn center((min, max): (Vec2, Vec2)) -> Vec2 {
 
 /// Returns the cost of a unit of each task before the start, ms, for allocators that assign beforehand. A row per
 /// robot, a column per task. `None` if the robot has no behavior for the task.
-pub(super) fn planned_cost_ms(scenario: &Scenario, catalog: &Catalog) -> Vec<Vec<Option<i64>>> {
+pub fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
+    let (scenario, catalog) = (&setup.scenario, &setup.catalog);
     let waste = WasteSection::of(scenario);
     let site = Vec2::new(
         waste.report_site.width_m.min(scenario.room.width_m) / 2.0,

@@ -44,7 +44,6 @@ mod tests;
 
 use std::sync::Arc;
 
-use crate::waste::data::WASTE;
 use glam::Vec2;
 use proto::mission::SharedKnowledge;
 use proto::team::Broadcast;
@@ -61,28 +60,18 @@ use report::BlockedWays;
 use robot_agent::allocator::Choice;
 use robot_agent::body::{Navigator, Status};
 use robot_agent::mission::{
-    AgentMission, ControllerInput, MissionController, Perception, SharedMission, StepOutput,
+    ControllerConstructor, ControllerInput, MissionController, Perception, StepOutput,
 };
 use sight::FloorView;
 use spill::SpillWork;
 use teammates::Teammates;
 
-pub const CONTROLLER: MissionController = MissionController {
-    data: WASTE,
-    shared: |setup| Arc::new(SharedBriefing(Arc::new(Map::of(&setup.scenario)))),
-};
+pub(super) use costs::planned_cost_ms;
 
-#[derive(Debug)]
-struct SharedBriefing(Arc<Map>);
-
-impl SharedMission for SharedBriefing {
-    fn create_controller(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        Box::new(WasteController::new(robot, setup, &self.0))
-    }
-
-    fn planned_cost_ms(&self, setup: &Setup) -> Vec<Vec<Option<i64>>> {
-        costs::planned_cost_ms(&setup.scenario, &setup.catalog)
-    }
+/// Returns the constructor of a run's controllers, which share the map.
+pub(super) fn constructor(setup: &Setup) -> ControllerConstructor {
+    let map = Arc::new(Map::of(&setup.scenario));
+    ControllerConstructor::new(move |robot, setup| WasteController::new(robot, setup, &map))
 }
 
 #[derive(Clone, Debug)]
@@ -152,7 +141,7 @@ impl WasteController {
     }
 }
 
-impl AgentMission for WasteController {
+impl MissionController for WasteController {
     fn perceive(
         &mut self,
         input: &ControllerInput<'_>,
@@ -175,7 +164,11 @@ impl AgentMission for WasteController {
         self.act(input.now, active, input.readings, output);
     }
 
-    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge) {
+    fn seconds(&self, _: Option<Vec2>, after: &[TaskId], task: TaskId) -> Option<f64> {
+        self.cost_after(after, task)
+    }
+
+    fn shared_knowledge(&self, _: &ControllerInput<'_>, knowledge: &mut SharedKnowledge) {
         let known = self.memory.knowledge();
         match knowledge {
             SharedKnowledge::Items(old) => old.clone_from(known),
@@ -185,16 +178,12 @@ impl AgentMission for WasteController {
         }
     }
 
-    fn position(&self) -> Option<Vec2> {
+    fn position(&self, _: &ControllerInput<'_>) -> Option<Vec2> {
         self.position
     }
 
     fn is_laden(&self) -> bool {
         self.holding
-    }
-
-    fn checkpoint(&self) -> Box<dyn AgentMission> {
-        Box::new(self.clone())
     }
 }
 

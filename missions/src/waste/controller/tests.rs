@@ -2,8 +2,8 @@
 
 mod locations;
 
+use crate::waste::data::default_setup;
 use crate::waste::data::notes;
-use crate::waste::data::{BehaviorKind, default_setup};
 use std::f32::consts::PI;
 
 use proto::mission::SensorReading;
@@ -24,7 +24,6 @@ const ME: RobotId = RobotId(0);
 const MATE: RobotId = RobotId(1);
 const FIND: TaskId = TaskId(0);
 const TOP: TaskId = TaskId(1);
-const REPORT: TaskId = TaskId(3);
 /// The deposit and the upper spill of the default room.
 const DEPOSIT: Vec2 = Vec2::new(9.6, 4.5);
 const SPILL: Vec2 = Vec2::new(4.0, 6.0);
@@ -182,14 +181,6 @@ fn heartbeat(position: Vec2, carrying: bool, task: TaskId, sent: SimTime) -> Bro
 }
 
 #[test]
-fn without_locations_only_finding_them_is_applicable() {
-    assert_eq!(
-        robot().applicable(&at(Vec2::ONE)),
-        ["find-locations-methodical", "find-locations-wander"]
-    );
-}
-
-#[test]
 fn methodical_needs_an_intact_side_sensor() {
     let broken = Readings {
         side_border: None,
@@ -233,47 +224,6 @@ fn the_controller_runs_without_any_one_device() {
 }
 
 #[test]
-fn with_locations_both_spills_are_applicable() {
-    let mut robot = informed();
-    assert_eq!(
-        robot.applicable(&at(Vec2::ONE)),
-        ["move-spill(top)", "move-spill(bottom)"]
-    );
-}
-
-#[test]
-fn reporting_is_applicable_when_the_period_has_passed() {
-    let mut robot = informed();
-    robot.now = SimTime(119_900);
-    assert_eq!(robot.applicable(&at(Vec2::ONE)).len(), 2);
-    assert_eq!(
-        robot.applicable(&at(Vec2::ONE)).last().unwrap(),
-        "report-progress"
-    );
-}
-
-#[test]
-fn a_report_on_the_site_is_progress() {
-    let mut robot = informed();
-    let off_site = at(Vec2::new(3.0, 4.5));
-    let (_, action) = robot.step(Some("report-progress"), &off_site);
-    assert!(!action.actuation.action.items().report);
-    let on_site = with(at(Vec2::new(0.4, 4.5)), |sensed| {
-        sensed.at_site = Some(true)
-    });
-    robot.now = SimTime(200_000);
-    let (_, action) = robot.step(Some("report-progress"), &on_site);
-    assert!(action.actuation.action.items().report);
-    let perception = robot.perceive(&on_site, &[]);
-    assert_eq!(perception.progressed, [REPORT]);
-    assert_eq!(
-        robot.mission.memory.knowledge().last_report.unwrap().seen,
-        robot.now
-    );
-    assert_eq!(robot.applicable(&on_site).len(), 2);
-}
-
-#[test]
 fn blocked_ways_to_the_site_set_reporting_aside_for_a_while() {
     let mut robot = informed();
     robot.now = SimTime(200_000);
@@ -288,34 +238,6 @@ fn blocked_ways_to_the_site_set_reporting_aside_for_a_while() {
     assert!(robot.mission.memory.locations().is_some());
     robot.now = robot.now + SimTime(180_000);
     assert!(robot.applicable(&away).contains(&report));
-}
-
-#[test]
-fn waste_in_reach_is_picked_up_and_carried_toward_the_deposit() {
-    let mut robot = informed();
-    let far = robot
-        .step(Some("move-spill(top)"), &at_waste(0.6))
-        .1
-        .actuation;
-    assert_eq!(
-        (far.action.items().gripper, far.speed_m_s),
-        (Gripper::Keep, 0.5)
-    );
-    let near = robot
-        .step(Some("move-spill(top)"), &at_waste(0.3))
-        .1
-        .actuation;
-    assert_eq!(
-        (near.action.items().gripper, near.speed_m_s),
-        (Gripper::Pick, 0.0)
-    );
-    let carry = robot
-        .step(Some("move-spill(top)"), &holding(SPILL))
-        .1
-        .actuation;
-    // The deposit is ahead, to the right.
-    assert!(carry.turn_rad_s < 0.0);
-    assert!(robot.mission.is_laden());
 }
 
 #[test]
@@ -510,20 +432,4 @@ fn an_idle_robot_makes_room_for_a_working_teammate() {
     assert_eq!(robot.act(None, &here).actuation, Default::default());
     robot.perceive(&here, &[mate(2.5)]);
     assert!(robot.act(None, &here).actuation.speed_m_s > 0.0);
-}
-
-#[test]
-fn the_sets_are_those_of_the_catalog() {
-    let robot = robot();
-    let kinds: Vec<BehaviorKind> = robot
-        .mission
-        .briefing
-        .own_behaviors
-        .iter()
-        .map(|set| set.kind)
-        .collect();
-    assert_eq!(kinds[0], BehaviorKind::FindLocationsMethodical);
-    assert_eq!(kinds.len(), 5);
-    let gold = mission(MATE, &default_setup(1));
-    assert_eq!(gold.briefing.own_behaviors.len(), 4);
 }

@@ -1,7 +1,7 @@
 //! Checks of `[waste]`.
 
 use glam::Vec2;
-use scenario::limits::{FRACTION, LENGTH, TIME, check_names, closed};
+use scenario::limits::{FRACTION, LENGTH, TIME, TIME_OR_ZERO, check_names, closed};
 use scenario::{KeyPath, Obstacle, Problem, Scenario};
 use world_server::world::Places;
 
@@ -25,8 +25,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     for (index, spill) in waste.spills.iter().enumerate() {
         let at = spills.index(index);
         closed(0.0, f64::from(MAX_ITEMS), "").check(at.key("items"), spill.items)?;
-        FRACTION.check(at.key("x_fraction"), spill.x_fraction)?;
-        FRACTION.check(at.key("y_fraction"), spill.y_fraction)?;
+        fractions(&at, spill.x_fraction, spill.y_fraction)?;
     }
     let items: u32 = waste.spills.iter().map(|spill| spill.items).sum();
     if items > MAX_ITEMS_TOTAL {
@@ -49,8 +48,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     }
     let deposit = at.key("deposit");
     LENGTH.check(deposit.key("radius_m"), waste.deposit.radius_m)?;
-    FRACTION.check(deposit.key("x_fraction"), waste.deposit.x_fraction)?;
-    FRACTION.check(deposit.key("y_fraction"), waste.deposit.y_fraction)?;
+    fractions(&deposit, waste.deposit.x_fraction, waste.deposit.y_fraction)?;
     let further = at.key("further_deposits");
     if waste.further_deposits.len() >= MAX_SPILLS {
         let what = format!("{} entries", waste.further_deposits.len());
@@ -58,16 +56,20 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         return Err(Problem::at(further, what, remedy));
     }
     for (index, spot) in waste.further_deposits.iter().enumerate() {
-        let at = further.index(index);
-        FRACTION.check(at.key("x_fraction"), spot.x_fraction)?;
-        FRACTION.check(at.key("y_fraction"), spot.y_fraction)?;
+        fractions(&further.index(index), spot.x_fraction, spot.y_fraction)?;
     }
     let site = at.key("report_site");
     LENGTH.check(site.key("width_m"), waste.report_site.width_m)?;
     LENGTH.check(site.key("height_m"), waste.report_site.height_m)?;
-    closed(0.0, 1e9, "s").check(site.key("color_s"), waste.report_site.color_s)?;
+    TIME_OR_ZERO.check(site.key("color_s"), waste.report_site.color_s)?;
     TIME.check(at.key("report_period_s"), waste.report_period_s)?;
     lasting(waste, at.key("duration_s"))
+}
+
+/// Checks a place as fractions of the room.
+fn fractions(at: &KeyPath, x_fraction: f32, y_fraction: f32) -> Result<(), Problem> {
+    FRACTION.check(at.key("x_fraction"), x_fraction)?;
+    FRACTION.check(at.key("y_fraction"), y_fraction)
 }
 
 /// Checks that obstacles leave room in each spill and deposit for an item that a robot can grip, and in the report
@@ -125,7 +127,7 @@ fn lasting(waste: &WasteSection, at: KeyPath) -> Result<(), Problem> {
     let Some(duration_s) = waste.duration_s else {
         return Ok(());
     };
-    TIME.check(at.clone(), duration_s)?;
+    TIME.check(&at, duration_s)?;
     if !waste.respawn {
         let what = "the clean-up ends when all items are delivered";
         let remedy = "leave it out, or write respawn = true";

@@ -1,8 +1,7 @@
 //! Faults of the clean-up: added waste and moved items.
 
-use scenario::fault::{
-    Fault, FaultArgument, FaultRange, FaultSpec, MissionFault, Order, OrderError,
-};
+use scenario::Problem;
+use scenario::fault::{Fault, FaultArgument, FaultRange, FaultSpec, MissionFault, Order};
 
 use super::check::{MAX_ITEMS, MAX_ITEMS_TOTAL};
 
@@ -56,7 +55,7 @@ pub fn move_waste(item: u32, x_m: f64, y_m: f64) -> Fault {
 }
 
 /// Rejects a repeated fault that would add too many items until the run ends.
-pub(super) fn check(limit_s: f64, order: &Order) -> Result<(), OrderError> {
+pub(super) fn check(limit_s: f64, order: &Order) -> Result<(), Problem> {
     let (Fault::Mission(fault), Some(every_s)) = (&order.fault, order.every_s) else {
         return Ok(());
     };
@@ -75,5 +74,5 @@ pub(super) fn check(limit_s: f64, order: &Order) -> Result<(), OrderError> {
     );
     let remedy =
         format!("keep the total at most {MAX_ITEMS_TOTAL}: add fewer items, or less often");
-    Err(OrderError::at(&["every_s"], what, &remedy))
+    Err(Problem::at(["every_s"], what, remedy))
 }

@@ -29,10 +29,10 @@ pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
 pub(super) use work::{EMPTY_EXPIRES, sweep_cells};
 
 use glam::Vec2;
-use scenario::fault::{FaultSpec, MissionFault, Order, OrderError};
+use scenario::fault::{MissionFault, Order};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
-    BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary,
+    BehaviorProperties, BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::Mission;
@@ -115,14 +115,6 @@ impl MissionData for WasteData {
         }
     }
 
-    fn scenarios(&self) -> &'static [BuiltinScenario] {
-        &SCENARIOS
-    }
-
-    fn scenario_name(&self) -> Option<&'static str> {
-        Some("waste-cleanup")
-    }
-
     fn team(&self) -> Vec<Robot> {
         let robot = |(name, side_sensor): (&str, bool)| Robot {
             name: name.to_owned(),
@@ -138,16 +130,16 @@ impl MissionData for WasteData {
         Some(family::family(robots, size))
     }
 
-    fn size_option(&self) -> Option<&'static str> {
-        Some("spills")
-    }
-
     fn parameters(&self) -> Vec<ParameterSpec> {
         parameters::all()
     }
 
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
+            scenarios: &SCENARIOS,
+            scenario_name: Some("waste-cleanup"),
+            size_option: Some("spills"),
+            faults: faults::ALL,
             devices: &["waste", "spill-zone", "report-site", "gripper"],
             measuring_devices: &["waste"],
             notes: &notes::NAMES,
@@ -215,11 +207,7 @@ impl MissionData for WasteData {
         work::unit_s(scenario, body, BehaviorKind::from_spec(behavior))
     }
 
-    fn faults(&self) -> &'static [FaultSpec] {
-        faults::ALL
-    }
-
-    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), OrderError> {
+    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {
         faults::check(scenario.limit_s, order)
     }
 
@@ -247,16 +235,18 @@ impl MissionData for WasteData {
         Some(work::search_s(scenario, body))
     }
 
-    fn recurrence_s(&self, scenario: &Scenario, behavior: &BehaviorSpec) -> Option<f64> {
-        let reports = BehaviorKind::from_spec(behavior) == BehaviorKind::ReportProgress;
-        reports.then(|| WasteSection::of(scenario).report_period_s)
-    }
-
-    fn is_long_running(&self, behavior: &BehaviorSpec) -> bool {
-        matches!(
-            BehaviorKind::from_spec(behavior),
-            BehaviorKind::MoveSpill(_)
-        )
+    fn behavior_properties(
+        &self,
+        scenario: &Scenario,
+        behavior: &BehaviorSpec,
+    ) -> BehaviorProperties {
+        let kind = BehaviorKind::from_spec(behavior);
+        let period_s = WasteSection::of(scenario).report_period_s;
+        BehaviorProperties {
+            recurrence_s: (kind == BehaviorKind::ReportProgress).then_some(period_s),
+            is_long_running: matches!(kind, BehaviorKind::MoveSpill(_)),
+            ..BehaviorProperties::default()
+        }
     }
 
     fn free_areas(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {

@@ -1,7 +1,7 @@
 //! Faults that add or move items. They never lose or duplicate an item.
 
 use glam::Vec2;
-use scenario::fault::Fault;
+use scenario::fault::MissionFault;
 use scenario::ids::ItemId;
 
 use super::Waste;
@@ -32,12 +32,9 @@ impl From<PlaceError> for ChangeError {
 impl Waste {
     pub(super) fn apply_fault(
         &mut self,
-        fault: &Fault,
+        fault: &MissionFault,
         floor: &Floor,
     ) -> Option<Result<String, ChangeError>> {
-        let Fault::Mission(fault) = fault else {
-            return None;
-        };
         // The order was checked before: required values are present, and the only optional value defaults to 1.
         let number = |key| fault.get(key).unwrap_or(1.0);
         let near = Vec2::new(number("x_m") as f32, number("y_m") as f32);

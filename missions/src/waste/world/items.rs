@@ -235,7 +235,8 @@ impl WasteFloor {
     pub fn is_complete(&self, now: SimTime) -> bool {
         match &self.foraging {
             Some(foraging) => now >= foraging.duration,
-            None => self.counts.delivered as usize == self.items.len(),
+            // Without any item the mission waits for added waste.
+            None => !self.items.is_empty() && self.counts.delivered as usize == self.items.len(),
         }
     }
 

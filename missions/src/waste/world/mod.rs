@@ -16,22 +16,22 @@ mod sensing;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use crate::waste::data::{self, BehaviorKind, WasteSection, report_site};
 use std::cell::Cell;
 
+use glam::Vec2;
 use proto::mission::items::{Gripper, ItemsAction, ItemsReading, Zone};
 use proto::mission::{Action, SensorReading};
 use proto::tick::Outcome;
 use proto::view::View;
-use scenario::fault::Fault;
+use scenario::fault::MissionFault;
 use scenario::ids::{ItemId, RobotId, TaskId};
 use scenario::time::SimTime;
-use scenario::{Catalog, Setup};
+use scenario::{Catalog, Scenario, Setup};
 
-use world_server::mission::{
-    FigureValue, MissionWorld, StepEvents, TeamFigures, Validity, WorldMission,
-};
+use world_server::mission::{FigureValue, MissionWorld, StepEvents, TeamFigures, Validity};
 use world_server::world::{ChangeError, Circle, Floor};
+
+use crate::waste::data::{BehaviorKind, WasteSection, report_site};
 
 pub use item_faults::PlaceError;
 pub use items::Item;
@@ -45,14 +45,6 @@ const DROPPED: &str = "dropped";
 const DELIVERED: &str = "delivered";
 const RESPAWNED: &str = "respawned";
 const REPORTED: &str = "reported";
-
-pub const WASTE: MissionWorld = MissionWorld {
-    data: data::WASTE,
-    start_area: report_site,
-    starts: |_| Vec::new(),
-    bars: |_| Vec::new(),
-    new: |setup, floor| Box::new(Waste::new(setup, floor)),
-};
 
 #[derive(Clone, Debug)]
 pub struct Waste {
@@ -75,17 +67,6 @@ struct Cleaner {
     reports_made: u32,
 }
 
-impl Waste {
-    fn new(setup: &Setup, floor: &Floor) -> Self {
-        Self {
-            floor: WasteFloor::new(&setup.scenario, setup.seed, floor),
-            robots: vec![Cleaner::default(); floor.robot_count()],
-            reports: Reports::new(WasteSection::of(&setup.scenario)),
-            kinds: kinds(&setup.catalog),
-        }
-    }
-}
-
 /// Returns the kind of each task. All behaviors of a task have the same kind here.
 fn kinds(catalog: &Catalog) -> Vec<BehaviorKind> {
     let tasks = 0..catalog.tasks.len();
@@ -97,7 +78,20 @@ fn kinds(catalog: &Catalog) -> Vec<BehaviorKind> {
     tasks.filter_map(kind).collect()
 }
 
-impl WorldMission for Waste {
+impl MissionWorld for Waste {
+    fn new(setup: &Setup, floor: &Floor) -> Self {
+        Self {
+            floor: WasteFloor::new(&setup.scenario, setup.seed, floor),
+            robots: vec![Cleaner::default(); floor.robot_count()],
+            reports: Reports::new(WasteSection::of(&setup.scenario)),
+            kinds: kinds(&setup.catalog),
+        }
+    }
+
+    fn start_area(scenario: &Scenario) -> [Vec2; 2] {
+        report_site(scenario)
+    }
+
     fn act(
         &mut self,
         robot: RobotId,
@@ -126,7 +120,11 @@ impl WorldMission for Waste {
         self.drop_carried(robot, floor, happened);
     }
 
-    fn change(&mut self, fault: &Fault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
+    fn change(
+        &mut self,
+        fault: &MissionFault,
+        floor: &mut Floor,
+    ) -> Option<Result<String, ChangeError>> {
         self.apply_fault(fault, floor)
     }
 
@@ -243,9 +241,5 @@ impl WorldMission for Waste {
             ));
         }
         Ok(())
-    }
-
-    fn clone_boxed(&self) -> Box<dyn WorldMission> {
-        Box::new(self.clone())
     }
 }

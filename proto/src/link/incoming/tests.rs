@@ -15,10 +15,10 @@ use super::*;
 const RECEIVER: RobotId = RobotId(2);
 const STEP: SimTime = SimTime(50);
 
-fn links(seed: u64) -> IncomingLinks {
-    IncomingLinks {
+fn links(seed: u64) -> IncomingMessages {
+    IncomingMessages {
         seed,
-        ..IncomingLinks::new(RECEIVER, &default_setup(1))
+        ..IncomingMessages::new(RECEIVER, &default_setup(1))
     }
 }
 
@@ -72,12 +72,12 @@ fn arrived(tick: Tick, sent: &[Sent]) -> Vec<Option<Arc<Broadcast>>> {
         .collect()
 }
 
-fn receive(links: &mut IncomingLinks, tick: Tick, sent: &[Sent], held: &[u16]) -> StepMessages {
+fn receive(links: &mut IncomingMessages, tick: Tick, sent: &[Sent], held: &[u16]) -> StepMessages {
     receive_message(links, &message(tick, sent, held), arrived(tick, sent))
 }
 
 fn receive_message(
-    links: &mut IncomingLinks,
+    links: &mut IncomingMessages,
     message: &TickMessage,
     mut arrived: Vec<Option<Arc<Broadcast>>>,
 ) -> StepMessages {

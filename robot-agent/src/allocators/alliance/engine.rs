@@ -17,7 +17,7 @@ use super::motivation::{self, Factors};
 use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
 use super::values::LearnedTerms;
-use crate::allocator::{Input, RandomDraws, RouteCost, RunningAllocator, StepOutcome};
+use crate::allocator::{Input, RandomDraws, RunningAllocator, StepOutcome};
 
 /// The motivational behaviors of one robot.
 ///
@@ -125,7 +125,7 @@ impl Engine {
             choices: &[],
             progressed: input.progressed,
             received: input.received,
-            route: &NoRoute,
+            seconds: &|_, _| None,
             ground_truth: &[],
             draws: RandomDraws::new(0, self.config.robot, 0),
         };
@@ -419,14 +419,5 @@ impl RunningAllocator for Engine {
             self.rows.extend_from_slice(motivations);
             self.steady_until = self.next_turn(now).unwrap_or_default();
         }
-    }
-}
-
-/// The route costs of ALLIANCE, which plans no routes.
-struct NoRoute;
-
-impl RouteCost for NoRoute {
-    fn seconds(&self, _after: &[TaskId], _task: TaskId) -> Option<f64> {
-        None
     }
 }

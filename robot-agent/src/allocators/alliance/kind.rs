@@ -2,31 +2,21 @@
 
 use std::sync::Arc;
 
-use scenario::{AllocatorSpec, Setup};
+use scenario::AllocatorSpec;
 
 use super::{Engine, Parameters};
-use crate::allocator::{
-    AllocatorKind, ConfigError, ConfiguredAllocator, RunningAllocator, SelfState,
-};
+use crate::allocator::{AllocatorKind, ConfiguredAllocator};
 
-#[derive(Clone, Copy, Debug)]
-pub struct Alliance;
-
-impl AllocatorKind for Alliance {
-    fn spec(&self) -> AllocatorSpec {
-        AllocatorSpec::alliance()
-    }
-
-    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
-        Ok(Arc::new(Shared(Parameters::from_setup(setup))))
-    }
-}
-
-#[derive(Debug)]
-struct Shared(Parameters);
-
-impl ConfiguredAllocator for Shared {
-    fn start(&self, me: SelfState, setup: &Setup) -> Box<dyn RunningAllocator> {
-        Box::new(Engine::with_shared(me.robot, setup, &self.0))
-    }
+/// Returns ALLIANCE for a registry.
+#[must_use]
+pub fn kind() -> AllocatorKind {
+    AllocatorKind::from_parts(AllocatorSpec::alliance(), |setup| {
+        let parameters = Parameters::from_setup(setup);
+        Ok(ConfiguredAllocator {
+            start: Arc::new(move |me, setup| {
+                Box::new(Engine::with_shared(me.robot, setup, &parameters))
+            }),
+            controller: None,
+        })
+    })
 }

@@ -49,7 +49,7 @@ mod tests;
 mod values;
 
 pub use engine::{Engine, StepInput};
-pub use kind::Alliance;
+pub use kind::kind;
 pub use params::Parameters;
 pub(super) use params::TowardTeammate;
 pub(super) use values::{LearnedTerms, LearnedValues};

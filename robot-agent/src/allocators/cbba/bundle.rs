@@ -277,7 +277,7 @@ impl Bundle {
                 time_s += offer.cost_s;
                 score += offer.worth;
             } else {
-                time_s += worths.input.route.seconds(&after, task)?;
+                time_s += (worths.input.seconds)(&after, task)?;
                 score += offer.reward * libm::pow(DISCOUNT_PER_S, time_s);
             }
             after.push(task);

@@ -2,42 +2,33 @@
 
 use std::sync::Arc;
 
-use scenario::{AllocatorSpec, Setup};
+use scenario::AllocatorSpec;
 
 use super::{Config, Learner};
-use crate::allocator::{
-    AllocatorKind, ConfigError, ConfiguredAllocator, RunningAllocator, SelfState, read_config,
-};
+use crate::allocator::{AllocatorKind, ConfiguredAllocator, read_config};
 
-#[derive(Clone, Copy, Debug)]
-pub struct LAlliance;
+const NAME: &str = "l-alliance";
 
-impl LAlliance {
-    const NAME: &str = "l-alliance";
-}
-
-impl AllocatorKind for LAlliance {
-    fn spec(&self) -> AllocatorSpec {
-        AllocatorSpec {
-            name: Self::NAME,
-            about: "ALLIANCE with learned times: motivation and patience follow each robot's measured task times (Parker 1995)",
-            parameters: Config::parameters(),
-            needs_ground_truth: false,
-            learns_times: true,
-        }
-    }
-
-    fn prepare(&self, setup: &Setup) -> Result<Arc<dyn ConfiguredAllocator>, ConfigError> {
-        let config: Config = read_config(setup, Self::NAME)?;
-        Ok(Arc::new(config))
-    }
-}
-
-impl ConfiguredAllocator for Config {
-    fn start(&self, me: SelfState, setup: &Setup) -> Box<dyn RunningAllocator> {
-        let alliance = &setup.alliance;
-        let mut learner = Learner::new(&me, self, alliance.threshold, alliance.switches);
-        learner.load(setup);
-        Box::new(learner)
-    }
+/// Returns L-ALLIANCE for a registry.
+#[must_use]
+pub fn kind() -> AllocatorKind {
+    let spec = AllocatorSpec {
+        name: NAME,
+        about: "ALLIANCE with learned times: motivation and patience follow each robot's measured task times (Parker 1995)",
+        parameters: Config::parameters(),
+        needs_ground_truth: false,
+        learns_times: true,
+    };
+    AllocatorKind::from_parts(spec, |setup| {
+        let config: Config = read_config(setup, NAME)?;
+        Ok(ConfiguredAllocator {
+            start: Arc::new(move |me, setup| {
+                let alliance = &setup.alliance;
+                let mut learner = Learner::new(&me, &config, alliance.threshold, alliance.switches);
+                learner.load(setup);
+                Box::new(learner)
+            }),
+            controller: None,
+        })
+    })
 }

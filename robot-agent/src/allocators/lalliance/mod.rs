@@ -25,7 +25,7 @@ use monitor::Monitor;
 use rates::{Category, Rates, TaskTimes};
 
 pub use config::{Config, Ordering, Strategy};
-pub use kind::LAlliance;
+pub use kind::kind;
 
 #[derive(Clone, Debug)]
 pub struct Learner {

@@ -6,7 +6,7 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::{Config, Response, Threshold};
-use crate::allocator::{Allocator, Choice, Decision, Input, RandomDraws, RouteCost};
+use crate::allocator::{Allocator, Choice, Decision, Input, RandomDraws};
 use crate::allocators::team::{STEP, Situation, Team};
 use crate::testkit;
 
@@ -114,14 +114,6 @@ proptest! {
     }
 }
 
-struct NoRoute;
-
-impl RouteCost for NoRoute {
-    fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
-        None
-    }
-}
-
 /// A robot with two tasks and scripted inputs.
 struct Solo {
     allocator: Threshold,
@@ -170,7 +162,7 @@ impl Solo {
             choices: &choices,
             progressed,
             received: &[],
-            route: &NoRoute,
+            seconds: &|_, _| None,
             ground_truth: &[],
             draws: RandomDraws::new(self.seed, RobotId(0), self.tick),
         };

@@ -93,7 +93,7 @@ fn every_bit_of_a_float_counts() {
         let change_sensor = |tick: &mut OwnedTick| {
             let mut at = Vec2::new(0.5, -0.25);
             flip(&mut at.y);
-            tick.blue().0.mission = SensorReading::Open(Box::new(Bytes::encode(&at).unwrap()));
+            tick.blue().0.mission = SensorReading::new(at);
         };
         assert_eq!(changed(change_sensor), ["blue readings"]);
     }
@@ -120,7 +120,9 @@ fn every_part_counts_in_its_section() {
 
     let commands = ["blue commands"];
     assert_eq!(
-        changed(|tick| tick.blue().1.actuation.action = Action::Open(Bytes::default())),
+        changed(
+            |tick| tick.blue().1.actuation.action = Action::Open(proto::mission::Bytes::default())
+        ),
         commands
     );
 

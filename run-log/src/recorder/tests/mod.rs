@@ -15,7 +15,7 @@ use crate::{
     RunLog, Table, TickRow,
 };
 use glam::Vec2;
-use proto::mission::{Bytes, SensorReading};
+use proto::mission::SensorReading;
 use proto::readings::{Actuation, Pose, Readings};
 use proto::team::{Broadcast, BroadcastKind, TaskState};
 use proto::telemetry::{
@@ -200,8 +200,7 @@ fn sample() -> Vec<OwnedTick> {
     gold.broadcasts = 2;
     gold.broadcast_bytes = 250;
     let (readings, blue) = second.blue();
-    readings.mission =
-        SensorReading::Open(Box::new(Bytes::encode(&Vec2::new(0.5, -0.25)).unwrap()));
+    readings.mission = SensorReading::new(Vec2::new(0.5, -0.25));
     blue.actuation.speed_m_s = 0.5;
     blue.motivations = vec![
         Motivation {

@@ -2,58 +2,9 @@
 
 use crate::InputLine;
 use proptest::prelude::*;
-use proto::process::ProcessAction;
+use scenario::testkit::drawn;
 
 use super::*;
-
-fn any_input() -> impl Strategy<Value = Input> {
-    let text = || any::<String>();
-    let order_index = || any::<Option<u32>>();
-    prop_oneof![
-        (text(), any::<(u32, bool)>(), order_index()).prop_map(
-            |(robot, (incarnation, scripted), moment)| {
-                Input::Join {
-                    robot,
-                    incarnation,
-                    moment,
-                    scripted,
-                }
-            }
-        ),
-        (
-            text(),
-            any::<(u32, Option<u64>, bool, bool)>(),
-            order_index()
-        )
-            .prop_map(
-                |(robot, (incarnation, last_counted, listed, scripted), moment)| Input::Gone {
-                    robot,
-                    incarnation,
-                    last_counted,
-                    listed,
-                    moment,
-                    scripted,
-                }
-            ),
-        (text(), any::<bool>()).prop_map(|(robot, scripted)| Input::StallBegin { robot, scripted }),
-        (text(), text(), any::<(u64, u16)>()).prop_map(|(receiver, sender, (sent_tick, index))| {
-            Input::Lost {
-                receiver,
-                sender,
-                sent_tick,
-                index,
-            }
-        }),
-        (prop::collection::vec(text(), 0..4), order_index())
-            .prop_map(|(ids, moment)| Input::Clear { ids, moment }),
-        (text(), text(), order_index()).prop_map(|(robot, reason, number)| Input::Failed {
-            robot,
-            act: ProcessAction::Stop,
-            number,
-            reason,
-        }),
-    ]
-}
 
 fn written(change: impl FnOnce(&mut OwnedTick)) -> RunLog {
     let mut ticks = sample();
@@ -64,7 +15,11 @@ fn written(change: impl FnOnce(&mut OwnedTick)) -> RunLog {
 
 proptest! {
     #[test]
-    fn inputs_survive_a_round_trip(inputs in prop::collection::vec(any_input(), 0..20)) {
+    fn inputs_survive_a_round_trip(seed: u64, count in 0..20_u64) {
+        // JSON has no infinite numbers, and the checks of orders refuse them.
+        let is_order = |input: &Input| matches!(input, Input::Order { .. });
+        let inputs = (0..count).map(|number| drawn(seed.wrapping_add(number)));
+        let inputs: Vec<Input> = inputs.filter(|input| !is_order(input)).collect();
         let log = written(|tick| tick.inputs.clone_from(&inputs));
         let lines = log.inputs().unwrap().into_iter();
         let read: Vec<Input> = lines.filter(|line: &InputLine| line.tick == 1).map(|line| line.input).collect();

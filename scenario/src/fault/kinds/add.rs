@@ -1,9 +1,9 @@
 //! The fault `add`.
 
 use crate::fault::Fault;
-use crate::fault::checker::{Checked, Checker, wrong};
+use crate::fault::checker::{Checked, Checker};
 use crate::fault::spec::{FaultKind, FaultSpec};
-use crate::name_remedy;
+use crate::{Problem, name_remedy};
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {
     spec: FaultSpec {
@@ -27,15 +27,15 @@ fn check(fault: &Fault, checker: &Checker<'_>) -> Checked {
     let Fault::Add(robot) = fault else {
         return Ok(());
     };
-    let mut absent = checker.scenario.robots.iter().filter(|robot| robot.absent);
+    let absent = checker.scenario.robots.iter().filter(|robot| robot.absent);
     if absent.clone().any(|absent| absent.name == *robot) {
         return Ok(());
     }
     let what = format!("'{robot}' is in the mission from its start");
-    let known = &mut absent.by_ref().map(|robot| robot.name.as_str());
+    let known = absent.map(|robot| robot.name.as_str());
     let remedy = format!(
         "name a robot that the scenario marks as absent: {}",
         name_remedy(robot, known)
     );
-    Err(wrong(&["fault", "add"], what, &remedy))
+    Err(Problem::at(["fault", "add"], what, remedy))
 }

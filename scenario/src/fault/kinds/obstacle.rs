@@ -1,12 +1,13 @@
 //! The fault `obstacle`.
 
 use super::Target;
-use crate::Obstacle;
 use crate::fault::Fault;
-use crate::fault::checker::{Checked, Checker, FARTHEST_M, wrong};
+use crate::fault::checker::{Checked, Checker};
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
+use crate::limits::LONGEST_M;
+use crate::{Obstacle, Problem};
 
-const ANYWHERE: FaultRange = FaultRange::Within(-FARTHEST_M, FARTHEST_M);
+const ANYWHERE: FaultRange = FaultRange::Within(-LONGEST_M, LONGEST_M);
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {
     spec: FaultSpec {
@@ -15,8 +16,8 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
         arguments: &[
             FaultArgument::at("x_m", "Lower left corner: x, m", ANYWHERE),
             FaultArgument::at("y_m", "Lower left corner: y, m", ANYWHERE),
-            FaultArgument::at("width_m", "Extent in x, m", FaultRange::Above(FARTHEST_M)),
-            FaultArgument::at("height_m", "Extent in y, m", FaultRange::Above(FARTHEST_M)),
+            FaultArgument::at("width_m", "Extent in x, m", FaultRange::Above(LONGEST_M)),
+            FaultArgument::at("height_m", "Extent in y, m", FaultRange::Above(LONGEST_M)),
             FaultArgument::at(
                 "penetrability",
                 "Speed factor on the rectangle: solid up to 0.1, slower below 1, faster above 1",
@@ -50,7 +51,6 @@ fn check(fault: &Fault, checker: &Checker<'_>) -> Checked {
     let Fault::Obstacle(rectangle) = fault else {
         return Ok(());
     };
-    let field = &["fault", "obstacle"];
     let room = checker.scenario.room;
     let along = |from: f32, size: f32, room: f32| {
         (
@@ -60,23 +60,16 @@ fn check(fault: &Fault, checker: &Checker<'_>) -> Checked {
     };
     let (meets_x, fills_x) = along(rectangle.x_m, rectangle.width_m, room.width_m);
     let (meets_y, fills_y) = along(rectangle.y_m, rectangle.height_m, room.height_m);
+    let what = if !(meets_x && meets_y) {
+        "the obstacle is outside the room"
+    } else if fills_x && fills_y {
+        "the obstacle fills the room"
+    } else {
+        return Ok(());
+    };
     let remedy = format!(
         "the room is {} m wide and {} m high",
         room.width_m, room.height_m
     );
-    if !(meets_x && meets_y) {
-        return Err(wrong(
-            field,
-            "the obstacle is outside the room".to_owned(),
-            &remedy,
-        ));
-    }
-    if fills_x && fills_y {
-        return Err(wrong(
-            field,
-            "the obstacle fills the room".to_owned(),
-            &remedy,
-        ));
-    }
-    Ok(())
+    Err(Problem::at(["fault", "obstacle"], what, remedy))
 }

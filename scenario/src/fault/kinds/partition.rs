@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Target;
+use crate::Problem;
 use crate::fault::Fault;
-use crate::fault::checker::{Checked, Checker, wrong};
+use crate::fault::checker::{Checked, Checker};
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {
@@ -60,17 +61,21 @@ fn check(fault: &Fault, checker: &Checker<'_>) -> Checked {
     let Fault::Partition(Partition { groups, .. }) = fault else {
         return Ok(());
     };
-    let field = &["fault", "partition", "groups"];
+    let field = ["fault", "partition", "groups"];
     if groups.len() < 2 || groups.iter().any(Vec::is_empty) {
-        let what = "a partition has at least two groups, none of them empty".to_owned();
-        return Err(wrong(field, what, "write them as in \"blue,gold / green\""));
+        let what = "a partition has at least two groups, none of them empty";
+        return Err(Problem::at(
+            field,
+            what,
+            "write them as in \"blue,gold / green\"",
+        ));
     }
     let mut seen = Vec::new();
     for robot in groups.iter().flatten() {
         checker.robot(field, robot)?;
         if seen.contains(&robot) {
             let what = format!("'{robot}' is in two groups");
-            return Err(wrong(field, what, "name it once"));
+            return Err(Problem::at(field, what, "name it once"));
         }
         seen.push(robot);
     }

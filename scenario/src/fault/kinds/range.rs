@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Target;
-use crate::fault::checker::FARTHEST_M;
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
+use crate::limits::LONGEST_M;
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {
     spec: FaultSpec {
@@ -14,7 +14,7 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
         arguments: &[FaultArgument::at(
             "range_m",
             "Maximum distance between the robots' centers, m",
-            FaultRange::Above(FARTHEST_M),
+            FaultRange::Above(LONGEST_M),
         )],
     },
     group: FaultGroup::Radio,

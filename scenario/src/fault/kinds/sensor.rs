@@ -1,16 +1,21 @@
 //! The fault `sensor`.
 
-use std::fmt::{self, Display, Formatter};
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Target;
-use crate::fault::checker::{Checked, Checker, FARTHEST_M, share, within, wrong};
-use crate::fault::modes::{alone, format, in_file, number, unknown};
-use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec, ModeForm};
+use crate::fault::checker::{Checked, Checker};
+use crate::fault::spec::{
+    FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec, Mode, ModeForm, ModeSize,
+};
 use crate::fault::{Device, Fault};
-use crate::{Robot, name_remedy};
+use crate::limits::{FRACTION, LONGEST_M, check_known, closed};
+use crate::{Problem, Robot, name_remedy};
+
+const ERROR: ModeSize = ModeSize::Error {
+    m: closed(-LONGEST_M, LONGEST_M, "m"),
+    deg: closed(-360.0, 360.0, "degrees"),
+};
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {
     spec: FaultSpec {
@@ -23,11 +28,19 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
                 "mode",
                 "Failure mode, such as dead or stuck",
                 FaultRange::Mode(ModeForm {
-                    names: &MODES,
+                    modes: &[
+                        Mode::alone("dead"),
+                        Mode::alone("stuck"),
+                        Mode::new("noise", ERROR, "a size in meters"),
+                        Mode::new("bias", ERROR, "a size in meters"),
+                        Mode::new(
+                            "dropout",
+                            ModeSize::Number(FRACTION),
+                            "a share of the steps, 0 to 1",
+                        ),
+                    ],
                     size: "Size: for noise (standard deviation) and bias in m; for dropout the share of steps, 0 to 1",
                     deg: Some("Heading error for noise and bias of the position sensor, degrees"),
-                    parse,
-                    format: format::<SensorMode>,
                 }),
             ),
         ],
@@ -63,9 +76,6 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
     ],
     ..FaultKind::OF_ROBOT
 };
-
-/// The names of the modes.
-const MODES: [&str; 5] = ["dead", "stuck", "noise", "bias", "dropout"];
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -107,91 +117,34 @@ pub struct SensorError {
     pub deg: f32,
 }
 
-impl Display for SensorMode {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let sized = |f: &mut Formatter<'_>, name, error: &SensorError| {
-            write!(f, "{name} {}", error.m)?;
-            if error.deg == 0.0 {
-                return Ok(());
-            }
-            write!(f, " --deg {}", error.deg)
-        };
-        match self {
-            Self::Dead => f.write_str("dead"),
-            Self::Stuck => f.write_str("stuck"),
-            Self::Noise(error) => sized(f, "noise", error),
-            Self::Bias(error) => sized(f, "bias", error),
-            Self::Dropout(share) => write!(f, "dropout {share}"),
-        }
-    }
-}
-
-/// Parses a mode. `size` is in m or a share, `deg` in degrees.
-fn parse(mode: &str, size: Option<&str>, deg: Option<f32>) -> Result<toml::Value, String> {
-    if deg.is_some() && !matches!(mode, "noise" | "bias") {
-        return Err(format!(
-            "'{mode}' takes no --deg; use it with noise or bias"
-        ));
-    }
-    let error = || {
-        Ok::<_, String>(SensorError {
-            m: number(mode, size, "a size in meters")?,
-            deg: deg.unwrap_or_default(),
-        })
-    };
-    let mode = match mode {
-        "dead" => alone(mode, size, SensorMode::Dead)?,
-        "stuck" => alone(mode, size, SensorMode::Stuck)?,
-        "noise" => SensorMode::Noise(error()?),
-        "bias" => SensorMode::Bias(error()?),
-        "dropout" => SensorMode::Dropout(number(mode, size, "a share of the steps, 0 to 1")?),
-        _ => return Err(unknown(mode, &MODES)),
-    };
-    in_file(mode)
-}
-
-/// Checks that the robot has the device, and the size of the error.
+/// Checks that the robot has the device, and that the device can fail in this mode. A missing device cannot fail.
 fn check(fault: &Fault, checker: &Checker<'_>) -> Checked {
-    let Fault::Sensor(fault) = fault else {
+    let Fault::Sensor(SensorFault {
+        robot,
+        device,
+        mode,
+    }) = fault
+    else {
         return Ok(());
     };
-    let device_field = &["fault", "sensor", "device"];
+    let at = ["fault", "sensor", "device"];
     let mission = checker.catalog.mission;
-    if !Device::names_for(mission).any(|name| fault.device == *name) {
-        let what = format!("there is no choice '{}'", fault.device);
-        let known = &mut Device::names_for(mission);
-        let remedy = name_remedy(fault.device.as_str(), known);
-        return Err(wrong(device_field, what, &remedy));
+    let known = Device::names_for(mission);
+    check_known(at, "there is no choice", device.as_str(), known)?;
+    let has = |robot: &&Robot| robot.has_device(device.as_str());
+    let with = checker.scenario.robots.iter().filter(has);
+    let mut with = with.map(|robot| robot.name.as_str());
+    let is_there = with.clone().any(|name| name == robot);
+    if !is_there && Device::is_optional(device.as_str(), mission) {
+        let what = format!("'{robot}' has no '{device}'");
+        let remedy = format!("name one that has it: {}", name_remedy(robot, &mut with));
+        return Err(Problem::at(at, what, remedy));
     }
-    has(checker, device_field, &fault.robot, fault.device.as_str())?;
-    let field = &["fault", "sensor", "mode"];
-    match fault.mode {
-        SensorMode::Dropout(p) => share(field, p),
-        SensorMode::Noise(error) | SensorMode::Bias(error) => {
-            if !fault.device.measures_lengths(mission) {
-                let what = format!("'{}' does not measure lengths", fault.device.as_str());
-                return Err(wrong(field, what, "use dead, stuck or dropout"));
-            }
-            within(field, error.m, -FARTHEST_M, FARTHEST_M, "m")?;
-            within(field, error.deg, -360.0, 360.0, "degrees")
-        }
-        SensorMode::Dead | SensorMode::Stuck => Ok(()),
+    let has_size = matches!(mode, SensorMode::Noise(_) | SensorMode::Bias(_));
+    if has_size && !device.measures_lengths(mission) {
+        let what = format!("'{device}' does not measure lengths");
+        let remedy = "use dead, stuck or dropout";
+        return Err(Problem::at(["fault", "sensor", "mode"], what, remedy));
     }
-}
-
-/// Checks that a robot has a device. A missing device cannot fail.
-fn has(checker: &Checker<'_>, field: &[&str], robot: &str, device: &str) -> Checked {
-    let has = |robot: &&Robot| robot.has_device(device);
-    let mut with = checker.scenario.robots.iter().filter(has);
-    let is_there = with.clone().any(|with| with.name == robot);
-    if is_there || !Device::is_optional(device, checker.catalog.mission) {
-        return Ok(());
-    }
-    let known = &mut with.by_ref().map(|robot| robot.name.as_str());
-    let remedy = format!("name one that has it: {}", name_remedy(robot, known));
-    Err(wrong(
-        field,
-        format!("'{robot}' has no '{device}'"),
-        &remedy,
-    ))
+    Ok(())
 }

@@ -5,9 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::Target;
 use crate::fault::Fault;
-use crate::fault::checker::{Checked, Checker, wrong};
+use crate::fault::checker::{Checked, Checker};
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
-use crate::{Robot, name_remedy};
+use crate::limits::check_known;
+use crate::{Problem, Robot, name_remedy};
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {
     spec: FaultSpec {
@@ -60,21 +61,18 @@ fn check(fault: &Fault, checker: &Checker<'_>) -> Checked {
     let Fault::Skill(SkillFault { robot, skill, .. }) = fault else {
         return Ok(());
     };
-    let field = &["fault", "skill", "skill"];
+    let field = ["fault", "skill", "skill"];
     let scenario = checker.scenario;
     let known = checker.catalog.mission.skills(scenario);
-    let mut known = known.iter().map(String::as_str);
-    if !known.clone().any(|known| known == skill) {
-        let what = format!("there is no skill '{skill}'");
-        return Err(wrong(field, what, &name_remedy(skill, &mut known)));
-    }
+    let known = known.iter().map(String::as_str);
+    check_known(field, "there is no skill", skill, known)?;
     let has = |robot: &&Robot| robot.skill(skill).unwrap_or(1.0) > 0.0;
     let able = scenario.robots.iter().filter(has);
-    let mut able = able.map(|robot| robot.name.as_str());
+    let able = able.map(|robot| robot.name.as_str());
     if able.clone().any(|able| able == robot) {
         return Ok(());
     }
     let what = format!("'{robot}' has no skill '{skill}'");
-    let remedy = format!("name one that has it: {}", name_remedy(robot, &mut able));
-    Err(wrong(field, what, &remedy))
+    let remedy = format!("name one that has it: {}", name_remedy(robot, able));
+    Err(Problem::at(field, what, remedy))
 }

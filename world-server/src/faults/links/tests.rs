@@ -64,7 +64,7 @@ fn place(robot: RobotId) -> Vec2 {
     Vec2::new(3.0 * f32::from(robot.0), 1.0)
 }
 
-fn begin(links: &mut Links, tick: Tick, faults: &[Fault]) {
+fn begin(links: &mut LinkFaults, tick: Tick, faults: &[Fault]) {
     let in_force = faults.iter().enumerate();
     links.begin(
         tick,
@@ -73,8 +73,8 @@ fn begin(links: &mut Links, tick: Tick, faults: &[Fault]) {
     );
 }
 
-fn with(faults: &[Fault]) -> Links {
-    let mut links = Links::new(&default_setup(1));
+fn with(faults: &[Fault]) -> LinkFaults {
+    let mut links = LinkFaults::new(&default_setup(1));
     begin(&mut links, 10, faults);
     links
 }
@@ -87,7 +87,7 @@ fn all_links() -> impl Iterator<Item = (RobotId, RobotId)> {
     links.filter(|(from, to)| from != to)
 }
 
-fn held(links: &Links, receiver: RobotId) -> Vec<RobotId> {
+fn held(links: &LinkFaults, receiver: RobotId) -> Vec<RobotId> {
     // Earlier contents are removed.
     let mut held = vec![receiver];
     links.write_held_senders(receiver, &mut held);
@@ -234,7 +234,7 @@ fn held_senders_are_listed_until_the_fault_heals() {
 /// Returns for each tick from 100 on whether a bursty fault makes a link bad.
 fn course(seed: u64, link: (RobotId, RobotId), p: f64, burst_s: f64, ticks: Tick) -> Vec<bool> {
     let fault = [dropping("all", "all", p, burst_s)];
-    let mut links = Links::new(&default_setup(seed));
+    let mut links = LinkFaults::new(&default_setup(seed));
     (100..100 + ticks)
         .map(|tick| {
             begin(&mut links, tick, &fault);
@@ -267,7 +267,7 @@ proptest! {
         prop_assert_eq!(&one, &course(seed, (BLUE, GOLD), p, burst_s, 50));
         // Other faults and missing queries change nothing.
         let faults = [dropping("all", "all", p, burst_s), dropping("all", "all", 0.0, 1.0)];
-        let mut links = Links::new(&default_setup(seed));
+        let mut links = LinkFaults::new(&default_setup(seed));
         for tick in 100..150 {
             begin(&mut links, tick, &faults);
         }
@@ -287,7 +287,7 @@ fn reception(sender: RobotId, sent_tick: Tick, delivery: Delivery) -> Reception 
     }
 }
 
-fn causes(links: &Links, sender: RobotId, sent_tick: Tick, delivery: Delivery) -> Vec<usize> {
+fn causes(links: &LinkFaults, sender: RobotId, sent_tick: Tick, delivery: Delivery) -> Vec<usize> {
     let reception = reception(sender, sent_tick, delivery);
     let causes = links.causes(BLUE, &reception);
     causes.map(|fault| fault.0).collect()
@@ -339,7 +339,7 @@ fn a_duplicate_is_attributed_to_the_faults_in_force_when_its_message_was_listed(
     let mut links = with(&faults);
     begin(&mut links, 20, &faults[..1]);
     begin(&mut links, 30, &[]);
-    let copy = |links: &Links, sent_tick| {
+    let copy = |links: &LinkFaults, sent_tick| {
         let mut causes = causes(links, GOLD, sent_tick, Delivery::Duplicate);
         causes.sort_unstable();
         causes
@@ -362,7 +362,7 @@ fn a_duplicate_is_attributed_to_the_faults_in_force_when_its_message_was_listed(
 fn in_order_stepping_delivers_to_later_robots_in_the_same_tick() {
     let mut setup = default_setup(1);
     setup.step_order = StepOrder::InOrder;
-    let mut links = Links::new(&setup);
+    let mut links = LinkFaults::new(&setup);
     begin(&mut links, 10, &[Fault::Deaf("gold".to_owned())]);
     let causes = |sender, sent_tick| {
         let reception = reception(sender, sent_tick, Delivery::Cut);
@@ -378,7 +378,7 @@ fn in_order_stepping_delivers_to_later_robots_in_the_same_tick() {
 fn a_periodic_fault_needs_bounded_memory_and_its_latest_duplicates_are_attributed() {
     const PERIODS: Tick = 2000;
     let fault = [Fault::Duplicate(chance("gold", "blue", 0.5))];
-    let mut links = Links::new(&default_setup(1));
+    let mut links = LinkFaults::new(&default_setup(1));
     for period in 0..PERIODS {
         begin(&mut links, 10 * period, &fault);
         begin(&mut links, 10 * period + 5, &[]);

@@ -3,24 +3,15 @@
 //! The environment variable `BREAKS` selects the part: `world`, `controller`, `nan` or `allocator`. The tests in
 //! `tests/broken.rs` check the effect.
 
-use std::sync::Arc;
-
-use scenario::fault::Fault;
-use scenario::ids::{BehaviorId, ItemId, RobotId, TaskId};
-use proto::mission::{Action, SensorReading, SharedKnowledge};
-use scenario::Setup;
-use proto::team::Broadcast;
-use proto::telemetry::{AllocationRow, BehaviorState};
-use proto::tick::Outcome;
-use scenario::time::SimTime;
-use proto::view::View;
-use glam::Vec2;
 use missions::MissionParts;
-use own_mission::VISIT;
-use robot_agent::allocator::{Allocator, Choice, Decision, Input, SelfState, NoParameters, RouteCost};
-use robot_agent::mission::{AgentMission, ControllerInput, MissionController, Perception, SharedMission, StepOutput};
-use world_server::mission::{FigureValue, MissionWorld, StepEvents, TeamFigures, Validity, WorldMission};
-use world_server::world::{ChangeError, Floor};
+use own_mission::controller::Visitor;
+use own_mission::data::VISIT;
+use own_mission::world::Visit;
+use proto::telemetry::{AllocationRow, BehaviorState};
+use robot_agent::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
+use robot_agent::mission::prelude::*;
+use serde::Serialize;
+use world_server::mission::prelude::*;
 
 const WHEN: SimTime = SimTime(3000);
 
@@ -29,13 +20,9 @@ fn breaks(part: &str) -> bool {
 }
 
 fn main() -> std::process::ExitCode {
-    let parts = MissionParts {
-        world: MissionWorld { new: |setup, floor| Box::new(World((VISIT.world.new)(setup, floor))), ..VISIT.world },
-        controller: MissionController {
-            shared: |setup| Arc::new(Team((VISIT.controller.shared)(setup))),
-            ..VISIT.controller
-        },
-    };
+    let parts = MissionParts::new::<World>(VISIT, |_| {
+        ControllerConstructor::new(|robot, setup| Controller { robot, controller: Visitor::new(robot, setup) })
+    });
     let registry = launch::Registry::built_in().with_mission(parts);
     launch::main(if breaks("allocator") {
         registry.with_allocator::<NotANumber>("alliance", "a utility that is not a number")
@@ -62,9 +49,14 @@ impl Allocator for NotANumber {
     }
 }
 
-struct World(Box<dyn WorldMission>);
+#[derive(Clone, Serialize)]
+struct World(Visit);
 
-impl WorldMission for World {
+impl MissionWorld for World {
+    fn new(setup: &Setup, floor: &Floor) -> Self {
+        Self(Visit::new(setup, floor))
+    }
+
     fn act(&mut self, robot: RobotId, action: &Action, floor: &mut Floor, happened: &mut StepEvents) {
         self.0.act(robot, action, floor, happened);
     }
@@ -77,11 +69,7 @@ impl WorldMission for World {
         self.0.sense(robot, floor, sensed)
     }
 
-    fn release_load(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut StepEvents) {
-        self.0.release_load(robot, floor, happened);
-    }
-
-    fn change(&mut self, fault: &Fault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
+    fn change(&mut self, fault: &MissionFault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
         self.0.change(fault, floor)
     }
 
@@ -89,83 +77,44 @@ impl WorldMission for World {
         self.0.end(now)
     }
 
-    fn load(&self, robot: RobotId) -> Option<ItemId> {
-        self.0.load(robot)
-    }
-
     fn row(&self, row: &mut Vec<FigureValue>) {
         self.0.row(row);
     }
 
     fn state_hash(&self) -> u64 {
-        self.0.state_hash()
-    }
-
-    fn figures(&self, figures: &mut TeamFigures) {
-        self.0.figures(figures);
+        hash_state(self)
     }
 
     fn add_to_view(&self, floor: &Floor, view: &mut View) {
         self.0.add_to_view(floor, view);
     }
-
-    fn clone_boxed(&self) -> Box<dyn WorldMission> {
-        Box::new(Self(self.0.clone_boxed()))
-    }
 }
 
-#[derive(Debug)]
-struct Team(Arc<dyn SharedMission>);
-
-impl SharedMission for Team {
-    fn create_controller(&self, robot: RobotId, setup: &Setup) -> Box<dyn AgentMission> {
-        Box::new(Controller { robot, controller: self.0.create_controller(robot, setup) })
-    }
-}
-
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Controller {
     robot: RobotId,
-    controller: Box<dyn AgentMission>,
+    controller: Visitor,
 }
 
-impl RouteCost for Controller {
-    fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
-        self.controller.seconds(after, task)
-    }
-}
-
-impl AgentMission for Controller {
-    fn perceive(&mut self, input: &ControllerInput<'_>, received: &[Arc<Broadcast>], perception: &mut Perception) {
+impl MissionController for Controller {
+    fn perceive(&mut self, input: &ControllerInput, received: &[Arc<Broadcast>], perception: &mut Perception) {
         let breaks = breaks("controller") && self.robot == RobotId(0);
         assert!(!breaks || input.now < WHEN, "the controller fails on purpose");
         self.controller.perceive(input, received, perception);
     }
 
-    fn choices(&self, input: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
-        self.controller.choices(input, applicable, choices);
-    }
-
-    fn act(&mut self, input: &ControllerInput<'_>, active: Option<BehaviorId>, output: &mut StepOutput) {
+    fn act(&mut self, input: &ControllerInput, active: Option<BehaviorId>, output: &mut StepOutput) {
         self.controller.act(input, active, output);
         if breaks("nan") && input.now >= WHEN {
             output.actuation.speed_m_s = f32::NAN;
         }
     }
 
-    fn shared_knowledge(&self, knowledge: &mut SharedKnowledge) {
-        self.controller.shared_knowledge(knowledge);
+    fn shared_knowledge(&self, input: &ControllerInput, knowledge: &mut SharedKnowledge) {
+        self.controller.shared_knowledge(input, knowledge);
     }
 
-    fn position(&self) -> Option<Vec2> {
-        self.controller.position()
-    }
-
-    fn is_laden(&self) -> bool {
-        self.controller.is_laden()
-    }
-
-    fn checkpoint(&self) -> Box<dyn AgentMission> {
-        Box::new(Self { robot: self.robot, controller: self.controller.checkpoint() })
+    fn seconds(&self, from: Option<Vec2>, after: &[TaskId], task: TaskId) -> Option<f64> {
+        self.controller.seconds(from, after, task)
     }
 }

@@ -4,9 +4,9 @@ use crate::waste::data::default_scenario;
 use proptest::prelude::*;
 
 use scenario::testkit::refusals;
-use scenario::{ParameterFile, ScenarioError, Setup};
+use scenario::{ParameterFile, Problem, Setup};
 
-fn resolve(text: &str) -> Result<(), ScenarioError> {
+fn resolve(text: &str) -> Result<(), Problem> {
     let file = ParameterFile::parse("p.properties", text.as_bytes())?;
     Setup::resolve(default_scenario(), 1, Some(&file)).map(drop)
 }

@@ -6,9 +6,9 @@ use glam::Vec2;
 use proptest::prelude::*;
 
 use scenario::testkit::{entry, refusals};
-use scenario::{Scenario, ScenarioError, Setup};
+use scenario::{Problem, Scenario, Setup};
 
-fn parse(text: &str) -> Result<Scenario, ScenarioError> {
+fn parse(text: &str) -> Result<Scenario, Problem> {
     Scenario::parse("s.toml", text, &Registry::built_in().vocabulary())
 }
 

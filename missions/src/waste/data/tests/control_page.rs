@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use cluster::rendezvous::Rendezvous;
 use proto::control::{ControlCommand, Reply, Request};
-use scenario::fault::{Fault, Order, OrderError};
-use scenario::{Catalog, Scenario};
+use scenario::fault::{Fault, Order};
+use scenario::{Catalog, Problem, Scenario};
 
 use crate::Registry;
 use crate::waste::data::WASTE;
@@ -28,7 +28,7 @@ fn cells() -> impl Iterator<Item = &'static str> {
 }
 
 /// Checks an example against a scenario in which it is valid.
-fn check(order: &Order) -> Result<(), OrderError> {
+fn check(order: &Order) -> Result<(), Problem> {
     let text = "[[robots]]\nname = \"blue\"\nside_sensor = true\n[[robots]]\nname = \"gold\"\n[[robots]]\nname = \"green\"\n[[robots]]\nname = \"red\"\nabsent = true\n";
     let vocabulary = Registry::built_in().vocabulary();
     // The clean-up has no skills.
@@ -71,7 +71,7 @@ fn the_page_has_an_example_of_every_fault() {
         shown.insert(fault.name().to_owned());
         assert_eq!(check(&Order::now(fault)), Ok(()), "{cell}");
     }
-    let own = WASTE.faults().iter().map(|spec| spec.name);
+    let own = WASTE.vocabulary().faults.iter().map(|spec| spec.name);
     let all = Fault::COMMON_NAMES.into_iter().chain(own);
     assert_eq!(shown, all.map(str::to_owned).collect());
 }

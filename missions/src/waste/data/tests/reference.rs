@@ -29,14 +29,18 @@ fn with_optional_keys() -> String {
     uncommented.collect::<Vec<_>>().join("\n")
 }
 
+/// Returns the scenario with its optional keys, which can be used as shown.
+fn all() -> Scenario {
+    parse(&with_optional_keys())
+}
+
+fn parse(text: &str) -> Scenario {
+    Scenario::parse("reference.toml", text, &Registry::built_in().vocabulary()).unwrap()
+}
+
 #[test]
 fn it_is_the_default_scenario_but_for_the_description() {
-    let reference = Scenario::parse(
-        "reference.toml",
-        REFERENCE,
-        &Registry::built_in().vocabulary(),
-    )
-    .unwrap();
+    let reference = parse(REFERENCE);
     let description = reference.description.clone();
     let default = default_scenario();
     assert_eq!(
@@ -49,23 +53,8 @@ fn it_is_the_default_scenario_but_for_the_description() {
 }
 
 #[test]
-fn its_optional_keys_can_be_used_as_shown() {
-    Scenario::parse(
-        "reference.toml",
-        &with_optional_keys(),
-        &Registry::built_in().vocabulary(),
-    )
-    .unwrap();
-}
-
-#[test]
 fn its_switches_are_those_of_the_default_preset() {
-    let all = Scenario::parse(
-        "reference.toml",
-        &with_optional_keys(),
-        &Registry::built_in().vocabulary(),
-    )
-    .unwrap();
+    let all = all();
     let preset = Preset::default();
     assert_eq!(all.step_order, Some(preset.step_order()));
     let switches = SwitchSection {
@@ -87,24 +76,13 @@ fn every_fault() -> impl Iterator<Item = Fault> {
 
 /// Returns name and mode of a fault. `reference.toml` has at most one example of each.
 fn kind(fault: &Fault) -> String {
-    let mode = match fault {
-        Fault::Sensor(fault) => fault.mode.to_string(),
-        Fault::Actuator(fault) => fault.mode.to_string(),
-        _ => String::new(),
-    };
-    let mode = mode.split(' ').next().unwrap_or_default();
-    format!("{} {mode}", fault.name())
+    format!("{} {}", fault.name(), fault.mode().unwrap_or_default())
 }
 
 /// docs/CONTROL.md shows every fault. This file shows faults of each group, and all of the mission's own.
 #[test]
 fn its_faults_are_of_every_group() {
-    let shown = Scenario::parse(
-        "reference.toml",
-        &with_optional_keys(),
-        &Registry::built_in().vocabulary(),
-    )
-    .unwrap();
+    let shown = all();
     let orders = || shown.faults.timeline.iter();
     let kinds: BTreeSet<String> = orders().map(|order| kind(&order.fault)).collect();
     assert_eq!(kinds.len(), orders().count(), "each is shown once");
@@ -119,13 +97,7 @@ fn its_faults_are_of_every_group() {
 
 #[test]
 fn its_random_faults_have_the_built_in_values() {
-    let all = Scenario::parse(
-        "reference.toml",
-        &with_optional_keys(),
-        &Registry::built_in().vocabulary(),
-    )
-    .unwrap();
-    assert_eq!(all.faults.random, Some(RandomFaults::default()));
+    assert_eq!(all().faults.random, Some(RandomFaults::default()));
 }
 
 /// No `..Default` here: a new field fails to compile, and the test then requires its documentation.

@@ -8,8 +8,8 @@ use world_server::faults::actuators::Actuators;
 use world_server::faults::schedule::FaultIndex;
 use world_server::world::World;
 
+use crate::waste::MISSION;
 use crate::waste::data::default_setup;
-use crate::waste::world::WASTE;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
@@ -26,7 +26,7 @@ fn apply_faults(faults: &[Fault], robot: RobotId, commanded: Actuation) -> (Actu
     let faults = faults.iter().enumerate();
     actuators.begin_tick(faults.map(|(index, fault)| (FaultIndex(index), fault)));
     let mut command = Some(commanded);
-    let world = World::new(&default_setup(1), WASTE);
+    let world = World::new(&default_setup(1), MISSION.world);
     let hits = actuators.apply_to(world.mission(), robot, &mut command);
     let hits = hits.into_iter().map(|fault| fault.0).collect();
     (command.unwrap(), hits)
@@ -75,7 +75,7 @@ fn a_robot_without_power_or_that_babbles_executes_no_command() {
     let mut actuators = Actuators::new(&default_setup(1));
     let fault = Fault::Babble("blue".to_owned());
     actuators.begin_tick([(FaultIndex(0), &fault)].into_iter());
-    let world = World::new(&default_setup(1), WASTE);
+    let world = World::new(&default_setup(1), MISSION.world);
     assert!(
         actuators
             .apply_to(world.mission(), BLUE, &mut none)

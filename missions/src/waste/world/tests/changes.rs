@@ -5,8 +5,8 @@ use world_server::interruption::Interruption;
 use world_server::world::World;
 
 use super::waste;
+use crate::waste::MISSION;
 use crate::waste::data::default_setup;
-use crate::waste::world::WASTE;
 
 fn interruption(json: &str) -> Interruption {
     let fault = serde_json::from_str(json).unwrap();
@@ -14,7 +14,7 @@ fn interruption(json: &str) -> Interruption {
 }
 
 fn world() -> World {
-    World::new(&default_setup(1), WASTE)
+    World::new(&default_setup(1), MISSION.world)
 }
 
 #[test]

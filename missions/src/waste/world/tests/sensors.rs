@@ -7,7 +7,7 @@ use proto::mission::items::{ItemsReading, Zone};
 use proto::readings::{Ground, Hit, Pose, Proximity};
 use scenario::fault::SensorFault;
 
-use crate::waste::world::WASTE;
+use crate::waste::MISSION;
 use glam::Vec2;
 use proto::readings::Readings;
 use proto::tick::TickMessage;
@@ -88,7 +88,7 @@ impl Bench {
     fn new(faults: impl IntoIterator<Item = Fault>) -> Self {
         let faults = faults.into_iter().enumerate();
         Self {
-            world: World::new(&default_setup(7), WASTE),
+            world: World::new(&default_setup(7), MISSION.world),
             sensors: Sensors::new(&default_setup(7)),
             sent: vec![TickMessage::default(); 3],
             faults: faults

@@ -6,7 +6,6 @@ mod heartbeats;
 mod history;
 mod properties;
 mod steps;
-mod switches;
 mod takeover;
 mod teammates;
 mod waiting;

@@ -2,15 +2,6 @@
 
 use super::*;
 
-/// Creates robots whose sets reach θ at different times: top after 20 s, bottom after 25 s.
-fn staggered(step_ms: u64) -> Setup {
-    let mut setup = setup(Preset::Team, 2, step_ms);
-    for robot in setup.alliance.robots.values_mut() {
-        robot.sets.get_mut("move(bottom)").unwrap().fast_impatience = 4.0;
-    }
-    setup
-}
-
 fn motivations(output: &StepOutcome) -> Vec<f64> {
     output
         .motivations
@@ -20,59 +11,12 @@ fn motivations(output: &StepOutcome) -> Vec<f64> {
 }
 
 #[test]
-fn first_step_of_an_incarnation_adds_nothing() {
-    let setup = setup(Preset::Team, 2, 200);
-    let mut gold = Solo::new(GOLD, &setup);
-    gold.now = ms(77_000);
-    assert_eq!(motivations(&gold.step(ALL, &[])), [0.0; 4]);
-    assert_eq!(motivations(&gold.step(ALL, &[])), [1.0; 4]);
-}
-
-#[test]
 fn a_stopped_robot_gains_one_step_length() {
     let setup = setup(Preset::Team, 2, 200);
     let mut gold = Solo::new(GOLD, &setup);
     gold.quiet_until(ms(400), ALL);
     gold.now = ms(300_000);
     assert_eq!(motivations(&gold.step(ALL, &[])), [2.0; 4]);
-}
-
-#[test]
-fn activation_suppresses_the_others_from_the_next_step_on() {
-    let both = [false, true, true, false];
-    let mut gold = Solo::new(GOLD, &staggered(200));
-    gold.quiet_until(ms(20_000), both);
-    let output = gold.step(both, &[]);
-    assert_eq!(gold.engine.active(), Some(set(TOP)));
-    assert_eq!(output.motivations[TOP].state, BehaviorState::Active);
-    assert!(output.motivations[BOTTOM].activity_suppression);
-    assert!((output.motivations[BOTTOM].motivation - 80.0).abs() < 1e-9);
-
-    let output = gold.step(both, &[]);
-    assert!(output.motivations[TOP].activity_suppression);
-    assert_eq!(output.motivations[TOP].motivation, 100.0);
-    assert!(!output.motivations[BOTTOM].activity_suppression);
-    assert_eq!(output.motivations[BOTTOM].motivation, 0.0);
-}
-
-#[test]
-fn hibernation_frees_the_others_in_the_same_step() {
-    let both = [false, true, true, false];
-    let mut gold = Solo::new(GOLD, &staggered(200));
-    gold.quiet_until(ms(22_000), both);
-    assert_eq!(gold.engine.active(), Some(set(TOP)));
-    let output = gold.step([false, false, true, false], &[]);
-    assert_eq!(gold.engine.active(), None);
-    assert_eq!(output.motivations[TOP].motivation, 0.0);
-    assert!(output.motivations[BOTTOM].activity_suppression);
-    assert!((output.motivations[BOTTOM].motivation - 0.8).abs() < 1e-12);
-    let expected = StateChange {
-        set: set(TOP),
-        from: BehaviorState::Active,
-        to: BehaviorState::Hibernating,
-        reason: Reason::NotApplicable,
-    };
-    assert_eq!(output.changes, [expected]);
 }
 
 #[test]
@@ -159,19 +103,4 @@ fn messages_from_outside_the_team_or_about_unknown_tasks_are_ignored() {
     let output = gold.step(ONLY_TOP, &[unknown, own, outsider]);
     assert!(output.motivations[TOP].impatience_reset);
     assert_eq!(output.motivations[TOP].impatience, 5.0);
-}
-
-#[test]
-fn a_clone_continues_like_the_original() {
-    let mut team = Team::new(&setup(Preset::Team, 3, 200));
-    team.run_until(ms(31_000), &[ALL; 3]);
-    let mut snapshot = team.engines[1].clone();
-    let input = StepInput {
-        now: team.now,
-        received: &shared(&team.inboxes[1]),
-        applicable: &ALL,
-        progressed: &[],
-    };
-    let repeated = step_of(&mut snapshot, &input);
-    assert_eq!(repeated, step_of(&mut team.engines[1], &input));
 }

@@ -22,15 +22,6 @@ fn two_claims_in_one_step_go_to_the_lower_rank() {
 }
 
 #[test]
-fn the_loser_of_a_claim_stays_at_threshold() {
-    let mut team = Team::new(&setup(Preset::Team, 2, 200));
-    team.run_until(ms(20_200), &[ONLY_TOP; 2]);
-    let outputs = team.step(&[ONLY_TOP; 2]);
-    assert_eq!(outputs[1].motivations[TOP].motivation, 100.0);
-    assert_eq!(outputs[1].announcements[0].state, TaskState::Waiting);
-}
-
-#[test]
 fn the_earlier_claim_wins_after_its_first_message_was_lost() {
     let mut setup = setup(Preset::Team, 2, 200);
     behaviors_of(&mut setup, "blue", |set| set.fast_impatience = 4.95);

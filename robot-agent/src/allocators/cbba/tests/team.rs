@@ -11,7 +11,7 @@ use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use crate::allocator::{
-    Allocator, Choice, Decision, Input, OwnBehavior, RandomDraws, RouteCost, SelfState, TaskBrief,
+    Allocator, Choice, Decision, Input, OwnBehavior, RandomDraws, SelfState, TaskBrief,
 };
 
 /// The length of a step, ms.
@@ -77,23 +77,18 @@ impl Work {
         times
     }
 
+    fn seconds(&self, robot: usize, after: &[TaskId], task: TaskId) -> f64 {
+        match after.last() {
+            Some(last) => self.after_s[last.index()][task.index()],
+            None => self.first_s[robot][task.index()],
+        }
+    }
+
     /// Computes S(p), without the bonus of a unit under way.
     pub fn score(&self, robot: usize, path: &[usize]) -> f64 {
         let times = self.times(robot, path).into_iter().zip(path);
         times.fold(0.0, |score, (time_s, &task)| {
             score + self.reward[task] * libm::pow(0.98, time_s)
-        })
-    }
-}
-
-struct Route<'a>(&'a Work, usize);
-
-impl RouteCost for Route<'_> {
-    fn seconds(&self, after: &[TaskId], task: TaskId) -> Option<f64> {
-        let Self(work, robot) = self;
-        Some(match after.last() {
-            Some(last) => work.after_s[last.index()][task.index()],
-            None => work.first_s[*robot][task.index()],
         })
     }
 }
@@ -271,7 +266,7 @@ impl<A: Allocator> Team<A> {
                 choices: &choices,
                 progressed: &std::mem::take(&mut self.progressed[robot]),
                 received: &received,
-                route: &Route(&self.work, robot),
+                seconds: &|after, task| Some(self.work.seconds(robot, after, task)),
                 ground_truth: &[],
                 draws: RandomDraws::new(7, member.me.robot, self.tick),
             };

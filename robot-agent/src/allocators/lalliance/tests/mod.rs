@@ -15,7 +15,7 @@ use scenario::{Preset, Switches};
 
 use super::{Config, Learner, Ordering, Strategy};
 use crate::allocator::{
-    Input, OwnBehavior, RandomDraws, RouteCost, RunningAllocator, SelfState, StepOutcome, TaskBrief,
+    Input, OwnBehavior, RandomDraws, RunningAllocator, SelfState, StepOutcome, TaskBrief,
 };
 
 const THRESHOLD: f64 = 100.0;
@@ -122,7 +122,7 @@ impl Solo {
             choices: &[],
             progressed: &progressed,
             received,
-            route: &NoRoute,
+            seconds: &|_, _| None,
             ground_truth: &[],
             draws: RandomDraws::new(7, RobotId(0), self.now.0 / STEP.0),
         };
@@ -132,14 +132,6 @@ impl Solo {
 
     fn active(&self) -> Option<u16> {
         self.outcome.active.map(|behavior| behavior.0)
-    }
-}
-
-struct NoRoute;
-
-impl RouteCost for NoRoute {
-    fn seconds(&self, _: &[TaskId], _: TaskId) -> Option<f64> {
-        None
     }
 }
 

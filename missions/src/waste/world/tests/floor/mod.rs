@@ -16,7 +16,7 @@ use scenario::ids::RobotId;
 use scenario::{Obstacle, Robot, Scenario, Setup, Start};
 
 use super::CleanUp;
-use crate::waste::world::WASTE;
+use crate::waste::MISSION;
 use world_server::world::World;
 
 pub(crate) const BLUE: RobotId = RobotId(0);
@@ -26,7 +26,7 @@ pub(crate) const GOLD: RobotId = RobotId(1);
 pub(crate) fn world(change: impl FnOnce(&mut Scenario)) -> World {
     let mut setup = default_setup(1);
     change(&mut setup.scenario);
-    World::new(&setup, WASTE)
+    World::new(&setup, MISSION.world)
 }
 
 /// Places robots at (x, y, heading in degrees) in a room without items. The first has a side sensor.

@@ -11,7 +11,7 @@ use proto::readings::Pose;
 use world_server::world::StartError;
 
 fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
-    world_server::world::start_poses(scenario, (WASTE.start_area)(scenario), &[], &[])
+    world_server::world::start_poses(scenario, (MISSION.world.start_area)(scenario), &[], &[])
 }
 
 fn team(count: usize, width_m: f32, height_m: f32) -> Scenario {

@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use alliance_tests::needs::cannot_run;
-
-use crate::harness::Lab;
+use crate::harness::{Lab, alliance};
+use crate::needs::cannot_run;
 
 /// Returns a Python with these modules: one in a `python` folder next to the programs under test, or that of the
 /// system. Returns `None` without one, if the test may be skipped.
 pub fn python(modules: &[&str]) -> Option<PathBuf> {
-    let program = Path::new(env!("CARGO_BIN_EXE_alliance-under-test"));
+    let program = alliance();
     let made = program
         .ancestors()
         .map(|folder| folder.join("python/bin/python3"));

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use alliance_tests::hosts::Hosts;
-use alliance_tests::testkit::results;
+use crate::hosts::Hosts;
+use crate::testkit::{files, results};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use run_log::RunLog;
@@ -20,7 +20,16 @@ use tempfile::TempDir;
 /// The longest wait of a test. A longer wait is a hang. It is long because machines can be busy.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-pub const ALLIANCE: &str = env!("CARGO_BIN_EXE_alliance-under-test");
+/// Returns the path of the command under test, which cargo puts above the folder of the tests' own programs.
+///
+/// # Panics
+/// Panics if the test has no path.
+#[must_use]
+pub fn alliance() -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    let target = test.ancestors().nth(2).unwrap();
+    target.join("alliance-under-test")
+}
 
 /// The folder, the runtime folder and the processes of one test.
 pub struct Lab {
@@ -44,6 +53,7 @@ pub struct Finished {
 }
 
 impl Lab {
+    #[allow(clippy::new_without_default)] // It creates a folder, which is no default value.
     pub fn new() -> Self {
         Self {
             folder: TempDir::new().unwrap(),
@@ -61,14 +71,14 @@ impl Lab {
     pub fn start_with(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
         let runtime = self.path("runtime");
         std::fs::create_dir_all(&runtime).unwrap();
-        let mut command = Command::new(ALLIANCE);
+        let mut command = Command::new(alliance());
         command.env("XDG_RUNTIME_DIR", &runtime);
         command.envs(variables.iter().copied());
         self.spawn(command, arguments)
     }
 
     pub fn start_on(&self, hosts: &Hosts, host: &str, arguments: &[&str]) -> Process {
-        self.spawn(hosts.command(host, ALLIANCE), arguments)
+        self.spawn(hosts.command(host, alliance()), arguments)
     }
 
     fn spawn(&self, mut command: Command, arguments: &[&str]) -> Process {
@@ -166,23 +176,23 @@ impl Lab {
         }
     }
 
-    /// Checks that each table of two runs has the same bytes.
+    /// Checks that each table of two runs has the same bytes, and that their answers of external controllers do.
     #[track_caller]
     pub fn assert_same_bytes(&self, a: &str, b: &str) {
-        for table in [
-            "motivations.csv",
-            "messages.csv",
-            "events.csv",
-            "poses.csv",
-            "mission.csv",
-            "ticks.csv",
-            "inputs.jsonl",
-        ] {
-            let read = |run: &str| std::fs::read(self.path(run).join(table)).unwrap();
-            let (left, right) = (read(a), read(b));
+        let tables = |run: &str| {
+            let mut tables = files(&self.path(run));
+            let endings = [".csv", "inputs.jsonl", "foreign.bin"];
+            tables.retain(|name, _| endings.iter().any(|ending| name.ends_with(ending)));
+            tables
+        };
+        let (left, right) = (tables(a), tables(b));
+        assert!(left.keys().eq(right.keys()), "tables of {a} and {b}");
+        assert!(left.len() >= 7, "tables of {a}: {:?}", left.keys());
+        for (table, left) in left {
+            let right = &right[&table];
             assert!(!left.is_empty(), "{a}/{table} is empty");
-            if left != right {
-                let at = left.iter().zip(&right).position(|(x, y)| x != y);
+            if left != *right {
+                let at = left.iter().zip(right).position(|(x, y)| x != y);
                 let at = at.unwrap_or(left.len().min(right.len()));
                 let around = |bytes: &[u8]| {
                     let from = at.saturating_sub(120);
@@ -191,7 +201,7 @@ impl Lab {
                 panic!(
                     "{table} of {a} and {b} differ at byte {at}:\n{}\n---\n{}",
                     around(&left),
-                    around(&right)
+                    around(right)
                 );
             }
         }

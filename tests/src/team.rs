@@ -23,13 +23,9 @@ impl<'l> Team<'l> {
 
     /// Starts the mission with its page, unless the arguments disable it. The launcher's stderr contains the link.
     pub fn start_with_page(lab: &'l Lab, arguments: &[&str]) -> Self {
-        Self::start_with(lab, arguments, &[])
-    }
-
-    pub fn start_with(lab: &'l Lab, arguments: &[&str], variables: &[(&str, &str)]) -> Self {
         let mut all = vec!["run", "--out", "run", "--json"];
         all.extend(arguments);
-        let mut launcher = lab.start_with(&all, variables);
+        let mut launcher = lab.start(&all);
         launcher.wait_for_stderr("process ids: ");
         let stderr = launcher.stderr();
         let after = |label: &str| {

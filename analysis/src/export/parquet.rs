@@ -3,26 +3,20 @@
 //! Numbers keep their exact values: times and counts are 64-bit integers, positions are single and motivations double
 //! floats. Flags are booleans. Missing numbers are null, and missing texts are empty.
 
-mod column;
-
-use std::fs::{self, File};
-use std::io::{BufWriter, ErrorKind};
+use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
-use std::sync::Arc;
 
-use ::parquet::basic::Compression;
 use ::parquet::file::metadata::KeyValue;
-use ::parquet::file::properties::WriterProperties;
-use ::parquet::file::writer::SerializedFileWriter;
-use ::parquet::schema::types::Type;
 use anyhow::{Context, anyhow, bail};
 use run_log::{
     AllocationMessageRow, AllocationRow, DeclaredRow, EventRow, MessageRow, MissionRow,
     MotivationRow, PoseRow, RunLog, Table, TableRow, TargetRow, TickRow,
 };
 
-use super::columns::{Column, declared, of_mission};
 use super::facts;
+use crate::columns::parquet::{create, write_group};
+use crate::columns::{Column, declared, of_mission};
 use crate::new_file::NewFile;
 
 /// Rows per group, which are in memory at once.
@@ -37,19 +31,21 @@ type WriteTable = fn(&RunLog, &mut NewFile) -> anyhow::Result<()>;
 /// Returns an error when the log has no tables, a row is invalid, or a file cannot be written. Older files remain until
 /// all new files are written.
 pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
-    let tables: [(Table, WriteTable); 9] = [
-        (MotivationRow::TABLE, write_known::<MotivationRow>),
-        (AllocationRow::TABLE, write_known::<AllocationRow>),
-        (
-            AllocationMessageRow::TABLE,
-            write_known::<AllocationMessageRow>,
-        ),
-        (MessageRow::TABLE, write_known::<MessageRow>),
-        (EventRow::TABLE, write_known::<EventRow>),
-        (PoseRow::TABLE, write_known::<PoseRow>),
-        (MissionRow::TABLE, write_mission),
-        (TargetRow::TABLE, write_known::<TargetRow>),
-        (TickRow::TABLE, write_known::<TickRow>),
+    fn known<R: DeclaredRow>() -> (Table, WriteTable) {
+        (R::TABLE, |log, file| {
+            write_table(log, &declared::<R>(), file)
+        })
+    }
+    let tables = [
+        known::<MotivationRow>(),
+        known::<AllocationRow>(),
+        known::<AllocationMessageRow>(),
+        known::<MessageRow>(),
+        known::<EventRow>(),
+        known::<PoseRow>(),
+        (MissionRow::TABLE, write_mission as WriteTable),
+        known::<TargetRow>(),
+        known::<TickRow>(),
     ];
     let (kept, left_out): (Vec<_>, Vec<_>) = tables
         .into_iter()
@@ -61,7 +57,7 @@ pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
         );
     }
     fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    let path = |table: Table| folder.join(format!("{}.parquet", name(table)));
+    let path = |table| folder.join(format!("{}.parquet", name(table)));
     let mut files = Vec::new();
     for (table, write) in kept {
         let path = path(table);
@@ -101,10 +97,6 @@ fn name(table: Table) -> &'static str {
     table.file_name().trim_end_matches(".csv")
 }
 
-fn write_known<R: DeclaredRow>(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
-    write_table(log, &declared::<R>(), file)
-}
-
 fn write_mission(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
     let declared = log.run.setup.catalog.mission.vocabulary().columns;
     write_table(log, &of_mission(declared), file)
@@ -115,39 +107,18 @@ fn write_table<R: TableRow>(
     columns: &[Column<R>],
     file: &mut NewFile,
 ) -> anyhow::Result<()> {
-    let fields = columns
-        .iter()
-        .map(column::schema)
-        .collect::<Result<_, _>>()?;
-    let schema = Type::group_type_builder(name(R::TABLE))
-        .with_fields(fields)
-        .build()?;
     let facts = facts(log).into_iter();
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_key_value_metadata(Some(
-            facts
-                .map(|(key, value)| KeyValue::new(key, value))
-                .collect(),
-        ))
-        .build();
-    let mut writer: SerializedFileWriter<BufWriter<&mut File>> =
-        SerializedFileWriter::new(file.writer(), Arc::new(schema), Arc::new(properties))?;
+    let facts = facts
+        .map(|(key, value)| KeyValue::new(key, value))
+        .collect();
+    let mut writer = create(file.writer(), name(R::TABLE), columns, Some(facts))?;
     let mut rows = log.each_row::<R>();
     loop {
         let group: Vec<R> = rows.by_ref().take(GROUP_ROWS).collect::<Result<_, _>>()?;
         if group.is_empty() {
             break;
         }
-        let mut group_writer = writer.next_row_group()?;
-        for column in columns {
-            let mut column_writer = group_writer
-                .next_column()?
-                .context("fewer columns than in the schema")?;
-            column::write(column, &group, &mut column_writer)?;
-            column_writer.close()?;
-        }
-        group_writer.close()?;
+        write_group(&mut writer, columns, &group)?;
     }
     writer.close()?;
     Ok(())
@@ -155,10 +126,10 @@ fn write_table<R: TableRow>(
 
 #[cfg(test)]
 mod tests {
+    use std::fs::File;
     use std::path::Path;
 
     use ::parquet::file::reader::{FileReader, SerializedFileReader};
-    use ::parquet::record::Field;
     use tempfile::TempDir;
 
     use super::*;
@@ -175,37 +146,12 @@ mod tests {
         file.put_in_place().unwrap();
         let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
         let rows = reader.get_row_iter(None).unwrap();
-        let rows: Vec<Vec<(String, Field)>> = rows.map(|row| row.unwrap().into_columns()).collect();
-        let row = |values: [Field; 5]| -> Vec<(String, Field)> {
-            let names = [
-                "t_ms",
-                "places_left",
-                "places_visited",
-                "last_visit_ms",
-                "way_m",
-            ];
-            names.map(str::to_owned).into_iter().zip(values).collect()
-        };
-        let [count, time] = [Field::Long, Field::Long];
-        assert_eq!(
-            rows,
-            [
-                row([count(0), count(5), count(0), Field::Null, Field::Null]),
-                row([
-                    count(10_000),
-                    count(4),
-                    count(1),
-                    time(10_000),
-                    Field::Double(2.5)
-                ]),
-                row([
-                    count(20_000),
-                    count(2),
-                    count(3),
-                    time(20_000),
-                    Field::Double(7.0)
-                ]),
-            ]
-        );
+        let rows: Vec<String> = rows.map(|row| row.unwrap().to_string()).collect();
+        let expected = [
+            "{t_ms: 0, places_left: 5, places_visited: 0, last_visit_ms: null, way_m: null}",
+            "{t_ms: 10000, places_left: 4, places_visited: 1, last_visit_ms: 10000, way_m: 2.5}",
+            "{t_ms: 20000, places_left: 2, places_visited: 3, last_visit_ms: 20000, way_m: 7.0}",
+        ];
+        assert_eq!(rows, expected);
     }
 }

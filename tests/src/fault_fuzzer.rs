@@ -25,7 +25,7 @@ use world_server::barrier::{Presence, Verdict};
 use world_server::simulation::Simulation;
 
 /// The orders of the operator, with `{}` for a robot name.
-const ORDERS: [&str; 12] = [
+const ORDERS: [&str; 14] = [
     r#"{"fault":{"pause":"{}"},"for_s":0.5}"#,
     r#"{"fault":{"pause":"{}"},"for_s":3}"#,
     r#"{"fault":{"kill":"{}"},"for_s":0.3}"#,
@@ -38,24 +38,38 @@ const ORDERS: [&str; 12] = [
     r#"{"fault":{"mute":"{}"},"every_s":2,"for_s":0.5}"#,
     r#"{"fault":{"kill":"{}"},"when":"{} stalls","for_s":0.5}"#,
     r#"{"fault":{"pause":"{}"},"when":"any joins","for_s":0.5}"#,
+    r#"{"fault":{"waste":{"x_m":2,"y_m":2}}}"#,
+    r#"{"fault":{"obstacle":{"x_m":3,"y_m":2,"width_m":0.4,"height_m":0.4}},"for_s":1}"#,
 ];
 
 /// The number of inputs without the end of a tick that counts as a hang.
-const HANG: u32 = 20_000;
+const HANG: u32 = 200_000;
 
 /// The number of inputs by kind and by the state of the world and of the robot concerned.
 pub type Coverage = BTreeMap<(&'static str, String), u64>;
 
-/// Runs at most `ticks` ticks, and adds the inputs to `coverage`.
+/// The conditions of a fuzzed run.
+#[derive(Clone, Copy, Debug)]
+pub struct Fuzz {
+    pub seed: u64,
+    /// The number of ticks after which the run is interrupted.
+    pub ticks: u64,
+    /// The share of signals, orders and starts by hand that is left out. With 0, robots complete hardly any work.
+    pub calm: f64,
+    /// The probability that a broadcast is lost at a receiver.
+    pub loss: f64,
+}
+
+/// Runs a mission, and adds the inputs to `coverage`.
 ///
 /// # Errors
 /// Never returns an error, because the log is in memory.
 pub fn run(
     setup: &Setup,
-    ticks: u64,
-    seed: u64,
+    fuzz: Fuzz,
     coverage: &mut Coverage,
 ) -> Result<Recorder<MemoryLog>, RecordError> {
+    let seed = fuzz.seed;
     let registry = Registry::current();
     let mission = registry.worlds().find(&setup.scenario);
     let mission = mission.expect("a mission that comes with the simulator");
@@ -70,6 +84,7 @@ pub fn run(
         launcher_messages: VecDeque::new(),
         under_way: None,
         number: 0,
+        fuzz,
         rng: ChaCha8Rng::seed_from_u64(seed),
         coverage,
     };
@@ -80,7 +95,7 @@ pub fn run(
     fuzzer.pump()?;
     let (mut tick, mut waited) = (0, 0);
     while fuzzer.simulation.outcome().is_none() {
-        if fuzzer.simulation.tick() >= ticks {
+        if fuzzer.simulation.tick() >= fuzz.ticks {
             fuzzer.simulation.interrupt();
         } else {
             fuzzer.step()?;
@@ -116,6 +131,7 @@ struct Fuzzer<'c> {
     launcher_messages: VecDeque<LauncherMessage>,
     under_way: Option<ActRequest>,
     number: u64,
+    fuzz: Fuzz,
     rng: ChaCha8Rng,
     coverage: &'c mut Coverage,
 }
@@ -171,9 +187,10 @@ impl Fuzzer<'_> {
             45..84 => self.receive_from_agent(),
             84..89 => self.execute_act(),
             89..96 => self.receive_from_launcher(),
-            96 => self.signal(),
-            97 => self.order(),
-            98 => self.pass_time(),
+            96 => self.pass_time(),
+            _ if self.rng.random_bool(self.fuzz.calm) => {}
+            97 => self.signal(),
+            98 => self.order(),
             _ => self.start_by_hand(),
         }
         self.pump()
@@ -268,6 +285,7 @@ impl Fuzzer<'_> {
                 if other != pid
                     && !teammate.ended
                     && let Some((_, radio)) = &mut teammate.agent
+                    && !self.rng.random_bool(self.fuzz.loss)
                 {
                     radio.receive(broadcast.clone());
                 }
