@@ -36,10 +36,10 @@ def test_an_observation_has_the_positions_of_the_robot_and_its_teammates():
         assert [seen["heading.cos"], seen["heading.sin"]] == pytest.approx([np.cos(heading), np.sin(heading)], abs=1e-5)
         offsets = sorted((other[:2] - [x, y] for place, other in enumerate(poses) if place != agent), key=np.linalg.norm)
         for place, offset in enumerate(offsets):
-            assert seen[f"mate{place}.messages"] == seen[f"mate{place}.there"] == 1
+            assert seen[f"mate{place}.received"] == seen[f"mate{place}.there"] == 1
             observed = np.array([seen[f"mate{place}.x"], seen[f"mate{place}.y"]]) * size.max()
             assert observed == pytest.approx(offset, abs=1e-3)
-        assert seen["mate2.messages"] == 0
+        assert seen["mate2.received"] == 0
         assert seen["time"] == pytest.approx(45 * 0.05 / 10, abs=1e-6)
 
 
