@@ -127,7 +127,10 @@ fn teammates(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup) {
     for (place, mate) in nearest.iter().enumerate() {
         let mate = mate.map(|(_, mate)| mate);
         let offset = mate.and_then(|mate| Some(mate.position? - agent.position?));
-        row.put(|| format!("mate{place}.received"), f32::from(mate.is_some()));
+        row.put(
+            || format!("mate{place}.received"),
+            f32::from(mate.is_some()),
+        );
         row.offset(|| format!("mate{place}"), offset, part_m);
         let task = mate.and_then(|mate| mate.executing);
         let task = task.map_or(0.0, |task| f32::from(task + 1) / tasks);
