@@ -362,7 +362,7 @@ fn a_controller_that_ignores_a_link_fault_is_dismissed_and_the_run_continues() {
     let world_log = fs::read_to_string(lab.path("run/logs/world.log")).unwrap();
     assert!(world_log.contains("controller dismissed"), "{world_log}");
     assert!(
-        world_log.contains("from blue: 'heard', but the link's result is 'cut'"),
+        world_log.contains("from blue: 'received', but the link's result is 'cut'"),
         "{world_log}"
     );
     let rows = log.rows::<EventRow>().unwrap();
