@@ -168,6 +168,18 @@ pub enum MarkOutline {
     },
 }
 
+impl MarkOutline {
+    /// Returns the place above which the label of the mark is written, m: the top, or the middle of a bar or line.
+    #[must_use]
+    pub fn label_place(&self) -> Vec2 {
+        match *self {
+            Self::Disc { center, radius_m } => center + Vec2::new(0.0, radius_m),
+            Self::Rectangle { min, max } => Vec2::new((min.x + max.x) / 2.0, max.y),
+            Self::Bar { from, to, .. } | Self::Line { from, to } => (from + to) / 2.0,
+        }
+    }
+}
+
 /// The role of a mark. Observers use one color per role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -252,32 +252,25 @@ fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
             let size = vector(way.length(), width, FLAT);
             entity.cubes.push(cube(pose, size, paint));
         };
-        let top = match mark.outline {
+        match mark.outline {
             MarkOutline::Disc { center, radius_m } => {
                 let at = vector(center.x, center.y, 0.0);
                 entity.cylinders.push(cylinder(at, (radius_m, FLAT), paint));
-                center + Vec2::new(0.0, radius_m)
             }
             MarkOutline::Rectangle { min, max } => {
                 let middle_y = (min.y + max.y) / 2.0;
                 let end = |x| Vec2::new(x, middle_y);
                 slab(end(min.x), end(max.x), max.y - min.y);
-                Vec2::new((min.x + max.x) / 2.0, max.y)
             }
             MarkOutline::Bar {
                 from,
                 to,
                 half_width_m,
-            } => {
-                slab(from, to, 2.0 * half_width_m);
-                (from + to) / 2.0
-            }
-            MarkOutline::Line { from, to } => {
-                slab(from, to, THIN);
-                (from + to) / 2.0
-            }
-        };
+            } => slab(from, to, 2.0 * half_width_m),
+            MarkOutline::Line { from, to } => slab(from, to, THIN),
+        }
         if mark.is_labelled(marks.len()) {
+            let top = mark.outline.label_place();
             let above = vector(top.x, f64::from(top.y) + LETTERS, 0.1);
             entity.texts.push(lettering(mark.label.clone(), above));
         }

@@ -290,39 +290,28 @@ impl<'m, 'a> Map<'m, 'a> {
         };
         for mark in marks {
             let color = palette::mark_color(mark);
-            let top = match mark.outline {
-                MarkOutline::Disc { center, radius_m } => {
-                    match mark.role {
-                        // A range is an outline, so that it hides nothing.
-                        MarkRole::Range => {
-                            curve(chart, circle(center, radius_m), line(color, 1.0))?
-                        }
-                        _ => disc(center, radius_m, color)?,
-                    }
-                    center + Vec2::new(0.0, radius_m)
-                }
+            match mark.outline {
+                MarkOutline::Disc { center, radius_m } => match mark.role {
+                    // A range is an outline, so that it hides nothing.
+                    MarkRole::Range => curve(chart, circle(center, radius_m), line(color, 1.0))?,
+                    _ => disc(center, radius_m, color)?,
+                },
                 MarkOutline::Rectangle { min, max } => {
                     let sides = [min.x..max.x, min.y..max.y];
                     let [x, y] = sides.map(|side| f64::from(side.start)..f64::from(side.end));
                     rectangle(x, y, color, 1.0)?;
-                    Vec2::new((min.x + max.x) / 2.0, max.y)
                 }
                 MarkOutline::Bar {
                     from,
                     to,
                     half_width_m,
-                } => {
-                    bar(from, to, 2.0 * half_width_m, color)?;
-                    (from + to) / 2.0
-                }
-                MarkOutline::Line { from, to } => {
-                    bar(from, to, 0.0, color)?;
-                    (from + to) / 2.0
-                }
-            };
+                } => bar(from, to, 2.0 * half_width_m, color)?,
+                MarkOutline::Line { from, to } => bar(from, to, 0.0, color)?,
+            }
             if !mark.is_labelled(marks.len()) {
                 continue;
             }
+            let top = mark.outline.label_place();
             // At a wall, only the inside has room for a label.
             let x = f64::from(top.x).clamp(width * 0.06, width * 0.94);
             let y = (f64::from(top.y) + below).min(height - below);
