@@ -8,7 +8,9 @@ use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, Subcommand};
 use missions::Registry;
 use scenario::Problem;
-use scenario::fault::{ArgumentForm, Device, Fault, FaultArgument, FaultRange, FaultSpec, Order};
+use scenario::fault::{
+    ArgumentForm, Device, Fault, FaultArgument, FaultRange, FaultSpec, Order, ValueKind,
+};
 use scenario::names::ALL;
 use scenario::time::seconds;
 use toml::{Table, Value};
@@ -159,33 +161,21 @@ fn values(spec: &FaultSpec, matches: &ArgMatches) -> Result<Table, Problem> {
     let mut values = Table::new();
     for argument in spec.arguments {
         let text = || value_of::<String>(matches, argument);
-        let value = match argument.range {
-            FaultRange::Name
-            | FaultRange::Robot
-            | FaultRange::From
-            | FaultRange::To
-            | FaultRange::Choice(_)
-            | FaultRange::Device
-            | FaultRange::Skill => text().map(Value::String),
-            FaultRange::Groups => {
+        let value = match argument.range.value_kind() {
+            ValueKind::Name => text().map(Value::String),
+            ValueKind::Number => value_of(matches, argument)
+                .or(argument.default)
+                .map(Value::Float),
+            ValueKind::Groups => {
                 let words = matches.get_many::<String>(argument.key);
                 Some(groups(words.into_iter().flatten()))
             }
-            FaultRange::Flag => Some(Value::Boolean(matches.get_flag(argument.key))),
-            FaultRange::Mode(mode) => {
+            ValueKind::Flag => Some(Value::Boolean(matches.get_flag(argument.key))),
+            ValueKind::Mode(mode) => {
                 let size = matches.get_one::<String>(SIZE).map(String::as_str);
                 let deg = mode.deg.and_then(|_| matches.get_one::<f64>(DEG).copied());
                 Some(mode.parse(&text().unwrap_or_default(), size, deg)?)
             }
-            FaultRange::X
-            | FaultRange::Y
-            | FaultRange::Item
-            | FaultRange::Whole(..)
-            | FaultRange::Within(..)
-            | FaultRange::Above(_)
-            | FaultRange::Time => value_of(matches, argument)
-                .or(argument.default)
-                .map(Value::Float),
         };
         values.extend(value.map(|value| (argument.key.to_owned(), value)));
     }

@@ -2,7 +2,7 @@
 
 use analysis::palette;
 use scenario::fault::{
-    ArgumentForm, Device, Fault, FaultArgument, FaultRange, FaultSpec, ModeSize,
+    ArgumentForm, Device, Fault, FaultArgument, FaultRange, FaultSpec, ModeSize, ValueKind,
 };
 use scenario::mission::registry::Mission;
 use scenario::names::ALL;
@@ -129,24 +129,12 @@ fn names(argument: &FaultArgument, scenario: &Scenario) -> Option<Vec<String>> {
 
 /// Returns the kind of control for an argument.
 fn form(argument: &FaultArgument) -> &'static str {
-    match argument.range {
-        FaultRange::Name
-        | FaultRange::Robot
-        | FaultRange::From
-        | FaultRange::To
-        | FaultRange::Choice(_)
-        | FaultRange::Device
-        | FaultRange::Skill => "name",
-        FaultRange::Groups => "groups",
-        FaultRange::Flag => "flag",
-        FaultRange::Mode(_) => "mode",
-        FaultRange::X
-        | FaultRange::Y
-        | FaultRange::Item
-        | FaultRange::Whole(..)
-        | FaultRange::Within(..)
-        | FaultRange::Above(_)
-        | FaultRange::Time => "number",
+    match argument.range.value_kind() {
+        ValueKind::Name => "name",
+        ValueKind::Number => "number",
+        ValueKind::Groups => "groups",
+        ValueKind::Flag => "flag",
+        ValueKind::Mode(_) => "mode",
     }
 }
 

@@ -42,7 +42,7 @@ pub use mission::{FaultValue, MissionFault};
 pub use order::{Faults, Order};
 pub use spec::{
     ArgumentForm, FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec, Mode, ModeForm,
-    ModeSize,
+    ModeSize, ValueKind,
 };
 pub use text::Role;
 pub use when::{EventTrigger, TriggerEvent, WhenError};

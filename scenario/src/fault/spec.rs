@@ -264,9 +264,43 @@ pub enum FaultRange {
     Mode(ModeForm),
 }
 
+/// The kind of value that an argument has in files, on the command line and on the page.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ValueKind {
+    Name,
+    Number,
+    Groups,
+    Flag,
+    Mode(ModeForm),
+}
+
 impl FaultRange {
     /// The range of a share.
     pub const SHARE: Self = Self::Within(0.0, 1.0);
+
+    /// Returns the kind of the values in the range.
+    #[must_use]
+    pub const fn value_kind(self) -> ValueKind {
+        match self {
+            Self::X
+            | Self::Y
+            | Self::Item
+            | Self::Whole(..)
+            | Self::Within(..)
+            | Self::Above(_)
+            | Self::Time => ValueKind::Number,
+            Self::Name
+            | Self::Robot
+            | Self::From
+            | Self::To
+            | Self::Choice(_)
+            | Self::Device
+            | Self::Skill => ValueKind::Name,
+            Self::Groups => ValueKind::Groups,
+            Self::Flag => ValueKind::Flag,
+            Self::Mode(form) => ValueKind::Mode(form),
+        }
+    }
 }
 
 /// The modes of failure of a device: a name, possibly a size, and possibly the option `--deg`.
