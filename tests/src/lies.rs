@@ -1,4 +1,4 @@
-//! Broadcasts of a robot that lies: damaged messages of the fuzzers' corpus.
+//! Broadcasts of a robot that lies: anything that the message types allow, and damaged messages of the fuzzers' corpus.
 
 use proto::codec::decode;
 use proto::team::Broadcast;
@@ -7,6 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use scenario::ids::RobotId;
+use scenario::testkit::drawn_unbounded;
 
 use crate::damage::{self, DAMAGES};
 
@@ -40,8 +41,8 @@ pub fn answer(
     (report, broadcasts)
 }
 
-/// Returns the lies that a seed determines: messages of any mission and allocator with up to three damages that are
-/// still broadcasts.
+/// Returns the lies that a seed determines. One half is drawn from the type of broadcasts, the other half are messages of
+/// any mission and allocator with up to three damages that are still broadcasts.
 ///
 /// # Panics
 /// Panics without the corpus.
@@ -59,6 +60,7 @@ pub fn lies(seed: u64) -> Vec<Broadcast> {
         let mut bytes = all[rng.random_range(0..all.len())].1.clone();
         damage::apply(&DAMAGES, &mut bytes, 0..4, &mut rng);
         lies.extend(decode(&bytes));
+        lies.push(drawn_unbounded(rng.random()));
     }
     lies
 }

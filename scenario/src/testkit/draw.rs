@@ -14,10 +14,27 @@ use serde::de::{
 /// The largest number of elements of a list. Every fixed-capacity list has room for them.
 const MOST: usize = 3;
 
-/// Returns the value of a seed. Draws that the type refuses, such as a text in a wrong form, are repeated.
+/// The largest number of elements of a list in a value without bounds.
+const MOST_UNBOUNDED: usize = 60;
+
+/// Returns the value of a seed, without NaN, which does not equal itself. Draws that the type refuses, such as a text in
+/// a wrong form, are repeated.
 #[must_use]
 pub fn drawn<T: DeserializeOwned>(seed: u64) -> T {
-    let mut draw = Draw(ChaCha8Rng::seed_from_u64(seed));
+    draw(seed, false)
+}
+
+/// Returns the value of a seed like [`drawn`], also with NaN and with long lists: anything that the type allows.
+#[must_use]
+pub fn drawn_unbounded<T: DeserializeOwned>(seed: u64) -> T {
+    draw(seed, true)
+}
+
+fn draw<T: DeserializeOwned>(seed: u64, is_unbounded: bool) -> T {
+    let mut draw = Draw {
+        rng: ChaCha8Rng::seed_from_u64(seed),
+        is_unbounded,
+    };
     loop {
         if let Ok(value) = T::deserialize(&mut draw) {
             return value;
@@ -26,7 +43,11 @@ pub fn drawn<T: DeserializeOwned>(seed: u64) -> T {
 }
 
 /// A source of random values in place of bytes.
-struct Draw(ChaCha8Rng);
+struct Draw {
+    rng: ChaCha8Rng,
+    /// True for values with NaN and long lists.
+    is_unbounded: bool,
+}
 
 #[derive(Debug)]
 struct Refused;
@@ -47,7 +68,7 @@ impl de::Error for Refused {
 
 impl Draw {
     fn below(&mut self, count: usize) -> usize {
-        (self.0.next_u64() % count as u64) as usize
+        (self.rng.next_u64() % count as u64) as usize
     }
 
     /// Draws a small whole number, or one of any magnitude.
@@ -55,19 +76,29 @@ impl Draw {
         if self.below(2) == 0 {
             return self.below(4) as u128;
         }
-        let (high, low) = (self.0.next_u64(), self.0.next_u64());
+        let (high, low) = (self.rng.next_u64(), self.rng.next_u64());
         ((u128::from(high) << 64) | u128::from(low)) >> self.below(128)
     }
 
-    /// Draws any number except NaN, which does not equal itself.
+    /// Draws any number, NaN only without bounds.
     fn real(&mut self) -> f64 {
         match self.below(8) {
+            4 if self.is_unbounded => f64::NAN,
             0 => 0.0,
             1 => -0.0,
             2 => f64::INFINITY,
             3 => f64::MIN_POSITIVE / 4.0,
-            _ => f64::from(self.0.next_u32() as i32) * 10_f64.powi(self.below(30) as i32 - 20),
+            _ => f64::from(self.rng.next_u32() as i32) * 10_f64.powi(self.below(30) as i32 - 20),
         }
+    }
+
+    /// Draws the length of a list.
+    fn length(&mut self) -> usize {
+        let most = match self.is_unbounded && self.below(4) == 0 {
+            true => MOST_UNBOUNDED,
+            false => MOST,
+        };
+        self.below(most + 1)
     }
 
     fn text(&mut self) -> String {
@@ -149,7 +180,7 @@ impl<'de> Deserializer<'de> for &mut Draw {
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refused> {
-        let length = self.below(MOST + 1);
+        let length = self.length();
         visitor.visit_seq(self.elements(length))
     }
 
@@ -171,7 +202,7 @@ impl<'de> Deserializer<'de> for &mut Draw {
     }
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refused> {
-        let length = self.below(MOST + 1);
+        let length = self.length();
         visitor.visit_map(self.elements(length))
     }
 

@@ -5,7 +5,7 @@ mod drill;
 mod faults;
 mod snapshot;
 
-pub use draw::drawn;
+pub use draw::{drawn, drawn_unbounded};
 pub use drill::{DRILL, default_scenario, default_setup, unlike_robots, vocabulary};
 pub use faults::{examples_of, one_of_each};
 pub use snapshot::{entry, refusals};
