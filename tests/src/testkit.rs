@@ -81,10 +81,14 @@ pub fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     files
 }
 
-/// Returns the number of complete rows in the journal of a folder. The first line of a journal is no row.
+/// Returns the number of complete rows in the journals of a folder. The first line of a journal is no row.
 #[must_use]
 pub fn journal_rows(folder: &Path) -> usize {
-    let text = fs::read(folder.join("journal.jsonl")).unwrap_or_default();
-    let lines = text.iter().filter(|byte| **byte == b'\n').count();
-    lines.saturating_sub(1)
+    let lines = |text: &[u8]| text.iter().filter(|byte| **byte == b'\n').count();
+    let journals = fs::read_dir(folder).into_iter().flatten();
+    let journals = journals.map(|entry| entry.unwrap().path());
+    let journals = journals.filter(|path| path.extension().is_some_and(|end| end == "jsonl"));
+    journals
+        .map(|path| lines(&fs::read(path).unwrap()).saturating_sub(1))
+        .sum()
 }

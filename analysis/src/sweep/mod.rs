@@ -20,7 +20,7 @@ pub(crate) mod plan;
 pub(crate) mod results;
 pub(crate) mod run;
 mod sampling;
-mod shard;
+pub(crate) mod shard;
 pub(crate) mod statistics;
 mod summary;
 

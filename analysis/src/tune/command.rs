@@ -1,20 +1,21 @@
 //! Command line, output files and terminal output of `alliance tune`.
 
+use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
 use terminal::stderr_line;
 use world_server::mission_args::Known;
 
 use super::page::{Page, sentence};
-use super::record::{Executor, Header, SearchJournal};
+use super::record::{Defaults, Executor, Header, SearchJournal, Unfinished, journal_name};
 use super::search::{Method, population};
-use super::task::{Allocator, Task};
-use super::tuning::{TrialExecutor, Tuned, tune};
+use super::task::Task;
+use super::tuning::{Tuned, tune};
 use super::verdict::{AllocatorResult, TUNED, verdicts};
 use crate::columns::{Entry, Table};
 use crate::exit_status;
@@ -25,6 +26,7 @@ use crate::sweep::design::apply_change;
 use crate::sweep::execution::{
     PLAN, command_words, jobs, jobs_or_cores, plan_name, read_plan, read_text, shell_quoted,
 };
+use crate::sweep::shard::Shard;
 use crate::table::bullets;
 
 const PAGE: &str = "tuning.html";
@@ -42,27 +44,45 @@ pub struct TuneCommand {
     /// Number of concurrent runs [default: one per core]
     #[arg(long, value_name = "N", value_parser = jobs)]
     jobs: Option<NonZeroUsize>,
+    /// Execute one of N parts, numbered from 0. The parts are searches: one per allocator and method
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// Merge the journals of all shards from their folders
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["jobs", "shard"])]
+    merge: Vec<PathBuf>,
+}
+
+/// The search of an allocator by a method, with its journal.
+struct Search {
+    allocator: usize,
+    method: Method,
+    record: SearchJournal,
 }
 
 impl TuneCommand {
-    /// Runs the command. Exit status: 0 done, 1 interrupted, 2 invalid input, 3 a file cannot be written.
+    /// Runs the command. Exit status: 0 done, 2 invalid input, 3 a file cannot be written, 130 interrupted.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
         // All inputs are read and checked before the first run.
-        let (task, record, folder) = match self.prepare(known) {
+        let (task, searches, folder) = match self.prepare(known) {
             Ok(prepared) => prepared,
             Err(error) => return exit_status("tune", Err(error), 2),
         };
-        let done = self.work(&task, record, &folder);
+        let done = self.work(&task, searches, &folder);
         if done.as_ref().is_err_and(|error| error.is::<Interrupted>()) {
             let paths = slice::from_ref(&self.plan);
-            let again = command_words("tune", paths, self.out.as_deref(), self.jobs);
+            let mut again = command_words("tune", paths, self.out.as_deref(), self.jobs);
+            if let Some(shard) = self.shard {
+                again += &format!(" --shard {shard}");
+            }
             stderr_line!("interrupted; continue with\n  {again}");
         }
-        exit_status("tune", done.map(|()| ExitCode::SUCCESS), 3)
+        let is_input = done.as_ref().is_err_and(|error| error.is::<Unfinished>());
+        let failure = if is_input { 2 } else { 3 };
+        exit_status("tune", done.map(|()| ExitCode::SUCCESS), failure)
     }
 
-    fn prepare(&self, known: &Known) -> anyhow::Result<(Task, SearchJournal, PathBuf)> {
+    fn prepare(&self, known: &Known) -> anyhow::Result<(Task, Vec<Search>, PathBuf)> {
         let text = read_text(&self.plan)?;
         let plan = read_plan(&self.plan, &text, known)?;
         let name = plan_name(&self.plan);
@@ -74,57 +94,149 @@ impl TuneCommand {
             digest: plan.digest(),
         };
         let task = Task::of(plan).with_context(|| self.plan.display().to_string())?;
+        let all = (0..task.allocators.len())
+            .flat_map(|allocator| Method::ALL.map(|method| (allocator, method)));
+        let mine = all.enumerate().filter(|(place, _)| {
+            let shard = self.shard;
+            shard.is_none_or(|shard| shard.contains(*place))
+        });
+        let mine: Vec<(usize, Method)> = mine.map(|(_, search)| search).collect();
+        if mine.is_empty() {
+            bail!(
+                "the plan has only {} searches, one per allocator and method; use at most as many shards",
+                task.allocators.len() * Method::ALL.len()
+            );
+        }
+        let names = mine
+            .iter()
+            .map(|(allocator, method)| journal_name(&task.allocators[*allocator].name, *method));
+        let names: Vec<String> = names.collect();
+        let journals = match self.merge.is_empty() {
+            true => Vec::new(),
+            false => merged(&names, &self.merge)?,
+        };
         make_folder(&folder)?;
-        let record = SearchJournal::open(&folder, &header)?;
+        for (name, journal) in names.iter().zip(journals) {
+            write_atomically(&folder.join(name), &journal)?;
+        }
+        let searches = mine.into_iter().zip(names);
+        let searches = searches.map(|((allocator, method), name)| {
+            let record = SearchJournal::open(&folder, &name, &header)?;
+            Ok(Search {
+                allocator,
+                method,
+                record,
+            })
+        });
+        let searches: Vec<Search> = searches.collect::<anyhow::Result<_>>()?;
         write_atomically(&folder.join(PLAN), text.as_bytes())?;
-        Ok((task, record, folder))
+        Ok((task, searches, folder))
     }
 
-    fn work(&self, task: &Task, record: SearchJournal, folder: &Path) -> anyhow::Result<()> {
+    fn work(&self, task: &Task, searches: Vec<Search>, folder: &Path) -> anyhow::Result<()> {
         let interrupted = InterruptFlag::install()?;
         let name = plan_name(&self.plan);
-        let done = record.done();
-        let stops = || interrupted.is_set();
-        let mut working = Executor {
-            task,
-            jobs: jobs_or_cores(self.jobs),
-            stops: &stops,
-            progress: RunProgress::new(done, expected(task).max(done)),
-            record,
-        };
+        let done = searches.iter().map(|search| search.record.done()).sum();
+        let expected = expected(task, &searches);
+        let jobs = jobs_or_cores(self.jobs);
+        let mut progress = RunProgress::new(done, expected.max(done));
         let known = match done {
             0 => String::new(),
             known => format!(", {known} of them done before"),
         };
-        working.report_progress(&format!(
-            "tune {name}: about {} runs{known}; {} at a time",
-            expected(task),
-            working.jobs
+        let part = self
+            .shard
+            .map_or_else(String::new, |shard| format!(", shard {shard}"));
+        progress.print_line(&format!(
+            "tune {name}{part}: about {expected} runs{known}; {jobs} at a time"
         ));
-        let found: anyhow::Result<Vec<Tuned>> = (0..task.allocators.len())
-            .map(|allocator| tune(task, allocator, &mut working))
-            .collect();
-        working.progress.clear();
-        finish(task, &name, folder, &found?)
+        let stops = || interrupted.is_set();
+        let (mut defaults, mut found) = (Defaults::new(), Vec::new());
+        for search in searches {
+            let mut executor = Executor {
+                task,
+                record: search.record,
+                jobs,
+                stops: &stops,
+                progress: &mut progress,
+                defaults: &mut defaults,
+                is_complete: !self.merge.is_empty(),
+            };
+            found.push(tune(task, search.allocator, search.method, &mut executor)?);
+        }
+        progress.clear();
+        if let Some(shard) = self.shard {
+            stderr_line!(
+                "shard {shard} done; when all shards are done, merge them with\n  alliance tune {} --merge {}",
+                shell_quoted(&self.plan),
+                shell_quoted(folder)
+            );
+            return Ok(());
+        }
+        let mut found = found.into_iter();
+        let pairs = std::iter::from_fn(|| Some([found.next()?, found.next()?]));
+        let found: Vec<Tuned> = pairs.map(Tuned::join).collect();
+        finish(task, &name, folder, &found)
     }
 }
 
+/// Returns the contents of the named journals, each from the folder that has most of it.
+fn merged(names: &[String], folders: &[PathBuf]) -> anyhow::Result<Vec<Vec<u8>>> {
+    for folder in folders {
+        if !folder.is_dir() {
+            bail!("there is no folder {}", folder.display());
+        }
+    }
+    let newest = |name: &String| {
+        let mut longest: Option<(PathBuf, Vec<u8>)> = None;
+        for path in folders.iter().map(|folder| folder.join(name)) {
+            if !path.exists() {
+                continue;
+            }
+            let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
+            let Some((other, known)) = &longest else {
+                longest = Some((path, bytes));
+                continue;
+            };
+            let common = known.len().min(bytes.len());
+            if known[..common] != bytes[..common] {
+                bail!(
+                    "{} and {} have different results; different programs wrote them: repeat one of them",
+                    other.display(),
+                    path.display()
+                );
+            }
+            if bytes.len() > known.len() {
+                longest = Some((path, bytes));
+            }
+        }
+        let (_, bytes) = longest.with_context(|| {
+            format!("no folder contains {name}; run its shard, or name the shard's folder")
+        })?;
+        Ok(bytes)
+    };
+    names.iter().map(newest).collect()
+}
+
 /// Estimates the total number of runs. Races do not reduce the budget, the last generation always completes, and the defaults
-/// add one run per seed and condition.
-fn expected(task: &Task) -> usize {
+/// of an allocator add one run per seed and condition.
+fn expected(task: &Task, searches: &[Search]) -> usize {
     let tuning = &task.tuning;
     let seen = task.seen().count();
-    let of = |allocator: &Allocator| {
-        let generation = population(allocator.parameters.len()) * tuning.seeds_per_candidate * seen;
+    let selection = tuning.selection.0.len() * seen;
+    let test = tuning.test.0.len() * task.conditions.len();
+    let mut of_defaults = vec![0; task.allocators.len()];
+    let mut total = 0;
+    for search in searches {
+        let dimensions = task.allocators[search.allocator].parameters.len();
+        let generation = population(dimensions) * tuning.seeds_per_candidate * seen;
         let generations = tuning.budget.div_ceil(generation) + 1;
         let seeds = tuning.training.0.len();
-        let defaults = seeds.min(generations * tuning.seeds_per_candidate) * seen;
-        2 * (tuning.budget + generation / 2) + defaults
-    };
-    let search: usize = task.allocators.iter().map(of).sum();
-    let selection = tuning.selection.0.len() * seen * (2 * tuning.finalists + 1);
-    let test = 3 * tuning.test.0.len() * task.conditions.len();
-    search + task.allocators.len() * (selection + test)
+        let training = seeds.min(generations * tuning.seeds_per_candidate) * seen;
+        of_defaults[search.allocator] = training + selection + test;
+        total += tuning.budget + generation / 2 + tuning.finalists * selection + test;
+    }
+    total + of_defaults.iter().sum::<usize>()
 }
 
 fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Result<()> {

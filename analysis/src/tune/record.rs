@@ -1,13 +1,15 @@
-//! The runs of a search. They execute in parallel, and the journal stores their outcomes.
+//! The runs of a search. They execute in parallel, and the journal stores their outcomes. Each search of an allocator by a
+//! method has a journal of its own, so that several machines can share a tuning.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::num::NonZeroUsize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
+use super::search::Method;
 use super::task::Task;
 use super::tuning::{Outcome, Trial, TrialExecutor};
 use crate::interrupted::Interrupted;
@@ -17,7 +19,11 @@ use crate::sweep::measures::ComparisonMeasures;
 use crate::sweep::run::{RunResult, execute_changed_run};
 use crate::workers::run_parallel;
 
-const JOURNAL: &str = "journal.jsonl";
+/// Returns the file name of the journal of a search.
+#[must_use]
+pub fn journal_name(allocator: &str, method: Method) -> String {
+    format!("journal-{allocator}-{}.jsonl", method.slug())
+}
 
 /// The first line of the journal, which identifies the search.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,19 +41,19 @@ struct Batch {
     outcomes: Vec<Outcome>,
 }
 
-/// The stored batches, in the order of their requests.
+/// The stored batches of a search, in the order of their requests.
 pub struct SearchJournal {
     lines: LineFile,
     known: VecDeque<Batch>,
 }
 
 impl SearchJournal {
-    /// Opens the journal of a folder, or starts a new one.
+    /// Opens a journal in a folder, or starts a new one.
     ///
     /// # Errors
     /// Returns an error if the journal belongs to another search, is damaged, or cannot be written.
-    pub fn open(folder: &Path, header: &Header) -> anyhow::Result<Self> {
-        let (mut lines, bytes) = LineFile::open(folder.join(JOURNAL))?;
+    pub fn open(folder: &Path, name: &str, header: &Header) -> anyhow::Result<Self> {
+        let (mut lines, bytes) = LineFile::open(folder.join(name))?;
         let path = lines.path().display().to_string();
         let mut known = VecDeque::new();
         let broken = |(number, what)| {
@@ -80,14 +86,39 @@ impl SearchJournal {
     }
 }
 
-/// The executor of a search's trials.
+/// The outcomes of the defaults by allocator, condition and seed.
+pub type Defaults = HashMap<(usize, usize, u64), Outcome>;
+
+/// A journal of a merge lacks runs.
+#[derive(Debug, thiserror::Error)]
+#[error("{} lacks runs: its shard is not finished; finish it, and merge again", .0.display())]
+pub struct Unfinished(PathBuf);
+
+/// The executor of the trials of one search.
 pub struct Executor<'w> {
     pub task: &'w Task,
     pub record: SearchJournal,
     pub jobs: NonZeroUsize,
     /// Returns true after a signal.
     pub stops: &'w (dyn Fn() -> bool + Sync),
-    pub progress: RunProgress,
+    pub progress: &'w mut RunProgress,
+    /// The runs of the defaults so far. Both searches of an allocator need them.
+    pub defaults: &'w mut Defaults,
+    /// True if the journal must contain all runs, as for a merge.
+    pub is_complete: bool,
+}
+
+impl Executor<'_> {
+    fn remember_defaults(&mut self, trials: &[Trial], outcomes: &[Outcome]) {
+        let defaults = trials.iter().zip(outcomes);
+        let defaults = defaults.filter(|(trial, _)| trial.values.is_none());
+        self.defaults
+            .extend(defaults.map(|(trial, outcome)| (defaults_key(trial), *outcome)));
+    }
+}
+
+fn defaults_key(trial: &Trial) -> (usize, usize, u64) {
+    (trial.allocator, trial.condition, trial.seed)
 }
 
 impl TrialExecutor for Executor<'_> {
@@ -100,10 +131,19 @@ impl TrialExecutor for Executor<'_> {
                     self.record.lines.path().display()
                 );
             }
+            self.remember_defaults(trials, &known.outcomes);
             return Ok(known.outcomes);
         }
-        let places: Vec<usize> = (0..trials.len()).collect();
-        let mut found: Vec<Option<Outcome>> = vec![None; trials.len()];
+        if self.is_complete {
+            return Err(Unfinished(self.record.lines.path().to_owned()).into());
+        }
+        let found = trials.iter().map(|trial| match trial.values {
+            None => self.defaults.get(&defaults_key(trial)).copied(),
+            Some(_) => None,
+        });
+        let mut found: Vec<Option<Outcome>> = found.collect();
+        let places = 0..trials.len();
+        let places: Vec<usize> = places.filter(|place| found[*place].is_none()).collect();
         let task = self.task;
         let attempt = |place: usize, stops: &dyn Fn() -> bool| {
             let Trial {
@@ -128,6 +168,7 @@ impl TrialExecutor for Executor<'_> {
             outcomes: outcomes.ok_or(Interrupted)?,
         };
         self.record.lines.add(&batch)?;
+        self.remember_defaults(trials, &batch.outcomes);
         Ok(batch.outcomes)
     }
 
@@ -156,6 +197,8 @@ mod tests {
 
     use super::*;
 
+    const JOURNAL: &str = "journal.jsonl";
+
     fn header(digest: &str) -> Header {
         Header {
             tune: "t".to_owned(),
@@ -167,7 +210,7 @@ mod tests {
     #[test]
     fn a_record_is_read_back_and_another_search_refused() {
         let folder = TempDir::new().unwrap();
-        let mut record = SearchJournal::open(folder.path(), &header("a")).unwrap();
+        let mut record = SearchJournal::open(folder.path(), JOURNAL, &header("a")).unwrap();
         let batch = Batch {
             asked: "x".to_owned(),
             outcomes: vec![
@@ -184,12 +227,12 @@ mod tests {
         let path = folder.path().join(JOURNAL);
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, [&whole[..], b"{\"asked\":\"y"].concat()).unwrap();
-        let record = SearchJournal::open(folder.path(), &header("a")).unwrap();
+        let record = SearchJournal::open(folder.path(), JOURNAL, &header("a")).unwrap();
         assert_eq!((record.done(), &record.known[0]), (2, &batch));
         drop(record);
         assert_eq!(std::fs::read(&path).unwrap(), whole);
         let refused = |digest: &str, part: &str| {
-            let error = SearchJournal::open(folder.path(), &header(digest)).err();
+            let error = SearchJournal::open(folder.path(), JOURNAL, &header(digest)).err();
             let error = error.unwrap().to_string();
             assert!(error.contains(part), "{error}");
         };

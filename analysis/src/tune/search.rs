@@ -32,6 +32,15 @@ impl Method {
             Self::Random => "random search",
         }
     }
+
+    /// Returns the part of a file name.
+    #[must_use]
+    pub fn slug(self) -> &'static str {
+        match self {
+            Self::Cmaes => "cma-es",
+            Self::Random => "random",
+        }
+    }
 }
 
 /// Returns the number of points in a generation, the default of CMA-ES: 4 + ⌊3 ln d⌋.

@@ -82,7 +82,37 @@ pub struct Tuned {
     pub test: [Vec<Vec<Outcome>>; 3],
 }
 
+/// The result of one method for one allocator. It depends on no other search, so that each can run on another machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodResult {
+    candidates: Vec<Candidate>,
+    finalists: Vec<Finalist>,
+    /// The outcomes of the defaults on the test seeds, by condition and seed.
+    test_of_defaults: Vec<Vec<Outcome>>,
+    /// The outcomes of the best finalist on the test seeds.
+    test_of_best: Vec<Vec<Outcome>>,
+}
+
 impl Tuned {
+    /// Joins the results of the methods, in the order of [`Method::ALL`].
+    #[must_use]
+    pub fn join([first, mut second]: [MethodResult; 2]) -> Self {
+        for finalist in &mut second.finalists {
+            finalist.candidate += first.candidates.len();
+        }
+        let mut candidates = first.candidates;
+        candidates.append(&mut second.candidates);
+        Self {
+            candidates,
+            finalists: [first.finalists, second.finalists],
+            test: [
+                first.test_of_defaults,
+                first.test_of_best,
+                second.test_of_best,
+            ],
+        }
+    }
+
     /// Returns the index of the method whose best candidate has the lower score on the selection seeds.
     #[must_use]
     pub fn chosen(&self) -> usize {
@@ -107,33 +137,38 @@ pub fn ratios(task: &Task, found: Outcome, defaults: Outcome) -> (f64, f64) {
     }
 }
 
-pub fn tune(task: &Task, allocator: usize, runs: &mut impl TrialExecutor) -> anyhow::Result<Tuned> {
+/// Searches by one method for one allocator, selects among the best candidates, and tests the best one and the defaults.
+///
+/// # Errors
+/// Returns an error if the runs cannot be executed, or after an interruption.
+pub fn tune(
+    task: &Task,
+    allocator: usize,
+    method: Method,
+    runs: &mut impl TrialExecutor,
+) -> anyhow::Result<MethodResult> {
     let mut tuner = Tuner {
         task,
         allocator,
+        method,
         runs,
         defaults: BTreeMap::new(),
         candidates: Vec::new(),
     };
-    for method in Method::ALL {
-        tuner.search(method)?;
-    }
-    let finalists = [tuner.select(Method::ALL[0])?, tuner.select(Method::ALL[1])?];
-    let test = [
-        tuner.test(None)?,
-        tuner.test(Some(finalists[0][0].candidate))?,
-        tuner.test(Some(finalists[1][0].candidate))?,
-    ];
-    Ok(Tuned {
+    tuner.search()?;
+    let finalists = tuner.select()?;
+    Ok(MethodResult {
+        test_of_defaults: tuner.test(None)?,
+        test_of_best: tuner.test(Some(finalists[0].candidate))?,
         candidates: tuner.candidates,
         finalists,
-        test,
     })
 }
 
 struct Tuner<'t, R> {
     task: &'t Task,
     allocator: usize,
+    method: Method,
     runs: &'t mut R,
     /// The outcomes of the allocator's defaults, by seed and condition.
     defaults: BTreeMap<(u64, usize), Outcome>,
@@ -157,7 +192,8 @@ impl Runner {
 
 impl<R: TrialExecutor> Tuner<'_, R> {
     /// Searches until the budget is spent. The candidates of a generation share their seeds; the next generation has other seeds.
-    fn search(&mut self, method: Method) -> anyhow::Result<()> {
+    fn search(&mut self) -> anyhow::Result<()> {
+        let method = self.method;
         let tuning = &self.task.tuning;
         let parameters = &self.task.allocators[self.allocator].parameters;
         let training = &tuning.training.0;
@@ -198,7 +234,7 @@ impl<R: TrialExecutor> Tuner<'_, R> {
                     values: runner.values,
                 });
             }
-            let finished = self.finished(method);
+            let finished = self.finished();
             let best = finished.map(|place| self.candidates[place].score);
             let best = best.fold(f64::INFINITY, f64::min);
             let name = &self.task.allocators[self.allocator].name;
@@ -213,11 +249,11 @@ impl<R: TrialExecutor> Tuner<'_, R> {
         Ok(())
     }
 
-    /// Returns the indices of a method's candidates that finished their race.
-    fn finished(&self, method: Method) -> impl Iterator<Item = usize> {
+    /// Returns the indices of the candidates that finished their race.
+    fn finished(&self) -> impl Iterator<Item = usize> {
         let candidates = self.candidates.iter().enumerate();
         candidates
-            .filter(move |(_, candidate)| candidate.method == method && !candidate.dropped)
+            .filter(|(_, candidate)| !candidate.dropped)
             .map(|(place, _)| place)
     }
 
@@ -274,10 +310,10 @@ impl<R: TrialExecutor> Tuner<'_, R> {
         Ok(each.collect())
     }
 
-    /// Returns the best candidates of a method, in the order of their scores on the selection seeds.
-    fn select(&mut self, method: Method) -> anyhow::Result<Vec<Finalist>> {
+    /// Returns the best candidates, in the order of their scores on the selection seeds.
+    fn select(&mut self) -> anyhow::Result<Vec<Finalist>> {
         let tuning = &self.task.tuning;
-        let mut places: Vec<usize> = self.finished(method).collect();
+        let mut places: Vec<usize> = self.finished().collect();
         let score = |place: &usize| self.candidates[*place].score;
         places.sort_by(|a, b| score(a).total_cmp(&score(b)));
         places.truncate(tuning.finalists);
@@ -380,12 +416,10 @@ mod tests {
     #[derive(Default)]
     struct Formula {
         trials: Vec<Trial>,
-        batches: usize,
     }
 
     impl TrialExecutor for Formula {
         fn run(&mut self, trials: &[Trial]) -> anyhow::Result<Vec<Outcome>> {
-            self.batches += 1;
             self.trials.extend_from_slice(trials);
             let each = trials.iter().map(|trial| {
                 let luck = (trial.seed * 7919 % 101) as f64;
@@ -411,52 +445,56 @@ mod tests {
     #[test]
     fn the_search_keeps_its_budget_and_never_uses_test_seeds() {
         let task = task();
-        let mut runs = Formula::default();
-        let tuned = tune(&task, 0, &mut runs).unwrap();
-        let best = tuned.best(0);
-        assert!((15.0..27.0).contains(&best.values[0]), "{best:?}");
-        assert!(best.score < -0.2, "{best:?}");
+        let search = |method| {
+            let mut runs = Formula::default();
+            (tune(&task, 0, method, &mut runs).unwrap(), runs.trials)
+        };
         for method in Method::ALL {
-            let tried = tuned
-                .candidates
-                .iter()
-                .filter(|candidate| candidate.method == method);
-            let used: usize = tried.clone().map(|candidate| candidate.own_runs).sum();
-            assert_eq!(used, tried.map(|candidate| candidate.runs).max().unwrap());
+            let (found, trials) = search(method);
+            let candidates = found.candidates.iter();
+            let used: usize = candidates.clone().map(|candidate| candidate.own_runs).sum();
+            assert_eq!(
+                used,
+                candidates.map(|candidate| candidate.runs).max().unwrap()
+            );
             // The last generation completes: 6 candidates, 2 conditions and 4 seeds.
             assert!((300..300 + 48).contains(&used), "{used}");
+
+            // Search, selection and test follow in this order, each with its seeds and conditions.
+            let seeds = |from: u64, to: u64| {
+                let matches = |trial: &Trial| (from..=to).contains(&trial.seed);
+                let first = trials.iter().position(matches);
+                (first.unwrap(), trials.iter().rposition(matches).unwrap())
+            };
+            let (search, selection, test) = (seeds(101, 140), seeds(201, 205), seeds(1, 6));
+            assert!(search.1 < selection.0 && selection.1 < test.0);
+            assert_eq!(test.1, trials.len() - 1);
+            let unseen = |trials: &[Trial]| {
+                let is_unseen = |trial: &&Trial| task.conditions[trial.condition].is_unseen;
+                trials.iter().filter(is_unseen).count()
+            };
+            let (before, tests) = trials.split_at(test.0);
+            assert_eq!((unseen(before), unseen(tests)), (0, 2 * 6));
+            // Runs of the defaults are never repeated.
+            let defaults = before.iter().filter(|trial| trial.values.is_none());
+            let once = defaults.clone().map(|trial| (trial.seed, trial.condition));
+            assert_eq!(once.collect::<BTreeSet<_>>().len(), defaults.count());
+        }
+
+        // The result does not depend on the order in which the methods run.
+        let tuned = Tuned::join(Method::ALL.map(|method| search(method).0));
+        let [first, second] = [Method::ALL[1], Method::ALL[0]].map(|method| search(method).0);
+        assert_eq!(Tuned::join([second, first]), tuned);
+        for (place, method) in Method::ALL.into_iter().enumerate() {
+            let best = tuned.best(place);
+            assert_eq!(best.method, method);
+            assert!((15.0..27.0).contains(&best.values[0]), "{best:?}");
+            assert!(best.score < -0.2, "{best:?}");
         }
         assert!(
             tuned.candidates.iter().any(|candidate| candidate.dropped),
             "no candidate was dropped"
         );
-
-        // Search, selection and test follow in this order, each with its seeds and conditions.
-        let seeds = |from: u64, to: u64| {
-            let matches = |trial: &Trial| (from..=to).contains(&trial.seed);
-            let first = runs.trials.iter().position(matches);
-            (
-                first.unwrap(),
-                runs.trials.iter().rposition(matches).unwrap(),
-            )
-        };
-        let (search, selection, test) = (seeds(101, 140), seeds(201, 205), seeds(1, 6));
-        assert!(search.1 < selection.0 && selection.1 < test.0);
-        assert_eq!(test.1, runs.trials.len() - 1);
-        let unseen = |trials: &[Trial]| {
-            let is_unseen = |trial: &&Trial| task.conditions[trial.condition].is_unseen;
-            trials.iter().filter(is_unseen).count()
-        };
-        let (before, tests) = runs.trials.split_at(test.0);
-        assert_eq!((unseen(before), unseen(tests)), (0, 3 * 6));
-        // Runs of the defaults are never repeated.
-        let defaults = before.iter().filter(|trial| trial.values.is_none());
-        let once = defaults.clone().map(|trial| (trial.seed, trial.condition));
-        assert_eq!(once.collect::<BTreeSet<_>>().len(), defaults.count());
-
-        // A repetition gives the same result.
-        let again = tune(&task, 0, &mut Formula::default()).unwrap();
-        assert_eq!(again, tuned);
     }
 
     #[test]

@@ -234,6 +234,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         &[
             "alliance tune mine.toml # a plan with a table [tune]",
             "alliance tune mine.toml --out tuned --jobs 4 # four runs at a time",
+            "alliance tune mine.toml --merge part-0 part-1 # the journals of two shards",
         ],
         &[
             "0 The search is complete.",
