@@ -7,6 +7,7 @@ mod parameters;
 mod section;
 #[cfg(test)]
 mod tests;
+mod warnings;
 
 pub use family::family;
 pub use faults::{BAR_STUCK, STUCK_S};
@@ -113,6 +114,10 @@ impl MissionData for Push {
             before_yielding_s: 30.0,
             before_giving_up_s: 60.0,
         }
+    }
+
+    fn warnings(&self, scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
+        warnings::warnings(scenario, starts)
     }
 
     /// A unit leads away from one end, along the bar to the other, and includes a stroke there.

@@ -36,6 +36,42 @@ fn mistakes_give_messages_of_one_line() {
 }
 
 #[test]
+fn bars_without_a_way_give_a_warning() {
+    let warned = |more: &str, starts: &[(f32, f32)]| -> Vec<String> {
+        let scenario = read(&format!("{ONE}{more}")).unwrap();
+        let starts: Vec<Vec2> = starts.iter().map(|start| Vec2::from(*start)).collect();
+        let warnings = PUSH.warnings(&scenario, &starts);
+        let lines = warnings.iter().map(ToString::to_string);
+        let what = lines.map(|line| line.split("; ").next().unwrap().to_owned());
+        what.collect()
+    };
+    let none: [&str; 0] = [];
+    let behind = [(1.0, 2.0), (1.0, 4.0)];
+    assert_eq!(warned("", &behind), none);
+    // A wall across the room behind the bar: robots on its other side have no way to either end.
+    let wall = "[[obstacles]]\nx_m = 1.2\ny_m = 0\nwidth_m = 0.1\nheight_m = 9\n";
+    let ends = [
+        "push.bars[0]: obstacles leave no way to push(left)",
+        "push.bars[0]: obstacles leave no way to push(right)",
+    ];
+    assert_eq!(warned(wall, &[(0.5, 2.0), (0.5, 4.0)]), ends);
+    assert_eq!(warned(wall, &[(0.5, 2.0), (1.6, 5.0)]), none);
+    // Only the robot on the other side has the task of the left end.
+    let tasks = "[[robots]]\nname = 'a'\ntasks = ['push(left)']\n\
+                 [[robots]]\nname = 'b'\ntasks = ['push(right)']\n";
+    let both = format!("{wall}{tasks}");
+    assert_eq!(warned(&both, &[(0.5, 2.0), (1.6, 5.0)]), ends[..1]);
+    // The bar moves from x = 2 m to 9 m, between y = 2 m and 4 m or less.
+    let before = "[[obstacles]]\nx_m = 6\ny_m = 2.9\nwidth_m = 0.2\nheight_m = 0.2\n";
+    let blocked = ["push.bars[0]: an obstacle stands between the bar and its goal at x = 9 m"];
+    assert_eq!(warned(before, &behind), blocked);
+    assert_eq!(
+        warned(&before.replace("y_m = 2.9", "y_m = 6"), &behind),
+        none
+    );
+}
+
+#[test]
 fn each_bar_has_two_tasks_and_a_robot_is_impatient_for_its_own_end() {
     let vocabulary = Registry::built_in().vocabulary();
     let builtin = vocabulary.builtin("parker-box").unwrap();
