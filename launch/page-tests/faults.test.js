@@ -3,8 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { affectsLink } from "../page/model/faults.js";
-import { faultInWords } from "../page/ui/words.js";
+import { affectsLink, foldFaults } from "../page/model/faults.js";
+import { faultInWords, phasesInWords } from "../page/ui/words.js";
 
 const position = { option: null, default: null, is_time: false };
 const KINDS = [
@@ -51,4 +51,20 @@ test("a fault that states ends of links affects these links", () => {
   assert.equal(affectsLink(fault, "green", "gold"), true);
   assert.equal(affectsLink(fault, "gold", "green"), false);
   assert.equal(affectsLink({ kill: "gold" }, "gold", "green"), false);
+});
+
+test("a fault is one event with its phases, at its effect", () => {
+  const event = (kind, subject, t_ms, group = "faults") => ({ kind, subject, t_ms, group, detail: "kill gold" });
+  const events = [
+    event("armed", "f1", 0),
+    event("armed", "f2", 100),
+    event("gone", "", 5000, "robots"),
+    event("applied", "f1", 5000),
+    event("hit", "f1", 5050),
+  ];
+  const folded = foldFaults(events);
+  assert.deepEqual([...folded.keys()], [events[3], events[1]]);
+  const { what, why } = phasesInWords(folded.get(events[3]));
+  assert.equal(what, "f1: kill gold");
+  assert.equal(why, "armed 0.00 s, takes effect 5.00 s, first effect 5.05 s");
 });

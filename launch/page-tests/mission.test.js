@@ -14,7 +14,7 @@ const COLUMNS = [
 ];
 
 test("the progress of a mission comes from its own columns", () => {
-  assert.deepEqual(progress(COLUMNS, [2, 3, 61_000, 7.5]), { done: 3, count: "3 of 5", what: "places visited" });
+  assert.deepEqual(progress(COLUMNS, [2, 3, 61_000, 7.5]), { done: 3, share: 0.6, count: "3 of 5", what: "places visited" });
   assert.equal(progress(COLUMNS.slice(2), [61_000, 7.5]), null);
 });
 
@@ -26,9 +26,9 @@ test("work that comes back has no fixed total: the head has the open work", () =
     { name: "expired", kind: "expired" },
   ];
   // The janitorial scenario at the start and at half time.
-  assert.deepEqual(progress(returns, [9, 0, 0, 0]), { done: 0, count: "9 open,", what: "0 done" });
-  assert.deepEqual(progress(returns, [0, 0, 28, 0]), { done: 28, count: "0 open,", what: "28 done" });
-  assert.deepEqual(progress(returns, [1, 0, 2, 237]), { done: 2, count: "1 open,", what: "2 done, 237 expired" });
+  assert.deepEqual(progress(returns, [9, 0, 0, 0]), { done: 0, share: null, count: "9 open,", what: "0 done" });
+  assert.deepEqual(progress(returns, [0, 0, 28, 0]), { done: 28, share: null, count: "0 open,", what: "28 done" });
+  assert.deepEqual(progress(returns, [1, 0, 2, 237]), { done: 2, share: null, count: "1 open,", what: "2 done, 237 expired" });
   assert.deepEqual(details(returns, [9, 2, 0, 0], 0), ["started 2"]);
 });
 

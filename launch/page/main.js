@@ -31,7 +31,7 @@ import { notify } from "./ui/notices.js";
 import { isShown, startTabs } from "./ui/tabs.js";
 import { startTheme } from "./ui/theme.js";
 
-/** Shows the reason reason the page has no run. */
+/** Shows the reason why the page has no run. */
 function showNoRun(reason) {
   document.body.dataset.state = "refused";
   text(byId("state"), "no run");
@@ -42,7 +42,8 @@ function showNoRun(reason) {
 async function start() {
   // A link to another run in the same tab changes only the hash: the page must load again.
   addEventListener("hashchange", () => location.reload());
-  const token = location.hash.slice(1);
+  const [token, ...options] = location.hash.slice(1).split("&");
+  const start_s = Number(options.find((option) => option.startsWith("t="))?.slice(2) ?? Number.NaN);
   if (!token) {
     showNoRun(
       "This page needs the complete link that the command printed, including the part after the #.",
@@ -52,13 +53,14 @@ async function start() {
   const api = new Api(token);
   try {
     const run = await api.get("/api/run");
-    await show(api, run);
+    await show(api, run, Number.isFinite(start_s) ? start_s : null);
   } catch (error) {
     showNoRun(error.message);
   }
 }
 
-async function show(api, run) {
+/** Shows a run. `start_s` is the time at which a log opens, simulated seconds; null: at its start. */
+async function show(api, run, start_s) {
   const loop = new Loop();
   const changed = () => loop.request();
   const model = new Model(run, changed);
@@ -122,7 +124,7 @@ async function show(api, run) {
     clock.draw();
     timeline?.draw();
     drawMission(model);
-    drawState(model, stateOf(model, clockwork));
+    drawState(model, stateOf(model, clockwork), player?.isWaiting ?? false);
     for (const name of ["rays", "trails", "radio"]) attribute(byId(`show-${name}`), "aria-pressed", String(choices[name]));
   });
   loop.add(100, () => charts.draw());
@@ -154,9 +156,11 @@ async function show(api, run) {
   } else {
     api.openPageSocket();
     if (wasLive(run)) player.seek(Infinity);
+    else if (start_s !== null) player.seekAfter(1000 * start_s);
     const [events, samples] = await Promise.all([api.get("/api/events"), log.overview()]);
     model.addEvents(events);
     model.addSamples(samples);
+    model.addTakeovers(await api.get("/api/takeovers"));
   }
 }
 

@@ -1,7 +1,11 @@
 // Groups of event kinds. The list, the time line and the keys filter by group.
 
+/** The kind of a takeover from a lost robot. */
+export const TOOK_OVER = "took-over";
+
 /** The groups with label, sign and kinds. The mission declares its own kinds. Any other kind is a detail. */
 export const GROUPS = {
+  takeovers: { label: "takeovers", sign: "◆", kinds: [TOOK_OVER] },
   tasks: { label: "tasks", sign: "▲", kinds: ["activated", "waiting", "hibernated"] },
   mission: { label: "mission", sign: "★", kinds: [] },
   robots: { label: "robots", sign: "●", kinds: ["joined", "gone", "stalled", "back", "energy-out"] },

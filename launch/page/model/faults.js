@@ -54,6 +54,22 @@ export function linkState({ count, lost }, faults, from, to) {
   return { count, loss, isCut: loss === 1 || faults.some((fault) => cutsLink(fault, from, to)) };
 }
 
+/**
+ * Folds the events of each fault: returns a map from the event that stands for its fault to all phases of it, `{kind,
+ * t_ms}` by time. The fault stands at its effect, or at its first phase before that.
+ */
+export function foldFaults(events) {
+  const phases = new Map();
+  for (const event of events) {
+    if (event.group !== "faults") continue;
+    const known = phases.get(event.subject);
+    if (known) known.push(event);
+    else phases.set(event.subject, [event]);
+  }
+  const all = [...phases.values()];
+  return new Map(all.map((each) => [each.find(({ kind }) => kind === "applied") ?? each[0], each]));
+}
+
 const PHASE_EVENTS = new Set(["armed", "applied", "healed", "disarmed", "failed"]);
 
 /**

@@ -11,8 +11,9 @@ export function label(name) {
 const canExpire = (columns) => columns.some(({ kind }) => kind === "expired");
 
 /**
- * Returns the progress of the mission as `{done, count, what}`, or null if no column counts finished work. The texts are
- * `3 of 24` and `items delivered`, or `9 open,` and `3 done, 2 expired` if work can expire.
+ * Returns the progress of the mission as `{done, share, count, what}`, or null if no column counts finished work. The
+ * texts are `3 of 24` and `items delivered`, or `9 open,` and `3 done, 2 expired` if work can expire. The share is null
+ * if the total is not fixed.
  */
 export function progress(columns, values) {
   const sum = (wanted) => columns.reduce((all, { kind }, index) => all + (kind === wanted ? (values[index] ?? 0) : 0), 0);
@@ -21,8 +22,8 @@ export function progress(columns, values) {
   const done = sum("done");
   const [left, expired] = [sum("left"), sum("expired")];
   const what = label(first.name);
-  if (!canExpire(columns)) return { done, count: `${done} of ${done + left}`, what };
-  return { done, count: `${left} open,`, what: `${done} ${what}${expired ? `, ${expired} expired` : ""}` };
+  if (!canExpire(columns)) return { done, share: done / (done + left || 1), count: `${done} of ${done + left}`, what };
+  return { done, share: null, count: `${left} open,`, what: `${done} ${what}${expired ? `, ${expired} expired` : ""}` };
 }
 
 /** Returns the other columns as texts, times first. `now` is in ms. */

@@ -2,7 +2,7 @@
 
 import { setStyles } from "../ui/colors.js";
 import { Curves } from "./curves.js";
-import { groupOf } from "./events.js";
+import { TOOK_OVER, groupOf } from "./events.js";
 import { History } from "./history.js";
 import { Traffic } from "./traffic.js";
 
@@ -147,6 +147,19 @@ export class Model {
       this.missed += surplus;
     }
     this.#changed();
+  }
+
+  /** Adds the takeovers of a log, which are known after all its events. */
+  addTakeovers(takeovers) {
+    this.addEvents(takeovers);
+    this.events.sort((a, b) => a.t_ms - b.t_ms || a.index - b.index);
+    this.#changed();
+  }
+
+  /** Returns the latest takeover of a robot up to now, if it is not older than a time, or undefined. */
+  recentTakeover(rank, age_ms) {
+    const isRecent = ({ kind, robot, t_ms }) => kind === TOOK_OVER && robot === this.names[rank] && t_ms <= this.now && t_ms > this.now - age_ms;
+    return this.events.findLast(isRecent);
   }
 
   addMissed(count) {

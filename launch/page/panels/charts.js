@@ -2,6 +2,7 @@
 // An allocator without motivations has utilities, without a threshold. uPlot draws them; index.html loads it.
 
 import { ACTIVE, WAITING } from "../model/curves.js";
+import { TOOK_OVER } from "../model/events.js";
 import { levels } from "../model/levels.js";
 import { themeColor } from "../ui/colors.js";
 import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
@@ -361,7 +362,7 @@ export class Charts {
     c.restore();
   }
 
-  /** Draws the threshold, and in a log the present. */
+  /** Draws the threshold, takeovers as diamonds on it, and in a log the present. */
   #paintLines(plot, chart) {
     const { ctx: c, bbox } = plot;
     const line = (x1, y1, x2, y2, color, dash) => {
@@ -378,6 +379,16 @@ export class Charts {
     if (!this.#hasUtilities(chart)) {
       const y = plot.valToPos(this.#model.run.alliance.threshold, "y", true);
       line(bbox.left, y, bbox.left + bbox.width, y, themeColor("--ink"), [8, 4]);
+    }
+    const { events, names } = this.#model;
+    c.fillStyle = themeColor("--select");
+    c.font = `${13 * devicePixelRatio}px system-ui, sans-serif`;
+    c.textAlign = "center";
+    c.textBaseline = "middle";
+    const [from, to] = this.#range();
+    for (const { kind, robot, t_ms } of events) {
+      if (kind !== TOOK_OVER || robot !== names[chart.rank] || t_ms < from || t_ms > to) continue;
+      c.fillText("◆", plot.valToPos(t_ms / 1000, "x", true), plot.valToPos(this.#top(chart), "y", true));
     }
     const x = plot.valToPos(this.#model.now / 1000, "x", true);
     if (!this.#model.isLive) line(x, bbox.top, x, bbox.top + bbox.height, themeColor("--select"), []);

@@ -76,5 +76,6 @@ export class Clock {
     const [first, newest] = [this.#marks[0], this.#marks.at(-1)];
     const achieved = first && newest[0] > first[0] + 200 ? (newest[1] - first[1]) / (newest[0] - first[0]) : null;
     text(byId("speed-achieved"), achieved === null ? "–" : shown(achieved));
+    byId("achieved").style.visibility = achieved === null ? "hidden" : "visible";
   }
 }

@@ -1,9 +1,11 @@
-// The list of events, newest first, filtered by group. In a log a click on an event seeks its time.
+// The list of events, newest first, filtered by group, robot and text. A fault is one event with all its phases. In a log
+// a click on an event seeks its time.
 
 import { GROUPS } from "../model/events.js";
+import { foldFaults } from "../model/faults.js";
 import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
-import { count, eventInWords, seconds } from "../ui/words.js";
+import { count, eventInWords, phasesInWords, seconds } from "../ui/words.js";
 
 const MAX_ROWS = 250;
 const KEY = "alliance-events";
@@ -13,6 +15,8 @@ export class Events {
   #seek;
   #changed;
   #groups;
+  #robot = "";
+  #query = "";
 
   /** `seek(ms)` is called on a click on an event; null in a live run. `changed` is called on a new filter. */
   constructor(model, seek, changed) {
@@ -35,6 +39,17 @@ export class Events {
       ),
     );
     byId("event-groups").replaceChildren(...chips);
+    const robot = byId("event-robot");
+    robot.append(...model.names.map((name) => el("option", { value: name }, name)));
+    robot.addEventListener("change", () => {
+      this.#robot = robot.value;
+      changed();
+    });
+    const search = byId("event-search");
+    search.addEventListener("input", () => {
+      this.#query = search.value.trim().toLowerCase();
+      changed();
+    });
   }
 
   #toggle(group, button) {
@@ -46,35 +61,45 @@ export class Events {
 
   /** Returns a key that differs for each filter. */
   get filter() {
-    return [...this.#groups].join();
+    return [...this.#groups, this.#robot, this.#query].join();
   }
 
   /** Tests whether the filter includes an event. */
   isWanted(event) {
-    return this.#groups.has(event.group);
+    if (!this.#groups.has(event.group) || (this.#robot && event.robot !== this.#robot)) return false;
+    return !this.#query || this.#words(event).toLowerCase().includes(this.#query);
+  }
+
+  #words(event) {
+    const { what, why } = eventInWords(event, this.#model.names);
+    return `${event.robot} ${what} ${why}`;
   }
 
   draw() {
     if (!isShown("events")) return;
     const all = this.#model.eventsSoFar();
+    const faults = foldFaults(all);
     const rows = [];
     for (let index = all.length - 1; index >= 0 && rows.length < MAX_ROWS; index -= 1) {
-      if (this.isWanted(all[index])) rows.push(all[index]);
+      const event = all[index];
+      const isFolded = event.group === "faults" && !faults.has(event);
+      if (!isFolded && this.isWanted(event)) rows.push(event);
     }
     keyed(
       byId("event-list"),
       rows,
-      (event) => event.index,
-      (event) => this.#row(event),
+      (event) => `${event.index} ${faults.get(event)?.length ?? 0}`,
+      (event) => this.#row(event, faults.get(event)),
     );
     const missed = this.#model.missed ? `; ${this.#model.missed} did not reach this page` : "";
     text(byId("event-count"), `${count(all.length, "event")}${missed}`);
   }
 
-  #row(event) {
+  /** Creates the row of an event. `phases` are those of a fault. */
+  #row(event, phases) {
     const { names, colors } = this.#model;
     const rank = names.indexOf(event.robot);
-    const { what, why } = eventInWords(event, names);
+    const { what, why } = phases ? phasesInWords(phases) : eventInWords(event, names);
     const time = seconds(event.t_ms, 2);
     return el(
       "li",

@@ -1,4 +1,5 @@
-// The matrix of robots by tasks for large teams: active, waiting, and the levels of the other sets.
+// The matrix of robots by tasks for large teams: active, waiting, and the levels of the other sets. Above some hundred
+// robots a row stands for several of them, so that the whole team is in view.
 
 import { themeColor } from "../ui/colors.js";
 import { attribute, byId, text } from "../ui/dom.js";
@@ -8,10 +9,14 @@ const MANY_ROBOTS = 12;
 const MANY_TASKS = 24;
 
 /** The minimum and maximum size of a cell, px. */
-const CELL_PX = { width: [3, 30], height: [4, 16] };
-/** Names are written in rows of at least this height. */
-const LINE_PX = 9;
+const CELL_PX = { width: [2, 30], height: [4, 16] };
+/** The least distance of two names, px. */
+const LINE_PX = 11;
+/** The space for the names of robots and of tasks, px. */
 const NAMES_PX = 64;
+const HEAD_PX = 66;
+/** The slope of the tasks' names. */
+const SLOPE = -Math.PI / 3;
 
 export class Matrix {
   #model;
@@ -39,51 +44,89 @@ export class Matrix {
   }
 
   draw() {
-    const { names, tasks, colors, sets, view } = this.#model;
-    byId("matrix").hidden = !Matrix.isChosen();
+    const { names, tasks, view } = this.#model;
+    byId("matrix").hidden = byId("matrix-legend").hidden = !Matrix.isChosen();
     if (!Matrix.isChosen() || !view) return;
     const place = byId("matrix");
     const fit = (room, count, [least, most]) => Math.max(least, Math.min(most, room / count));
-    const height = fit(place.clientHeight - 20, names.length, CELL_PX.height);
-    const left = height >= LINE_PX ? NAMES_PX : 4;
-    const width = fit(place.clientWidth - left - 14, tasks.length, CELL_PX.width);
-    this.#layout = { left, width, height };
-    const c = this.#size(left + width * tasks.length, height * names.length);
+    const room = Math.max(CELL_PX.height[0], place.clientHeight - HEAD_PX - 4);
+    const robotsPerRow = Math.ceil((names.length * CELL_PX.height[0]) / room);
+    const rows = Math.ceil(names.length / robotsPerRow);
+    const height = fit(room, rows, CELL_PX.height);
+    // The last name slopes beyond its column.
+    const width = fit(place.clientWidth - NAMES_PX - HEAD_PX / 2, tasks.length, CELL_PX.width);
+    this.#layout = { width, height, robotsPerRow };
+    const c = this.#size(NAMES_PX + width * tasks.length + HEAD_PX / 2, HEAD_PX + height * rows);
     c.font = "10px system-ui, sans-serif";
     c.textBaseline = "middle";
     const ink = themeColor("--ink");
+    this.#drawTaskNames(c, ink);
     const line = themeColor("--line");
+    const styles = { Active: { color: themeColor("--accent"), share: 1 }, Waiting: { color: themeColor("--warn"), share: 0.5 } };
     const highest = this.#highest();
-    view.robots.forEach((robot, rank) => {
-      const top = rank * height;
-      const isPresent = robot.state === "present";
-      c.globalAlpha = 1;
-      if (rank === this.#choices.selected) {
+    const [gapX, gapY] = [width > 5 ? 1 : 0, height > 5 ? 1 : 0];
+    for (let row = 0; row < rows; row += 1) {
+      const robots = view.robots.slice(row * robotsPerRow, (row + 1) * robotsPerRow);
+      const first = row * robotsPerRow;
+      const top = HEAD_PX + row * height;
+      const present = robots.filter(({ state }) => state === "present").length;
+      c.globalAlpha = 1 - present / robots.length;
+      c.fillStyle = line;
+      c.fillRect(NAMES_PX, top, width * tasks.length, height - gapY);
+      const { selected } = this.#choices;
+      if (selected !== null && Math.floor(selected / robotsPerRow) === row) {
         c.globalAlpha = 0.25;
         c.fillStyle = themeColor("--select");
-        c.fillRect(0, top, left + width * tasks.length, height);
-        c.globalAlpha = 1;
+        c.fillRect(0, top, NAMES_PX + width * tasks.length, height);
       }
+      c.globalAlpha = 1;
       c.fillStyle = ink;
-      if (left === NAMES_PX) c.fillText(isPresent ? names[rank] : `${names[rank]} ✗`, 2, top + height / 2, NAMES_PX - 6);
-      if (!isPresent) {
-        c.fillStyle = line;
-        c.fillRect(left, top, width * tasks.length, height);
+      if (row % Math.ceil(LINE_PX / height) === 0) {
+        const name = present === robots.length || robotsPerRow > 1 ? names[first] : `${names[first]} ✗`;
+        c.fillText(name, 2, top + Math.max(height, LINE_PX) / 2, NAMES_PX - 6);
       }
-      for (const { motivation } of robot.sets) {
-        const { task } = sets[motivation.set];
-        const style = {
-          Active: { color: colors[rank], alpha: 1, share: 1 },
-          Waiting: { color: colors[rank], alpha: 0.9, share: 0.4 },
-        }[motivation.state] ?? { color: ink, alpha: 0.45 * Math.min(1, motivation.motivation / highest), share: 1 };
-        if (style.alpha < 0.02) continue;
-        c.globalAlpha = style.alpha;
+      for (const [task, { state, level }] of this.#cells(robots)) {
+        const style = styles[state] ?? { color: ink, share: 1 };
+        const alpha = styles[state] ? 1 : 0.45 * Math.min(1, level / highest);
+        if (alpha < 0.02) continue;
+        c.globalAlpha = alpha;
         c.fillStyle = style.color;
-        c.fillRect(left + task * width, top + height * (1 - style.share), Math.max(1, width - (width > 5 ? 1 : 0)), height * style.share - (height > 5 ? 1 : 0));
+        c.fillRect(NAMES_PX + task * width, top + height * (1 - style.share), Math.max(1, width - gapX), height * style.share - gapY);
       }
-    });
+    }
+    c.globalAlpha = 1;
     const busy = view.robots.filter(({ active }) => active !== null).length;
     attribute(this.#canvas, "aria-label", `${names.length} robots by ${tasks.length} tasks: ${busy} robots are at work`);
+  }
+
+  /** Writes the names of tasks, as many as have room. */
+  #drawTaskNames(c, ink) {
+    const { tasks } = this.#model;
+    const { width } = this.#layout;
+    const every = Math.ceil(LINE_PX / width);
+    c.fillStyle = ink;
+    for (let task = 0; task < tasks.length; task += every) {
+      c.save();
+      c.translate(NAMES_PX + (task + 0.5) * width, HEAD_PX - 4);
+      c.rotate(SLOPE);
+      c.fillText(tasks[task].name, 0, 0, (HEAD_PX - 6) / Math.sin(-SLOPE));
+      c.restore();
+    }
+  }
+
+  /** Returns the state and the level of each task for a row of robots: the busiest state and the highest level of all. */
+  #cells(robots) {
+    const { sets } = this.#model;
+    const rank = { Active: 2, Waiting: 1 };
+    const cells = new Map();
+    for (const { motivation } of robots.flatMap((robot) => robot.sets)) {
+      const { task } = sets[motivation.set];
+      const { state, motivation: level } = motivation;
+      const cell = cells.get(task) ?? { state, level };
+      const isBusier = (rank[state] ?? 0) > (rank[cell.state] ?? 0);
+      cells.set(task, { state: isBusier ? state : cell.state, level: Math.max(cell.level, level) });
+    }
+    return cells;
   }
 
   /** Returns the level that is drawn darkest: the threshold, or the highest utility. */
@@ -113,9 +156,11 @@ export class Matrix {
   /** Returns the robot and task under the pointer, or null. */
   #under({ offsetX, offsetY }) {
     if (!this.#layout) return null;
-    const { left, width, height } = this.#layout;
-    const [rank, task] = [Math.floor(offsetY / height), Math.floor((offsetX - left) / width)];
-    return rank < this.#model.names.length && task < this.#model.tasks.length ? { rank, task: Math.max(0, task) } : null;
+    const { width, height, robotsPerRow } = this.#layout;
+    const row = Math.floor((offsetY - HEAD_PX) / height);
+    const within = ((offsetY - HEAD_PX) / height - row) * robotsPerRow;
+    const [rank, task] = [row * robotsPerRow + Math.floor(within), Math.floor((offsetX - NAMES_PX) / width)];
+    return row >= 0 && rank < this.#model.names.length && task < this.#model.tasks.length ? { rank, task: Math.max(0, task) } : null;
   }
 
   #point(event) {

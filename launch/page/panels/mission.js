@@ -10,6 +10,9 @@ export function drawMission(model) {
   const current = progress(columns, view.mission);
   text(byId("progress-count"), current ? current.count : "");
   text(byId("progress-what"), current ? current.what : "");
+  const bar = byId("progress-bar");
+  bar.hidden = (current?.share ?? null) === null;
+  if (!bar.hidden) bar.value = current.share;
   const texts = details(columns, view.mission, now);
   text(byId("mission-details"), texts.join(", "));
   byId("mission-details").title = texts.join("\n");
@@ -18,14 +21,16 @@ export function drawMission(model) {
 
 /**
  * Sets the document's mode, state and tick, and the state texts. `state`: connecting, waiting, running, paused,
- * standing, frozen, disconnected or ended.
+ * standing, frozen, disconnected or ended. `isLoading`: the views of a log at the wanted time have not arrived.
  */
-export function drawState(model, state) {
+export function drawState(model, state, isLoading) {
   const { body } = document;
   body.dataset.mode = model.run.mode;
   body.dataset.state = state;
   body.dataset.tick = model.view ? model.view.tick : "";
-  text(byId("state"), state);
+  const isSlow = isLoading && model.view !== null;
+  text(byId("state"), isSlow ? "loading" : state);
+  body.toggleAttribute("data-loading", isSlow);
   if (model.isLive) {
     const warning = {
       frozen: `The world has sent nothing for some seconds; its process may be stopped. See: alliance status --run ${model.run.run}`,

@@ -153,6 +153,8 @@ export class Robots {
     attribute(card.querySelector("[data-field=doing]"), "title", activity);
     setField("carries", robot.carrying === null ? "nothing" : `item-${robot.carrying}`);
     setField("speed", `${robot.speed_m_s.toFixed(2)} m/s`);
+    const hasItems = view.items.length > 0;
+    card.querySelector("[data-field=carries]").parentElement.hidden = !hasItems;
     setField("pid", robot.pid ?? "–");
     setField("incarnation", robot.incarnation ?? "–");
     const hasEnergy = robot.energy_j !== null;

@@ -1,4 +1,4 @@
-// The time slider of a log, with marks of the listed events.
+// The time slider of a log, with marks of the listed events and the times. Many events are drawn as a density.
 
 import { GROUPS } from "../model/events.js";
 import { themeColor } from "../ui/colors.js";
@@ -7,6 +7,16 @@ import { eventInWords, seconds } from "../ui/words.js";
 
 /** Half of the slider thumb, px. The ends of the slider's range lie this far inside. */
 const THUMB_PX = 8;
+/** The heights of the row of marks and of the row of times, px. */
+const MARKS_PX = 14;
+/** Below this distance of two marks on average, px, a group is drawn as a density. */
+const CROWDED_PX = 9;
+/** The width of a bin of the density, px. */
+const BIN_PX = 4;
+/** The least distance of two times, px. */
+const TIMES_PX = 70;
+/** Groups whose events are always drawn as marks, above all others. */
+const ALWAYS = ["robots", "faults", "takeovers"];
 
 export class Timeline {
   #model;
@@ -79,14 +89,59 @@ export class Timeline {
     const colors = Object.fromEntries(
       Object.keys(GROUPS).map((group) => [
         group,
-        themeColor(group === "faults" ? "--bad" : group === "robots" ? "--ink" : "--ink-2"),
+        themeColor({ faults: "--bad", robots: "--ink", takeovers: "--select" }[group] ?? "--ink-2"),
       ]),
     );
-    for (const event of events.filter((each) => this.#events.isWanted(each))) {
-      const { group } = event;
-      const x = THUMB_PX + (event.t_ms / this.#model.run.log.duration_ms) * (width - 2 * THUMB_PX);
-      c.fillStyle = colors[group];
-      c.fillText(GROUPS[group].sign, x, height / 2);
-    }
+    const { duration_ms } = this.#model.run.log;
+    const at = (ms) => THUMB_PX + (ms / duration_ms) * (width - 2 * THUMB_PX);
+    const wanted = events.filter((each) => this.#events.isWanted(each));
+    const others = wanted.filter(({ group }) => !ALWAYS.includes(group));
+    if (others.length * CROWDED_PX > width) drawDensity(c, others.map(({ t_ms }) => at(t_ms)), colors.tasks);
+    else drawMarks(c, others, at, colors);
+    drawMarks(
+      c,
+      wanted.filter(({ group }) => ALWAYS.includes(group)),
+      at,
+      colors,
+    );
+    drawTimes(c, at, duration_ms, width, height, themeColor("--ink-2"));
+  }
+}
+
+function drawMarks(c, events, at, colors) {
+  for (const { group, t_ms } of events) {
+    c.fillStyle = colors[group];
+    c.fillText(GROUPS[group].sign, at(t_ms), MARKS_PX / 2);
+  }
+}
+
+/** Draws the number of events per bin of time by the square root, the highest over the whole height. */
+function drawDensity(c, places, color) {
+  const bins = new Map();
+  for (const x of places) {
+    const bin = Math.floor(x / BIN_PX);
+    bins.set(bin, (bins.get(bin) ?? 0) + 1);
+  }
+  const most = Math.max(...bins.values());
+  c.fillStyle = color;
+  c.globalAlpha = 0.55;
+  for (const [bin, count] of bins) {
+    const high = Math.max(2, MARKS_PX * Math.sqrt(count / most));
+    c.fillRect(bin * BIN_PX, MARKS_PX - high, BIN_PX - 1, high);
+  }
+  c.globalAlpha = 1;
+}
+
+/** Writes round times below the marks. */
+function drawTimes(c, at, duration_ms, width, height, color) {
+  const least_ms = (duration_ms * TIMES_PX) / width;
+  const power = 10 ** Math.floor(Math.log10(least_ms));
+  const step_ms = [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= least_ms);
+  c.fillStyle = color;
+  for (let ms = 0; ms <= duration_ms; ms += step_ms) {
+    const label = `${Number((ms / 1000).toPrecision(6))} s`;
+    const half = c.measureText(label).width / 2;
+    c.fillText(label, Math.max(half, Math.min(width - half, at(ms))), (MARKS_PX + height) / 2);
+    c.fillRect(at(ms), height - 2, 1, 2);
   }
 }

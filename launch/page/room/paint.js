@@ -166,18 +166,30 @@ export function paintBorder(c, p, room, palette) {
   c.strokeRect(p.x(0) - 1.5, p.y(room.height_m) - 1.5, p.scale * room.width_m + 3, p.scale * room.height_m + 3);
 }
 
-/** Draws a scale bar of one meter. */
+/** The least length of the scale bar, px. */
+const SCALE_PX = 40;
+
+/** Returns the shortest round length that is drawn at least SCALE_PX long, m: 1, 2 or 5 times a power of ten. */
+function scaleLength(px_per_m) {
+  const least = SCALE_PX / px_per_m;
+  const power = 10 ** Math.floor(Math.log10(least));
+  return [1, 2, 5, 10].map((factor) => factor * power).find((length) => length >= least * 0.999);
+}
+
+/** Draws a scale bar inside the lower right corner of the room. */
 export function paintScale(c, p, room, palette) {
-  const [x, y] = [p.x(room.width_m) - p.scale - 8, p.y(0) - 8];
+  const length_m = scaleLength(p.scale);
+  const width = p.scale * length_m;
+  const [x, y] = [p.x(room.width_m) - width - 12, p.y(0) - 12];
   c.strokeStyle = palette["ink-2"];
   c.lineWidth = 1.5;
   c.beginPath();
   c.moveTo(x, y - 4);
   c.lineTo(x, y);
-  c.lineTo(x + p.scale, y);
-  c.lineTo(x + p.scale, y - 4);
+  c.lineTo(x + width, y);
+  c.lineTo(x + width, y - 4);
   c.stroke();
-  words(c, "1 m", x + p.scale / 2, y - 8, { color: palette["ink-2"] });
+  words(c, `${Number(length_m.toPrecision(1))} m`, x + width / 2, y - 8, { color: palette["ink-2"], outline: palette.floor });
 }
 
 /** Draws an obstacle or a patch. `label` is the id of the fault that created shape, or empty. */
@@ -420,7 +432,7 @@ export function paintBody(c, p, robot, style, palette) {
 
 /**
  * Draws lines of text next to a robot, on the first of four sides without another label. `side`, the one of the
- * previous frame, has priority, so that labels do not jump. Without a free side the label is left out unless shape
+ * previous frame, has priority, so that labels do not jump. Without a free side the label is left out unless it
  * `mustShow`. Returns the side used.
  */
 export function paintLabel(c, p, room, x, y, gap, { lines, side, mustShow }, taken, palette) {
@@ -451,12 +463,10 @@ export function paintLabel(c, p, room, x, y, gap, { lines, side, mustShow }, tak
   const chosen = free ?? side;
   const [left, top] = boxes[chosen];
   taken.push({ left, top, right: left + width, bottom: top + height });
-  c.fillStyle = palette.label;
-  c.beginPath();
-  c.roundRect(left, top, width, height, 3);
-  c.fill();
+  // An outline of the letters hides less than a plate.
   lines.forEach((line, index) => {
-    words(c, line, left + width / 2, top + 2 + (size + 2) * (index + 0.5), { color: palette.ink, bold: index === 0, size });
+    const style = { color: palette.ink, bold: index === 0, size, outline: palette.floor };
+    words(c, line, left + width / 2, top + 2 + (size + 2) * (index + 0.5), style);
   });
   return chosen;
 }

@@ -7,6 +7,8 @@ import { Lens, Projection, distanceToLine, isInside, isWithin, radioLines, sameR
 import * as paint from "./paint.js";
 
 const MARGIN_PX = 10;
+/** The time for which a takeover is written at its robot, ms of simulated time. */
+const TAKEOVER_MS = 15_000;
 /** The length of trails, ms of simulated time. */
 const TRAIL_MS = 60_000;
 /** Above this team size labels have the name only, and only where shown is space. */
@@ -205,6 +207,8 @@ export class Room {
     const lines = [robot.state === "present" ? names[rank] : `${names[rank]}: ${robot.state}`];
     const doing = this.#model.doingInWords(robot);
     if (doing && doing !== "idle" && (names.length <= FULL_LABELS || rank === this.#choices.selected)) lines.push(doing);
+    const takeover = this.#model.recentTakeover(rank, TAKEOVER_MS);
+    if (takeover) lines.push(`◆ took over from ${takeover.reason}`);
     return lines;
   }
 

@@ -49,7 +49,7 @@ export class Orders {
     const over = new Set(this.#model.events.filter(({ kind }) => OVER.has(kind)).map(({ subject }) => subject));
     const latest = this.#undoable.findLast((id) => !over.has(id));
     if (latest) return this.clear(latest);
-    notify("done", "Nothing to undo on this page");
+    notify("done", "This page has given no order that can be undone; the tab Faults lists all faults of the run");
     return null;
   }
 

@@ -96,6 +96,7 @@ const SENTENCES = {
   joined: () => "joins",
   gone: () => "is dead",
   stalled: () => "is silent",
+  "took-over": (event) => `takes over ${event.subject} from ${event.reason}`,
   back: () => "is back",
   lost: () => "lost a message",
   progress: (event) => `makes progress in ${event.detail}`,
@@ -121,7 +122,17 @@ export function eventInWords(event, names) {
   const what = SENTENCES[event.kind]?.(event) ?? [event.kind.replaceAll("-", " "), event.subject].filter(Boolean).join(" ");
   if (STATE_KINDS.has(event.kind)) return { what, why: reasonInWords(event.reason) };
   if (event.kind === "progress") return { what, why: "" };
+  if (event.kind === "took-over") return { what, why: event.detail };
   return { what, why: tidy([event.reason, event.detail].filter(Boolean).join("; "), names) };
+}
+
+const PHASES = { armed: "armed", applied: "takes effect", hit: "first effect", healed: "healed", disarmed: "disarmed", failed: "fails" };
+
+/** Returns a fault with its phases as `{what, why}`: `f1: kill gold` and `armed 20.0 s, takes effect 153.0 s`. */
+export function phasesInWords(phases) {
+  const [first] = phases;
+  const texts = phases.map(({ kind, t_ms }) => `${PHASES[kind] ?? kind} ${seconds(t_ms, 2)}`);
+  return { what: `${first.subject}: ${cutsInWords(first.detail)}`, why: texts.join(", ") };
 }
 
 /** Delivery of a message at a receiver: a sign that needs no color, and a word. */

@@ -2,16 +2,18 @@
 
 use missions::Registry;
 use std::future::Future;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use analysis::replay_views::retrace_into;
+use analysis::report::takeovers::{LossTakeover, loss_takeovers};
 use axum::extract::ws::WebSocket;
 use proto::control::AgentState;
 use proto::event::EventLine;
 use proto::tick::Outcome;
 use proto::view::{Corner, View};
-use run_log::{EventRow, LogLevel, MemoryLog, RunLog, RunOutcome};
+use run_log::{EventRow, LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
 use scenario::ids::{RobotId, Tick};
 use scenario::time::SimTime;
 use serde_json::{Value, json};
@@ -28,12 +30,15 @@ const DESERTED: Duration = Duration::from_secs(5);
 /// The maximum number of views in one answer.
 pub const COUNT_MAX: u64 = 1000;
 
-/// The data of `GET /api/run`, `/api/views`, `/api/corners` and `/api/events`.
+/// The data of `GET /api/run`, `/api/views`, `/api/corners`, `/api/events` and `/api/takeovers`.
 pub struct Logged {
     about: Value,
     views: Views,
     corners: Corners,
     events: Vec<EventLine>,
+    folder: PathBuf,
+    run: RunFile,
+    takeovers: OnceLock<Vec<EventLine>>,
     pages: watch::Sender<usize>,
     interrupted: bool,
     /// The difference between the replay and the log, if there is one.
@@ -89,8 +94,11 @@ impl Logged {
             views,
             corners,
             events,
+            folder,
+            takeovers: OnceLock::new(),
             pages: watch::Sender::new(0),
             interrupted: logged.run.outcome == RunOutcome::Ended(Outcome::Interrupted),
+            run: logged.run,
             warning: replayed.differs,
         })
     }
@@ -153,6 +161,26 @@ impl Logged {
     #[must_use]
     pub fn events(&self) -> &[EventLine] {
         &self.events
+    }
+
+    /// Returns the takeovers from lost robots as events. The first call reads the log again, which can take seconds.
+    pub fn takeovers(&self) -> &[EventLine] {
+        self.takeovers.get_or_init(|| {
+            let vocabulary = Registry::current().vocabulary();
+            let takeovers = loss_takeovers(&self.folder, &self.run, &vocabulary);
+            takeovers.into_iter().map(takeover_event).collect()
+        })
+    }
+}
+
+fn takeover_event(takeover: LossTakeover) -> EventLine {
+    EventLine {
+        t_ms: takeover.at,
+        kind: "took-over".to_owned(),
+        robot: takeover.robot,
+        subject: takeover.task,
+        reason: takeover.from,
+        detail: format!("{} after its loss", takeover.after),
     }
 }
 

@@ -18,6 +18,7 @@
 //! | `GET /api/corners?robot=RANK` | of a finished run: the corners of all curves of motivations of that robot ([`Corner`](proto::view::Corner)) |
 //! | WebSocket `/api/page` | of a finished run: nothing; it stays open as long as the page |
 //! | `GET /api/events` | of a finished run: all rows of events.csv |
+//! | `GET /api/takeovers` | of a finished run: the takeovers from lost robots, in the form of events |
 //!
 //! A refused request or an invalid command returns `{"error": "…"}`.
 

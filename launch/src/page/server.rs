@@ -21,6 +21,7 @@ use serde::Deserialize;
 use serde_json::json;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
+use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 
 use super::assets;
@@ -79,6 +80,7 @@ pub async fn serve(
                 .route("/api/page", get(accompany))
                 .route("/api/corners", get(corners))
                 .route("/api/events", get(events))
+                .route("/api/takeovers", get(takeovers))
                 .with_state(Arc::from(logged)),
         })
         .layer(middleware::from_fn_with_state(gate, guard));
@@ -205,4 +207,12 @@ async fn corners(State(logged): State<Arc<Logged>>, Query(query): Query<CornersQ
 
 async fn events(State(logged): State<Arc<Logged>>) -> Response {
     Json(logged.events()).into_response()
+}
+
+async fn takeovers(State(logged): State<Arc<Logged>>) -> Response {
+    // The log is read again, which would block the other requests.
+    let answer = spawn_blocking(move || Json(logged.takeovers()).into_response());
+    answer
+        .await
+        .unwrap_or_else(|_| StatusCode::INTERNAL_SERVER_ERROR.into_response())
 }

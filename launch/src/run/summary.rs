@@ -1,7 +1,7 @@
 //! The result of a finished run, as a table or as JSON.
 
 use analysis::interrupted::INTERRUPTED_STATUS;
-use analysis::report::takeovers::takeover_lines;
+use analysis::report::takeovers::loss_takeovers;
 use analysis::sweep::shell_quoted;
 use analysis::table;
 use comfy_table::{CellAlignment, Table};
@@ -55,8 +55,8 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
         result.sim_time_ms,
         result.ticks,
     );
-    for line in takeover_lines(&plan.folder, run, &Registry::current().vocabulary()) {
-        stderr_line!("{line}");
+    for takeover in loss_takeovers(&plan.folder, run, &Registry::current().vocabulary()) {
+        stderr_line!("{takeover}");
     }
     if let Some(line) = faults(&run.faults) {
         stderr_line!("{line}");
