@@ -27,6 +27,7 @@ mod stream;
 pub mod takeovers;
 #[cfg(test)]
 mod tests;
+mod verdict;
 
 pub use history::{History, HistoryError};
 pub use metrics::Metrics;

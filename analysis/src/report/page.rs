@@ -11,6 +11,7 @@ use super::faults::{FaultMark, FaultMarkPhase, faults};
 use super::history::History;
 use super::made::RunOrigin;
 use super::metrics::{Metrics, Recurring};
+use super::verdict::verdict;
 use crate::figures::Figure;
 use crate::page::{document, table};
 
@@ -25,7 +26,7 @@ const FAULT_ROWS: usize = 200;
 /// Returns the definitions of all metrics.
 pub(super) fn definitions() -> Markup {
     html! {
-        h2 { "Definitions" }
+        (heading("Definitions"))
         dl {
             dt { "makespan" } dd { "Simulated time from the start to the end of the tick in which the mission was complete; none if it was not completed." }
             dt { "present" } dd { "Time of the ticks in which the robot's report counted: it was neither dead nor stopped." }
@@ -94,27 +95,54 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
     let (first, rest) = shown.split_at(shown.len().min(1));
     let scenario = &part.run.setup.scenario;
     let title = format!("{}, seed {}", scenario.name, part.run.setup.seed);
+    let recurring = part.metrics.recurring.iter();
+    let recurring = recurring.map(|recurring| {
+        let title = format!("Events: {}", recurring.event);
+        (title, moments(part.history, recurring))
+    });
+    let sections = tables(part).map(|(title, table)| (title.to_owned(), table));
+    let sections: Vec<(String, Markup)> = sections.into_iter().chain(recurring).collect();
     let body = html! {
         h1 { (title) }
         p { (scenario.description) }
         @if let Some(window) = &part.made.window { p.note { "Figures show the run " (window) "; tables show the whole run." } }
+        ul.answer {
+            @for sentence in verdict(part.run, part.history, part.metrics) { li { (sentence) } }
+        }
+        nav aria-label="Contents" {
+            @for title in titles(&sections) { a href={ "#" (anchor(title)) } { (title) } " " }
+        }
         @for figure in first { (figure) }
         table { tbody {
             @for (name, value) in facts(part) { tr { td { (name) } td.text { (value) } } }
         } }
-        @for (title, table) in tables(part) {
-            h2 { (title) }
-            (table)
+        @for (title, content) in &sections {
+            (heading(title))
+            (content)
         }
-        @for recurring in &part.metrics.recurring {
-            h2 { "Events: " (recurring.event) }
-            (moments(part.history, recurring))
-        }
-        h2 { "Figures" }
+        (heading("Figures"))
         @for figure in rest { (figure) }
         (definitions())
     };
     (document(&title, "", &body), frames.left_out)
+}
+
+/// Returns the titles of all parts of a page, for its list of contents.
+fn titles(sections: &[(String, Markup)]) -> impl Iterator<Item = &str> {
+    let titles = sections.iter().map(|(title, _)| title.as_str());
+    titles.chain(["Figures", "Definitions"])
+}
+
+/// Returns the id of the part with a title.
+fn anchor(title: &str) -> String {
+    let letters = title
+        .chars()
+        .filter(|letter| !letter.is_ascii_punctuation());
+    letters.collect::<String>().to_lowercase().replace(' ', "-")
+}
+
+fn heading(title: &str) -> Markup {
+    html! { h2 id=(anchor(title)) { (title) } }
 }
 
 pub(super) fn tables(part: &RunSection<'_>) -> [(&'static str, Markup); 6] {

@@ -109,6 +109,7 @@ fn a_claim_of_one_step_is_no_takeover_and_the_lost_robot_is_the_predecessor() {
     // The facts, the losses and the takeovers of the page have the same number.
     let page = made.page();
     for text in [
+        "gold died at 30.00 s while it executed move-spill(top); blue took over after 15.00 s.",
         "mean 15.00 s, longest 15.00 s (of 1)",
         "blue took over after 15.00 s",
         "<td>15.00 s</td><td class=\"text\">gold died</td>",
