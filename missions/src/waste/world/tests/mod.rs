@@ -7,8 +7,7 @@ mod sensors;
 use std::any::Any;
 
 use floor::{
-    BLUE, GOLD, REPORT, acts, assert_at, drive, position, rectangle, robots, room, run, solid,
-    spill, world,
+    BLUE, GOLD, REPORT, acts, assert_at, drive, position, robots, room, run, solid, spill, world,
 };
 use glam::Vec2;
 use proto::readings::Actuation;
