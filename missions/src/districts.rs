@@ -1,5 +1,8 @@
 //! Division of a large room into equal districts, without walls between them, to limit the robots and tasks of each.
 
+use glam::Vec2;
+use scenario::{Radio, Robot, Room};
+
 /// A grid of equal districts.
 pub(crate) struct Districts {
     pub columns: usize,
@@ -56,25 +59,21 @@ impl Districts {
     }
 }
 
-/// Returns the radio range in m at which a robot receives from `neighbors` others on average, for a room of this size
-/// and team.
-pub(crate) fn range_for_neighbors(
-    neighbors: usize,
-    robots: usize,
-    width_m: f32,
-    height_m: f32,
-) -> f32 {
-    let area = f64::from(width_m) * f64::from(height_m);
+/// Returns the radio of a team. In teams of more than `neighbors` robots, the range is limited so that a robot receives
+/// from this number of others on average.
+pub(crate) fn radio(neighbors: usize, robots: usize, room: &Room) -> Radio {
+    let area = f64::from(room.width_m) * f64::from(room.height_m);
     let range_m = (area * neighbors as f64 / (std::f64::consts::PI * robots as f64)).sqrt();
-    range_m.ceil() as f32
+    Radio {
+        range_m: (robots > neighbors).then_some(range_m.ceil() as f32),
+    }
 }
 
 /// Returns the indices of at most `most` places, nearest to `to` first. At equal distance the lower index comes first.
-pub(crate) fn nearest(places: &[(f32, f32)], to: (f32, f32), most: usize) -> Vec<usize> {
+pub(crate) fn nearest(places: &[Vec2], to: Vec2, most: usize) -> Vec<usize> {
     let mut nearest: Vec<(f32, usize)> = Vec::with_capacity(most + 1);
     for (index, place) in places.iter().enumerate() {
-        let (x, y) = (place.0 - to.0, place.1 - to.1);
-        let squared = x * x + y * y;
+        let squared = place.distance_squared(to);
         if nearest.len() == most && nearest[most - 1].0 <= squared {
             continue;
         }
@@ -85,19 +84,20 @@ pub(crate) fn nearest(places: &[(f32, f32)], to: (f32, f32), most: usize) -> Vec
     nearest.into_iter().map(|(_, index)| index).collect()
 }
 
-/// Returns for each robot the places assigned to it, in ascending order. A robot gets its nearest places, and each
-/// place for which it is one of the nearest robots.
-pub fn nearest_both_ways(
-    robots: &[(f32, f32)],
+/// Returns for each robot the places assigned to it, in ascending order. A robot gets the places nearest to its start,
+/// and each place for which it is one of the nearest robots.
+pub(crate) fn nearest_both_ways(
+    team: &[Robot],
     places_per_robot: usize,
-    places: &[(f32, f32)],
+    places: &[Vec2],
     robots_per_place: usize,
 ) -> Vec<Vec<usize>> {
-    let assigned = robots.iter();
-    let assigned = assigned.map(|&robot| nearest(places, robot, places_per_robot));
+    let starts = starts(team);
+    let assigned = starts.iter();
+    let assigned = assigned.map(|&start| nearest(places, start, places_per_robot));
     let mut assigned: Vec<Vec<usize>> = assigned.collect();
     for (index, &place) in places.iter().enumerate() {
-        for robot in nearest(robots, place, robots_per_place) {
+        for robot in nearest(&starts, place, robots_per_place) {
             assigned[robot].push(index);
         }
     }
@@ -106,4 +106,10 @@ pub fn nearest_both_ways(
         places.dedup();
     }
     assigned
+}
+
+/// Returns the starts of robots, m.
+pub(crate) fn starts(team: &[Robot]) -> Vec<Vec2> {
+    let start = |robot: &Robot| robot.start.map_or(Vec2::ZERO, |start| start.position());
+    team.iter().map(start).collect()
 }

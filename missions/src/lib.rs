@@ -4,12 +4,18 @@
 //! - [`waste`]: hazardous waste clean-up. [`service`]: points of work. [`push`]: long bars. [`observe`]: moving
 //!   targets.
 
+mod coverage;
 mod districts;
+#[cfg(test)]
+mod fixtures;
+mod geometry;
 pub mod observe;
 pub mod push;
 mod registry;
 pub mod service;
 pub mod testkit;
+#[cfg(test)]
+mod tests;
 pub mod waste;
 
 pub use registry::{MissionParts, Registry};

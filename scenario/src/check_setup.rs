@@ -116,22 +116,14 @@ fn check_params(
     }
     values.check(&statements, robot, &spec.name)?;
     let complete = values.into_params(given.task.clone());
-    let maps = [
-        (
-            Parameter::SlowImpatience,
-            &given.slow_impatience,
-            &complete.slow_impatience,
-        ),
-        (
-            Parameter::WillingToAffect,
-            &given.willing_to_affect_s,
-            &complete.willing_to_affect_s,
-        ),
-    ];
-    for (parameter, given, complete) in maps {
-        same_keys(given, complete, &at.key(parameter.key()))?;
-    }
-    Ok(())
+    let (slow, willing) = (Parameter::SlowImpatience, Parameter::WillingToAffect);
+    let (of_slow, of_willing) = (&given.slow_impatience, &given.willing_to_affect_s);
+    same_keys(of_slow, &complete.slow_impatience, &at.key(slow.key()))?;
+    same_keys(
+        of_willing,
+        &complete.willing_to_affect_s,
+        &at.key(willing.key()),
+    )
 }
 
 fn stated(given: &BehaviorParams, at: &KeyPath) -> Vec<Statement> {
@@ -145,19 +137,6 @@ fn stated(given: &BehaviorParams, at: &KeyPath) -> Vec<Statement> {
         before_yielding_s,
         before_giving_up_s,
     } = given;
-    let statement = |parameter: Parameter, teammate: Option<&String>, value: f64| {
-        let at = at.key(parameter.key());
-        Statement {
-            robot: None,
-            set: None,
-            teammate: teammate.cloned(),
-            parameter,
-            value,
-            place: teammate
-                .map_or_else(|| at.clone(), |name| at.key(name))
-                .into(),
-        }
-    };
     let plain = [
         (Parameter::BroadcastRate, broadcast_rate_hz),
         (Parameter::CeasedAfter, ceased_after_s),
@@ -165,16 +144,20 @@ fn stated(given: &BehaviorParams, at: &KeyPath) -> Vec<Statement> {
         (Parameter::BeforeYielding, before_yielding_s),
         (Parameter::BeforeGivingUp, before_giving_up_s),
     ];
+    let plain = plain
+        .into_iter()
+        .map(|(parameter, value)| Statement::new(parameter, None, *value, at.key(parameter.key())));
     let by_teammate = [
         (Parameter::SlowImpatience, slow_impatience),
         (Parameter::WillingToAffect, willing_to_affect_s),
     ];
-    let plain = plain.map(|(parameter, value)| statement(parameter, None, *value));
     let toward = by_teammate.into_iter().flat_map(|(parameter, values)| {
-        let values = values.iter();
-        values.map(move |(name, value)| statement(parameter, Some(name), *value))
+        values.iter().map(move |(name, value)| {
+            let at = at.key(parameter.key()).key(name);
+            Statement::new(parameter, Some(name), *value, at)
+        })
     });
-    plain.into_iter().chain(toward).collect()
+    plain.chain(toward).collect()
 }
 
 /// Rejects a table whose keys are not exactly the wanted ones.

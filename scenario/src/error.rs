@@ -61,15 +61,9 @@ impl Problem {
         problem: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Self {
-        let source = Some(source.into());
-        Self::new(
-            Place {
-                source,
-                ..Place::default()
-            },
-            problem,
-            remedy,
-        )
+        let mut new = Self::of_value(problem, remedy);
+        new.place.source = Some(source.into());
+        new
     }
 
     pub(super) fn new(place: Place, problem: impl Into<String>, remedy: impl Into<String>) -> Self {

@@ -36,6 +36,7 @@ mod validate;
 mod values;
 mod vocabulary;
 
+use glam::Vec2;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::any::Any;
@@ -231,6 +232,14 @@ pub struct Room {
     pub height_m: f32,
 }
 
+impl Room {
+    /// Returns the upper right corner, m. The lower left one is the origin.
+    #[must_use]
+    pub fn size(&self) -> Vec2 {
+        Vec2::new(self.width_m, self.height_m)
+    }
+}
+
 impl Default for Room {
     fn default() -> Self {
         Self {
@@ -418,6 +427,14 @@ pub struct Start {
     /// Heading, degrees counter-clockwise from x; 180 faces the left wall.
     #[serde(default = "facing_left")]
     pub heading_deg: f32,
+}
+
+impl Start {
+    /// Returns the place of the center, m.
+    #[must_use]
+    pub fn position(&self) -> Vec2 {
+        Vec2::new(self.x_m, self.y_m)
+    }
 }
 
 fn facing_left() -> f32 {

@@ -229,9 +229,12 @@ fn each(
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::ParameterDefault::{Number, Required, Words};
     use super::ParameterRange::{Above, List, Name, X};
     use super::*;
+    use crate::testkit::entry;
 
     #[test]
     fn declared_parameters_are_checked_at_every_place() {
@@ -242,42 +245,29 @@ mod tests {
             ParameterSpec::new("reach_m", "m", Number(0.3), "", Above(0.0, 1e3)),
             ParameterSpec::new("limit_m", "m", Words("none"), "", Above(0.0, 1.0)),
         ];
-        let refusal = |section: Value| {
+        let check = |section: &Value| {
             let at = KeyPath::new(["visit"]);
             let mut declared = declared.iter();
-            let checked = declared
-                .try_for_each(|parameter| parameter.check_in(&section, &at, &Room::default()));
-            checked.map_err(|problem| problem.to_string())
+            declared.try_for_each(|each| each.check_in(section, &at, &Room::default()))
         };
-        let place = |name: &str, x_m: f32| serde_json::json!({ "name": name, "x_m": x_m });
-        let places = |places: &[Value]| {
-            refusal(serde_json::json!({ "places": places, "reach_m": 0.3_f32, "limit_m": null }))
+        let places = |places: &[(&str, f32)]| {
+            let place = |(name, x_m): &(&str, f32)| json!({ "name": name, "x_m": x_m });
+            let places: Vec<Value> = places.iter().map(place).collect();
+            json!({ "places": places, "reach_m": 0.3_f32, "limit_m": null })
         };
-        assert_eq!(places(&[place("a", 0.0), place("b", 12.0)]), Ok(()));
-        for (refused, message) in [
-            (places(&[]), "visit.places: 0 entries; give 1 to 3"),
-            (
-                places(&[place("a", 1.0), place("a", 2.0)]),
-                "visit.places[1].name: \"a\" is already at visit.places[0].name; give each its own name",
-            ),
-            (
-                places(&[place("a", 12.1)]),
-                "visit.places[0].x_m: 12.1 is out of range; it must be at least 0 and at most 12 m",
-            ),
-            (
-                places(&[place("a", f32::NAN)]),
-                "visit.places[0].x_m: nan does not fit; write a number",
-            ),
-            (
-                refusal(serde_json::json!({ "reach_m": -0.1_f32 })),
-                "visit.reach_m: -0.1 is out of range; it must be above 0 and at most 1000 m",
-            ),
-            (
-                refusal(serde_json::json!({ "reach_m": null })),
-                "visit.reach_m: nan does not fit; write a number",
-            ),
-        ] {
-            assert_eq!(refused, Err(message.to_owned()));
-        }
+        assert_eq!(check(&places(&[("a", 0.0), ("b", 12.0)])), Ok(()));
+        let refusals = [
+            places(&[]),
+            places(&[("a", 1.0), ("a", 2.0)]),
+            places(&[("a", 12.1)]),
+            places(&[("a", f32::NAN)]),
+            json!({ "reach_m": -0.1_f32 }),
+            json!({ "reach_m": null }),
+        ]
+        .map(|section| {
+            let problem = check(&section).unwrap_err();
+            entry(&section.to_string(), &problem.to_string())
+        });
+        insta::assert_snapshot!(refusals.concat());
     }
 }

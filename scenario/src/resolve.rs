@@ -107,16 +107,12 @@ pub(super) fn check(
         robots.insert(robot.name.clone(), RobotParams { rank, sets });
     }
 
-    let unused = layers[from_file..].iter().zip(&used[from_file..]);
-    for (statement, _) in unused.filter(|(_, used)| !**used) {
+    let mut skipped = Vec::new();
+    let from_file = layers.iter().zip(used).skip(from_file);
+    for (statement, _) in from_file.filter(|(_, used)| !used) {
         misspelt(statement, scenario, catalog)?;
+        skipped.extend(SkippedKey::from_place(&statement.place));
     }
-    let mut skipped: Vec<SkippedKey> = layers[from_file..]
-        .iter()
-        .zip(&used[from_file..])
-        .filter(|(_, used)| !**used)
-        .filter_map(|(statement, _)| SkippedKey::from_place(&statement.place))
-        .collect();
     skipped.sort_by_key(|key| key.line);
     let alliance = Alliance {
         threshold,
@@ -132,22 +128,11 @@ pub(super) fn check(
 fn misspelt(statement: &Statement, scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
     let sets = || catalog.sets.iter().map(|set| set.name.as_str());
     let robots = || scenario.robots.iter().map(|robot| robot.name.as_str());
+    let (set, robot, teammate) = (&statement.set, &statement.robot, &statement.teammate);
     let slips = [
-        (
-            "behavior set",
-            &statement.set,
-            nearly(&statement.set, sets()),
-        ),
-        (
-            "robot",
-            &statement.robot,
-            nearly(&statement.robot, robots()),
-        ),
-        (
-            "robot",
-            &statement.teammate,
-            nearly(&statement.teammate, robots()),
-        ),
+        ("behavior set", set, nearly(set, sets())),
+        ("robot", robot, nearly(robot, robots())),
+        ("robot", teammate, nearly(teammate, robots())),
     ];
     for (what, name, near) in slips {
         if let (Some(name), Some(near)) = (name, near) {

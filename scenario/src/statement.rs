@@ -83,6 +83,18 @@ pub(super) struct Statement {
 }
 
 impl Statement {
+    /// Creates a statement for all robots and sets.
+    pub fn new(parameter: Parameter, teammate: Option<&str>, value: f64, at: KeyPath) -> Self {
+        Self {
+            robot: None,
+            set: None,
+            teammate: teammate.map(str::to_owned),
+            parameter,
+            value,
+            place: at.into(),
+        }
+    }
+
     /// Rejects a value that is wrong regardless of the others.
     pub fn check(&self) -> Result<(), Problem> {
         check_at(&self.place, self.parameter.range(), self.value)
@@ -141,14 +153,6 @@ fn stated(section: &BehaviorSection, at: &KeyPath) -> Vec<Statement> {
         before_yielding_s,
         before_giving_up_s,
     } = section;
-    let statement = |parameter, teammate: Option<&String>, value, path: KeyPath| Statement {
-        robot: None,
-        set: None,
-        teammate: teammate.cloned(),
-        parameter,
-        value,
-        place: path.into(),
-    };
     let plain = [
         (Parameter::BroadcastRate, broadcast_rate_hz),
         (Parameter::CeasedAfter, ceased_after_s),
@@ -157,27 +161,24 @@ fn stated(section: &BehaviorSection, at: &KeyPath) -> Vec<Statement> {
         (Parameter::WillingToAffect, willing_to_affect_s),
         (Parameter::BeforeYielding, before_yielding_s),
         (Parameter::BeforeGivingUp, before_giving_up_s),
-    ]
-    .into_iter()
-    .filter_map(|(parameter, value)| {
-        (*value).map(|value| statement(parameter, None, value, at.key(parameter.key())))
+    ];
+    let plain = plain.into_iter().filter_map(|(parameter, value)| {
+        let at = at.key(parameter.key());
+        Some(Statement::new(parameter, None, (*value)?, at))
     });
+    let (slow, willing) = (slow_impatience_toward, willing_to_affect_toward_s);
     let toward = [
-        (
-            Parameter::SlowImpatience,
-            "slow_impatience_toward",
-            slow_impatience_toward,
-        ),
+        (Parameter::SlowImpatience, "slow_impatience_toward", slow),
         (
             Parameter::WillingToAffect,
             "willing_to_affect_toward_s",
-            willing_to_affect_toward_s,
+            willing,
         ),
-    ]
-    .into_iter()
-    .flat_map(|(parameter, key, values)| {
+    ];
+    let toward = toward.into_iter().flat_map(|(parameter, key, values)| {
         values.iter().map(move |(teammate, value)| {
-            statement(parameter, Some(teammate), *value, at.key(key).key(teammate))
+            let at = at.key(key).key(teammate);
+            Statement::new(parameter, Some(teammate), *value, at)
         })
     });
     plain.chain(toward).collect()

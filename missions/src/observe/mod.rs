@@ -15,6 +15,3 @@ use crate::MissionParts;
 pub const MISSION: MissionParts = MissionParts::new::<world::Observe>(data::OBSERVE, |_| {
     ControllerConstructor::new(controller::Observer::new)
 });
-
-#[cfg(test)]
-mod tests;

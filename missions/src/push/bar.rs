@@ -5,6 +5,8 @@ use glam::Vec2;
 use proto::readings::Pose;
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::direction;
+
 /// An end of a bar, as seen in the direction of the push.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum BarEnd {
@@ -57,8 +59,7 @@ impl BarEnd {
 /// one.
 #[must_use]
 pub fn axes(pose: &Pose) -> (Vec2, Vec2) {
-    let heading = pose.heading_rad;
-    let ahead = Vec2::new(libm::cosf(heading), libm::sinf(heading));
+    let ahead = direction(pose.heading_rad);
     (ahead, ahead.perp())
 }
 

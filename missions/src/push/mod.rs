@@ -17,6 +17,3 @@ use crate::MissionParts;
 pub const MISSION: MissionParts = MissionParts::new::<world::PushWorld>(data::PUSH, |_| {
     ControllerConstructor::new(controller::Pusher::new)
 });
-
-#[cfg(test)]
-mod tests;

@@ -20,6 +20,3 @@ pub const MISSION: MissionParts = MissionParts {
         ..ControllerKind::new(data::SERVICE, controller::constructor)
     },
 };
-
-#[cfg(test)]
-mod tests;

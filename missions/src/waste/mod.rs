@@ -22,12 +22,3 @@ pub const MISSION: MissionParts = MissionParts {
         ..ControllerKind::new(data::WASTE, controller::constructor)
     },
 };
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn the_clean_up_passes_the_checks_of_every_mission() {
-        let scenario = "[waste]\nborder_known = true\nspills = [{ name = 'only', items = 2 }]\n";
-        crate::testkit::check_mission(super::MISSION, scenario);
-    }
-}

@@ -10,18 +10,15 @@ use proto::mission::SensorReading;
 use proto::mission::items::{ItemsReading, Zone};
 use proto::readings::{Pose, Proximity, Readings};
 use proto::secret::Secret;
-use proto::tick::ManifestEntry;
-use scenario::Scenario;
-use scenario::ids::Tick;
-use scenario::time::SimTime;
-
-use proto::tick::TickMessage;
+use proto::tick::{ManifestEntry, TickMessage};
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
-use scenario::Setup;
-use scenario::ids::RobotId;
+use scenario::ids::{RobotId, Tick};
+use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 
 use super::data::default_scenario;
 use crate::Registry;
+use crate::fixtures::resolve;
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
@@ -29,26 +26,16 @@ const GOLD: RobotId = RobotId(1);
 /// A long step, so that motivations reach the threshold within a few steps.
 const STEP_MS: u64 = 500;
 
-#[derive(Clone, Debug)]
-struct TickInput {
-    readings: Readings,
-    /// The readings of the teammate in the same tick. Its resulting broadcasts are listed in the manifest.
-    teammate: Readings,
-    link: LinkState,
-    counted: bool,
-}
-
 fn agent(robot: RobotId, setup: &Setup) -> Agent {
     let team = TeamConfig::new(setup, Registry::built_in().agents()).unwrap();
     Agent::new(robot, 1, setup, &team)
 }
 
 fn setup() -> Setup {
-    let scenario = Scenario {
+    resolve(Scenario {
         step_ms: STEP_MS,
         ..default_scenario()
-    };
-    Setup::resolve(scenario, 1, None).unwrap().setup
+    })
 }
 
 fn message(tick: Tick, last_counted: Option<Tick>, readings: &Readings) -> TickMessage {
@@ -57,10 +44,8 @@ fn message(tick: Tick, last_counted: Option<Tick>, readings: &Readings) -> TickM
         tick,
         now: SimTime(tick * STEP_MS),
         last_counted,
-        manifest: Vec::new(),
-        ground_truth: Vec::new(),
-        held: Vec::new(),
         readings: readings.clone(),
+        ..TickMessage::default()
     }
 }
 
@@ -109,15 +94,10 @@ fn link() -> impl Strategy<Value = LinkState> {
         })
 }
 
-fn input() -> impl Strategy<Value = TickInput> {
-    (readings(), readings(), link(), prop::bool::weighted(0.7)).prop_map(
-        |(readings, teammate, link, counted)| TickInput {
-            readings,
-            teammate,
-            link,
-            counted,
-        },
-    )
+/// Draws the input of a tick: the readings of the robot and of its teammate, the link between them, and whether the
+/// step counts.
+fn input() -> impl Strategy<Value = (Readings, Readings, LinkState, bool)> {
+    (readings(), readings(), link(), prop::bool::weighted(0.7))
 }
 
 proptest! {
@@ -131,22 +111,22 @@ proptest! {
         let mut gold = agent(GOLD, &setup);
         let mut last_counted = None;
         let mut step = Workspace::default();
-        for (tick, input) in (0..).zip(&inputs) {
+        for (tick, (readings, teammate, link, is_counted)) in (0..).zip(&inputs) {
             let mut sent = Workspace::default();
-            gold.step(&message(tick, None, &input.teammate), &mut sent);
-            let mut message = message(tick, last_counted, &input.readings);
+            gold.step(&message(tick, None, teammate), &mut sent);
+            let mut message = message(tick, last_counted, readings);
             message.manifest.push(ManifestEntry {
                 sender: GOLD,
                 tick,
                 incarnation: 1,
                 count: sent.report.broadcasts,
-                link: Some(Box::new(input.link)),
+                link: Some(Box::new(*link)),
             });
-            message.held.extend(input.link.hold.then_some(GOLD));
+            message.held.extend(link.hold.then_some(GOLD));
             let arrived: Vec<_> = sent.broadcasts.into_iter().map(Arc::new).map(Some).collect();
             step.arrived.clone_from(&arrived);
             tentative.step(Box::new(message.clone()), &mut step);
-            if input.counted {
+            if *is_counted {
                 // The second workspace is new: earlier use of a workspace must not change the result.
                 let mut expected = Workspace::default();
                 expected.arrived = arrived;

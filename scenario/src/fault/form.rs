@@ -4,11 +4,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use serde::de::value::StrDeserializer;
-use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess,
-    Visitor,
-};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -141,10 +138,10 @@ impl<'de> Visitor<'de> for FaultVisitor {
         let fault = if Fault::COMMON_NAMES.contains(&name.as_str()) {
             // The derived implementation reads common faults.
             let variant = Variant {
-                name,
+                name: Some(name),
                 map: &mut map,
             };
-            Fault::deserialize(variant)?
+            Fault::deserialize(MapAccessDeserializer::new(variant))?
         } else {
             let StatedValues(values) = map.next_value()?;
             let unknown = || A::Error::unknown_variant(&name, &Fault::COMMON_NAMES);
@@ -158,60 +155,24 @@ impl<'de> Visitor<'de> for FaultVisitor {
     }
 }
 
-/// A fault whose name has been read and whose value comes next in the map.
+/// A map whose key, the name of a fault, has been read and whose value comes next.
 struct Variant<'m, A> {
-    name: String,
+    name: Option<String>,
     map: &'m mut A,
 }
 
-impl<'de, A: MapAccess<'de>> Deserializer<'de> for Variant<'_, A> {
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for Variant<'_, A> {
     type Error = A::Error;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, A::Error> {
-        visitor.visit_enum(self)
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, A::Error> {
+        let name = self.name.take().map(String::into_deserializer);
+        name.map(|name| seed.deserialize(name)).transpose()
     }
 
-    serde::forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit unit_struct newtype_struct seq
-        tuple tuple_struct map struct enum identifier ignored_any
-    }
-}
-
-impl<'de, 'm, A: MapAccess<'de>> EnumAccess<'de> for Variant<'m, A> {
-    type Error = A::Error;
-    type Variant = Content<'m, A>;
-
-    fn variant_seed<V: DeserializeSeed<'de>>(
-        self,
-        seed: V,
-    ) -> Result<(V::Value, Self::Variant), A::Error> {
-        let name: StrDeserializer<'_, A::Error> = self.name.as_str().into_deserializer();
-        Ok((seed.deserialize(name)?, Content(self.map)))
-    }
-}
-
-struct Content<'m, A>(&'m mut A);
-
-impl<'de, A: MapAccess<'de>> VariantAccess<'de> for Content<'_, A> {
-    type Error = A::Error;
-
-    fn unit_variant(self) -> Result<(), A::Error> {
-        self.0.next_value()
-    }
-
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, A::Error> {
-        self.0.next_value_seed(seed)
-    }
-
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, A::Error> {
-        Err(A::Error::custom("a fault cannot be a list"))
-    }
-
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        _: &'static [&'static str],
-        _: V,
-    ) -> Result<V::Value, A::Error> {
-        Err(A::Error::custom("a fault cannot have named fields"))
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
+        self.map.next_value_seed(seed)
     }
 }

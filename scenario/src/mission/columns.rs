@@ -219,48 +219,44 @@ pub fn details(row: &[ColumnValue]) -> String {
 mod tests {
     use super::*;
 
+    fn row<const N: usize>(columns: [Column; N], values: [FigureValue; N]) -> Vec<ColumnValue> {
+        let columns = columns.iter().zip(values);
+        columns
+            .map(|(column, value)| column.with_value(value))
+            .collect()
+    }
+
     #[test]
     fn a_row_is_formatted_with_its_column_names() {
-        const COLUMNS: [Column; 4] = [
+        let columns = [
             Column::left("places_left"),
             Column::done("places_visited", "visited"),
             Column::time("last_visit_ms", "visited"),
             Column::real("way_m"),
         ];
-        let row = |values: [FigureValue; 4]| -> Vec<ColumnValue> {
-            let columns = COLUMNS.iter().zip(values);
-            columns
-                .map(|(column, value)| column.with_value(value))
-                .collect()
-        };
-        let at_first = row([5_u32.into(), 0_u32.into(), FigureValue::None, 0.0.into()]);
+        let values = [5_u32.into(), 0_u32.into(), FigureValue::None, 0.0.into()];
+        let at_first = row(columns, values);
         assert_eq!(short_summary(&at_first), "0 of 5 places visited");
-        let later = row([2_u32.into(), 3_u32.into(), 61_250_u64.into(), 7.5.into()]);
-        assert_eq!(
-            details(&later),
-            "3 of 5 places visited, places left 2, last visit 61.2 s, way m 7.50"
-        );
-        assert_eq!(short_summary(&later[2..]), "last visit 61.2 s, way m 7.50");
+        let values = [2_u32.into(), 3_u32.into(), 61_250_u64.into(), 7.5.into()];
+        let later = row(columns, values);
+        let others = "last visit 61.2 s, way m 7.50";
+        let expected = format!("3 of 5 places visited, places left 2, {others}");
+        assert_eq!(details(&later), expected);
+        assert_eq!(short_summary(&later[2..]), others);
     }
 
     #[test]
     fn work_that_can_expire_is_open_done_or_expired() {
-        const COLUMNS: [Column; 3] = [
+        let columns = [
             Column::left("open"),
             Column::done("done", "done"),
             Column::expired("expired"),
         ];
-        let row = |values: [u32; 3]| -> Vec<ColumnValue> {
-            let columns = COLUMNS.iter().zip(values);
-            columns
-                .map(|(column, value)| column.with_value(value.into()))
-                .collect()
-        };
-        let progress = Progress::from_row(&row([1, 2, 237])).unwrap();
-        assert_eq!(progress.total(), 240);
+        let late = row(columns, [1_u32, 2, 237].map(FigureValue::from));
+        assert_eq!(Progress::from_row(&late).unwrap().total(), 240);
         let text = "1 open, 2 done, 237 expired";
-        assert_eq!(short_summary(&row([1, 2, 237])), text);
-        assert_eq!(details(&row([1, 2, 237])), text);
-        assert_eq!(short_summary(&row([9, 0, 0])), "9 open, 0 done");
+        assert_eq!([short_summary(&late), details(&late)], [text; 2]);
+        let first = row(columns, [9_u32, 0, 0].map(FigureValue::from));
+        assert_eq!(short_summary(&first), "9 open, 0 done");
     }
 }

@@ -41,12 +41,12 @@ pub(super) fn along(offset: Vec2, force: impl FnOnce(f32) -> f32) -> Vec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observe::tests::scenario;
+    use crate::fixtures::parse;
 
     /// Calculated by hand for the distances 0.4, 0.8, 2.6, 3.0 and 1.25, 2.0 m.
     #[test]
     fn forces_match_the_table() {
-        let scenario = scenario("");
+        let scenario = parse("[observe]\n");
         let section = ObserveSection::from_scenario(&scenario);
         let near = |found: f32, expected: f32| {
             assert!((found - expected).abs() < 1e-5, "{found} {expected}")

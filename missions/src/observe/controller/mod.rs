@@ -19,7 +19,8 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::bus::{MAX_SENSED_TARGETS, ObserveAction, SensorReading, SharedSightings, Sighting};
-use super::data::{ObserveSection, Policy, TaskKind, direction};
+use super::data::{ObserveSection, Policy, TaskKind};
+use crate::geometry::direction;
 use memory::{Memory, Ranges};
 use walk::Walk;
 

@@ -12,7 +12,8 @@ use scenario::ids::RobotId;
 use scenario::rng::{Purpose, robot_stream};
 use scenario::time::SimTime;
 
-use crate::observe::data::{Area, direction};
+use crate::geometry::direction;
+use crate::observe::data::Area;
 
 /// The distance between the hull and the region's edge at which a robot turns back, m.
 const MARGIN_M: f32 = 0.3;

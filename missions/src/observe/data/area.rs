@@ -6,6 +6,7 @@ use glam::Vec2;
 use scenario::Scenario;
 
 use super::{ObserveSection, Region};
+use crate::geometry::direction;
 
 /// The golden angle, rad. Successive places on a disc that differ by it spread evenly, for any number of places.
 const GOLDEN_RAD: f32 = 2.399_963_2;
@@ -18,14 +19,10 @@ pub enum Area {
     Rectangle { min: Vec2, max: Vec2 },
 }
 
-pub fn direction(angle_rad: f32) -> Vec2 {
-    Vec2::new(libm::cosf(angle_rad), libm::sinf(angle_rad))
-}
-
 impl Area {
     #[must_use]
     pub fn from_scenario(scenario: &Scenario) -> Self {
-        let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+        let size = scenario.room.size();
         match ObserveSection::from_scenario(scenario).region {
             Region::Disc => Self::Disc {
                 center: size / 2.0,

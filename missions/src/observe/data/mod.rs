@@ -8,7 +8,7 @@ mod section;
 #[cfg(test)]
 mod tests;
 
-pub use area::{Area, direction};
+pub use area::Area;
 pub use section::{ObserveSection, Policy, Region, TaskKind};
 
 use scenario::mission::columns::Column;

@@ -7,8 +7,11 @@ use scenario::ParameterSpec;
 use super::MAX_TARGETS;
 
 pub(super) fn all() -> Vec<ParameterSpec> {
-    let length = Above(0.0, 1e3);
-    let speed = Within(0.0, 1e3);
+    let length =
+        |key, default, about| ParameterSpec::new(key, "m", Number(default), about, Above(0.0, 1e3));
+    let speed = |key, default, about| {
+        ParameterSpec::new(key, "m/s", Number(default), about, Within(0.0, 1e3))
+    };
     vec![
         ParameterSpec::new(
             "n",
@@ -17,19 +20,15 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "number of targets",
             ParameterRange::Whole(1, MAX_TARGETS as i64),
         ),
-        ParameterSpec::new(
+        speed(
             "slowest_m_s",
-            "m/s",
-            Number(0.0),
+            0.0,
             "lower end of the range from which each target's speed is drawn once",
-            speed.clone(),
         ),
-        ParameterSpec::new(
+        speed(
             "fastest_m_s",
-            "m/s",
-            Number(0.15),
+            0.15,
             "upper end of the range of target speeds",
-            speed,
         ),
         ParameterSpec::new(
             "turn_hz",
@@ -52,47 +51,35 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "area of the targets: the largest disc in the middle of the room, or the entire room",
             Choice(&["disc", "room"]),
         ),
-        ParameterSpec::new(
+        length(
             "range_m",
-            "m",
-            Number(2.6),
+            2.6,
             "distance from a robot's center within which it senses targets; a sensed target is observed",
-            length.clone(),
         ),
-        ParameterSpec::new(
+        length(
             "predict_m",
-            "m",
-            Number(3.0),
+            3.0,
             "largest distance of remembered or reported targets that attract a robot",
-            length.clone(),
         ),
-        ParameterSpec::new(
+        length(
             "target_near_m",
-            "m",
-            Number(0.4),
+            0.4,
             "distance below which a target repels a robot and above which it attracts",
-            length.clone(),
         ),
-        ParameterSpec::new(
+        length(
             "target_full_m",
-            "m",
-            Number(0.8),
+            0.8,
             "distance from which a target attracts fully, up to range_m; the attraction ends at predict_m",
-            length.clone(),
         ),
-        ParameterSpec::new(
+        length(
             "robot_near_m",
-            "m",
-            Number(1.25),
+            1.25,
             "distance below which a robot repels another fully",
-            length.clone(),
         ),
-        ParameterSpec::new(
+        length(
             "robot_far_m",
-            "m",
-            Number(2.0),
+            2.0,
             "distance above which a robot does not repel another",
-            length,
         ),
         ParameterSpec::new(
             "policy",

@@ -2,12 +2,11 @@
 
 use glam::Vec2;
 use proptest::prelude::*;
+use scenario::Catalog;
 use scenario::testkit::refusals;
-use scenario::{Catalog, Scenario, Setup};
 
 use super::*;
-use crate::Registry;
-use crate::observe::tests::scenario;
+use crate::fixtures::{parse, read, resolve};
 
 #[test]
 fn mistakes_give_messages_of_one_line() {
@@ -24,9 +23,7 @@ fn mistakes_give_messages_of_one_line() {
         "duration_s = 0",
     ]
     .map(|line| format!("[observe]\n{line}\n"));
-    let vocabulary = Registry::built_in().vocabulary();
-    let read = |text: &str| Scenario::parse("o.toml", text, &vocabulary);
-    insta::assert_snapshot!(refusals("o.toml", texts, read));
+    insta::assert_snapshot!(refusals("s.toml", texts, read));
 }
 
 /// Robots without motion or with random motion have one task, all others both.
@@ -38,7 +35,7 @@ fn each_policy_has_its_tasks() {
         ("local", vec!["observe", "search"]),
         ("a-cmommt", vec!["observe", "search"]),
     ] {
-        let scenario = scenario(&format!("policy = '{policy}'"));
+        let scenario = parse(&format!("[observe]\npolicy = '{policy}'"));
         let catalog = Catalog::new(&scenario);
         let names = catalog.tasks.iter().map(|task| task.name.as_str());
         assert_eq!(names.collect::<Vec<_>>(), tasks);
@@ -50,33 +47,22 @@ fn each_policy_has_its_tasks() {
 fn the_family_is_valid_in_every_size_with_the_same_area_per_robot() {
     for (robots, targets) in [(1, 1), (1, 10_000), (5, 5), (100, 100), (10_000, 10_000)] {
         let scenario = OBSERVE.family(robots, targets).unwrap();
-        let text = scenario.to_toml().unwrap();
-        let vocabulary = Registry::built_in().vocabulary();
-        assert_eq!(
-            Scenario::parse("f.toml", &text, &vocabulary).unwrap(),
-            scenario
-        );
-        crate::observe::MISSION
-            .world
-            .start_poses(&scenario)
-            .unwrap();
+        assert_eq!(parse(&scenario.to_toml().unwrap()), scenario);
+        let world = crate::observe::MISSION.world;
+        world.start_poses(&scenario).unwrap();
         let Area::Disc { radius_m, .. } = Area::from_scenario(&scenario) else {
             panic!("a disc")
         };
         let per_robot = radius_m * radius_m / robots as f32;
         assert!((per_robot - 20.0).abs() < 0.1, "{per_robot}");
-        assert_eq!(
-            usize::from(ObserveSection::from_scenario(&scenario).n),
-            targets
-        );
-        // All other keys have the defaults of an empty section.
-        let stated = Scenario::parse("d.toml", "[observe]\n", &vocabulary).unwrap();
+        // All keys but one have the defaults of an empty section.
+        let default = parse("[observe]\n");
         let default = ObserveSection {
             n: targets as u16,
-            ..ObserveSection::from_scenario(&stated).clone()
+            ..ObserveSection::from_scenario(&default).clone()
         };
         assert_eq!(*ObserveSection::from_scenario(&scenario), default);
-        Setup::resolve(scenario, 1, None).unwrap();
+        resolve(scenario);
     }
 }
 
@@ -138,16 +124,11 @@ fn robots_start_spread_over_the_region() {
         .map(|robot| format!("[[robots]]\nname = 'r{robot}'\n"))
         .collect();
     let starts = |more: &str| -> Vec<Vec2> {
-        let text = format!("[observe]\n{more}\n{robots}");
-        let vocabulary = Registry::built_in().vocabulary();
-        let scenario = Scenario::parse("o.toml", &text, &vocabulary).unwrap();
-        let poses = crate::observe::MISSION
-            .world
-            .start_poses(&scenario)
-            .unwrap();
-        poses.iter().map(|pose| pose.position).collect()
+        let scenario = parse(&format!("[observe]\n{more}\n{robots}"));
+        let poses = crate::observe::MISSION.world.start_poses(&scenario);
+        poses.unwrap().iter().map(|pose| pose.position).collect()
     };
-    let area = Area::from_scenario(&scenario("")).inset(0.22);
+    let area = Area::from_scenario(&parse("[observe]\n")).inset(0.22);
     let spread: Vec<Vec2> = area.spread(5).collect();
     assert_eq!(starts(""), spread);
     let Vec2 { x, y } = spread[0] - 0.2;

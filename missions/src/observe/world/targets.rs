@@ -13,8 +13,9 @@ use serde::{Serialize, Serializer};
 use world_server::world::Grid;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
+use crate::geometry::{direction, nearest};
 use crate::observe::bus::MAX_SENSED_TARGETS;
-use crate::observe::data::{Area, ObserveSection, direction};
+use crate::observe::data::{Area, ObserveSection};
 
 #[derive(Clone, Debug)]
 pub(super) struct Targets {
@@ -78,7 +79,7 @@ impl Targets {
             }
         };
         let all: Vec<Target> = (0..section.n).map(target).collect();
-        let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+        let size = scenario.room.size();
         let mut grid = Grid::new(size, section.range_m, all.len());
         for (number, target) in all.iter().enumerate() {
             grid.insert(number, target.at);
@@ -136,19 +137,8 @@ impl Targets {
 
     /// Returns the nearest targets in range of a place, sorted by distance and then by number.
     pub fn nearest(&self, place: Vec2) -> ArrayVec<usize, MAX_SENSED_TARGETS> {
-        let mut nearest: ArrayVec<(f32, usize), MAX_SENSED_TARGETS> = ArrayVec::new();
-        for (number, squared) in self.in_range(place) {
-            let found = (squared, number);
-            let before = nearest.partition_point(|known| *known < found);
-            if before == MAX_SENSED_TARGETS {
-                continue;
-            }
-            if nearest.is_full() {
-                nearest.pop();
-            }
-            nearest.insert(before, found);
-        }
-        nearest.into_iter().map(|(_, number)| number).collect()
+        let in_range = self.in_range(place);
+        nearest(in_range.map(|(number, squared)| (squared, number)))
     }
 
     pub fn any_within(&self, place: Vec2, reach_m: f32) -> bool {

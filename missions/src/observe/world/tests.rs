@@ -3,19 +3,22 @@
 use proptest::prelude::*;
 use proto::mission::Bytes;
 use proto::readings::Actuation;
+use scenario::Setup;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
-use scenario::{Scenario, Setup};
 use world_server::mission::{FigureValue, TeamFigures};
 use world_server::world::World;
 
 use super::targets::Targets;
 use super::*;
+use crate::fixtures::{parse, resolve};
 use crate::observe::bus::MAX_SENSED_TARGETS;
-use crate::observe::tests::scenario;
 
 fn setup(lines: &str, seed: u64) -> Setup {
-    Setup::resolve(scenario(lines), seed, None).unwrap().setup
+    Setup {
+        seed,
+        ..resolve(parse(&format!("[observe]\n{lines}\n")))
+    }
 }
 
 /// Runs the targets for `steps` steps and returns their positions.
@@ -119,15 +122,11 @@ fn the_nearest_in_range_are_found() {
     }
 }
 
-const LOOK: Option<Actuation> = Some(Actuation {
-    speed_m_s: 0.0,
-    turn_rad_s: 0.0,
-    action: Action::Nothing,
-});
-
 fn looks() -> Option<Actuation> {
-    let action = Action::new(&Look);
-    LOOK.map(|look| Actuation { action, ..look })
+    Some(Actuation {
+        action: Action::new(&Look),
+        ..Actuation::default()
+    })
 }
 
 /// Creates a world with two robots at one place and targets that do not move.
@@ -137,11 +136,7 @@ fn still(robots: [&str; 2]) -> World {
         "step_ms = 500\n[observe]\nn = 40\nslowest_m_s = 0\nfastest_m_s = 0\nduration_s = 10\n[room]\nwidth_m = 4\nheight_m = 4\n{}",
         robots.concat()
     );
-    let vocabulary = crate::Registry::built_in().vocabulary();
-    let scenario =
-        Scenario::parse("o.toml", &text, &vocabulary).unwrap_or_else(|error| panic!("{error}"));
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    World::new(&setup, crate::observe::MISSION.world)
+    World::new(&resolve(parse(&text)), crate::observe::MISSION.world)
 }
 
 fn row(world: &World) -> Vec<FigureValue> {
@@ -155,32 +150,23 @@ fn row(world: &World) -> Vec<FigureValue> {
 #[test]
 fn only_a_robot_that_looks_observes() {
     let mut world = still(["", "absent = true"]);
-    let step = |world: &mut World, commands: [Option<Actuation>; 2]| {
-        let events = world.step(&commands);
-        world.mission().check_invariants(world).unwrap();
-        let of = |kind: &str| {
-            events
-                .iter()
-                .filter(|event| event.kind.to_string() == kind)
-                .count() as u64
-        };
-        (of("found"), of("lost"))
-    };
-    assert_eq!(row(&world), [FigureValue::Count(0), FigureValue::Count(0)]);
-    assert_eq!(step(&mut world, [LOOK, LOOK]), (0, 0), "with a dead device");
-    let (found, _) = step(&mut world, [looks(), None]);
-    assert!((1..=40).contains(&found));
-    assert_eq!(
-        row(&world),
-        [FigureValue::Count(found), FigureValue::Count(found)]
-    );
-    assert_eq!(
-        step(&mut world, [looks(), None]),
-        (0, 0),
-        "they are found once"
-    );
-    assert_eq!(step(&mut world, [None, None]), (0, found));
-    assert_eq!(row(&world), [FigureValue::Count(0), FigureValue::Count(0)]);
+    let (mut found, mut lost) = (0, 0);
+    let dead_device = Some(Actuation::default());
+    for (command, are_found, are_lost) in [
+        (dead_device, false, false),
+        (looks(), true, false),
+        (looks(), true, false),
+        (None, true, true),
+    ] {
+        let events = world.step(&[command, None]);
+        world.mission().check_invariants(&world).unwrap();
+        let kinds: Vec<String> = events.iter().map(|event| event.kind.to_string()).collect();
+        found += kinds.iter().filter(|kind| *kind == "found").count() as u64;
+        lost += kinds.iter().filter(|kind| *kind == "lost").count() as u64;
+        assert_eq!((found > 0, lost > 0), (are_found, are_lost));
+        assert_eq!(row(&world), [FigureValue::Count(found - lost); 2]);
+    }
+    assert_eq!((lost, found <= 40), (found, true));
     // The sensor reports the same targets, up to its capacity.
     let readings = world.readings(RobotId(0));
     let sensed = readings.mission.value::<SensorReading>();

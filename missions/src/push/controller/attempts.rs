@@ -137,28 +137,19 @@ mod tests {
     #[test]
     fn a_stroke_motion_of_the_bar_or_a_shorter_way_is_progress() {
         let stroke = |tick: u64, bar: &mut BarKnowledge| {
-            let end = if tick % 2000 < 1000 {
-                BarEnd::Left
-            } else {
-                BarEnd::Right
-            };
+            let end = BarEnd::BOTH[(tick / 1000 % 2) as usize];
             let at = SimTime(tick / 1000 * 50_000);
             bar.add_stroke(Stroke { end, at });
             1.0
         };
-        assert_eq!(work(&mut Attempts::new(2, STEP), &mut bars(), stroke), None);
         let advance = |tick: u64, bar: &mut BarKnowledge| {
             bar.report.pose.position.x = 2.0 + tick as f32 * 1e-3;
             1.0
         };
-        assert_eq!(
-            work(&mut Attempts::new(2, STEP), &mut bars(), advance),
-            None
-        );
         let approach = |tick: u64, _: &mut BarKnowledge| 1000.0 - tick as f32 * 0.01;
-        assert_eq!(
-            work(&mut Attempts::new(2, STEP), &mut bars(), approach),
-            None
-        );
+        let steps: [fn(u64, &mut BarKnowledge) -> f32; 3] = [stroke, advance, approach];
+        for step in steps {
+            assert_eq!(work(&mut Attempts::new(2, STEP), &mut bars(), step), None);
+        }
     }
 }

@@ -24,6 +24,8 @@ use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
+use crate::geometry::direction;
+
 use super::bar::{self, BarEnd};
 use super::bus::{BarReport, BarSeen, SensorReading, SharedKnowledge, Stroke};
 use super::data::{PushSection, bar_and_end};
@@ -68,7 +70,7 @@ impl Pusher {
             .iter()
             .map(|&bar| BarKnowledge::new(bar as u16, section.bars[bar].pose()));
         Self {
-            room: Vec2::new(scenario.room.width_m, scenario.room.height_m),
+            room: scenario.room.size(),
             push_m_s: scenario.body_of(&scenario.robots[robot.index()]).push_m_s,
             known: known.collect(),
             attempts: Attempts::new(bars.len(), SimTime(scenario.step_ms)),
@@ -123,8 +125,7 @@ impl Pusher {
     /// Records a reading of the nearest bar. Returns its index in memory, if it belongs to the robot's tasks.
     fn see(&mut self, seen: &BarSeen, pose: &Pose) -> Option<usize> {
         let place = self.place_of(seen.bar)?;
-        let ahead = Vec2::new(libm::cosf(pose.heading_rad), libm::sinf(pose.heading_rad));
-        let near_end = pose.position + ahead.rotate(seen.near_end);
+        let near_end = pose.position + direction(pose.heading_rad).rotate(seen.near_end);
         let there = bar::with_end(near_end, seen.end, seen.lead_m, self.section.length_m);
         self.known[place].add_reading(there, self.now, &self.section);
         Some(place)

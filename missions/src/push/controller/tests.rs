@@ -2,18 +2,20 @@
 
 use proptest::prelude::*;
 use proto::readings::Pose;
-use scenario::{Scenario, Setup};
+use scenario::Scenario;
 
 use super::memory::{BarKnowledge, shared_knowledge};
 use super::*;
-use crate::Registry;
+use crate::fixtures::{parse, resolve};
 use crate::push::bar::with_end;
 use crate::push::bus::{MAX_REPORTED_BARS, Stroke};
 
+fn scenario() -> Scenario {
+    parse("[push]\n[[push.bars]]\nx_m = 2\ny_m = 4\ngoal_x_m = 9\n")
+}
+
 fn section() -> PushSection {
-    let text = "[push]\n[[push.bars]]\nx_m = 2\ny_m = 4\ngoal_x_m = 9\n";
-    let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
-    PushSection::of(&scenario).clone()
+    PushSection::of(&scenario()).clone()
 }
 
 /// The bar with its right end at (3, 2.8) and that lead of its left end.
@@ -38,16 +40,24 @@ fn the_ends_are_due_in_turns() {
     let now = SimTime(10_000);
     let mut bar = known();
     assert_eq!(due(&bar, now), [true, true], "at first both");
-    bar.add_stroke(stroke(BarEnd::Left, SimTime(5_000)));
-    assert_eq!(due(&bar, now), [false, true]);
-    // At equal times the right end counts as the later one.
-    bar.add_stroke(stroke(BarEnd::Right, SimTime(5_000)));
-    assert_eq!(due(&bar, now), [true, false]);
-    bar.add_stroke(stroke(BarEnd::Left, SimTime(5_000)));
-    assert_eq!(due(&bar, now), [true, false]);
-    // An older message.
-    bar.add_stroke(stroke(BarEnd::Left, SimTime(4_000)));
-    assert_eq!(due(&bar, now), [true, false]);
+    for (end, at_ms, expected) in [
+        (BarEnd::Left, 5_000, [false, true]),
+        // At equal times the right end counts as the later one.
+        (BarEnd::Right, 5_000, [true, false]),
+        (BarEnd::Left, 5_000, [true, false]),
+        // An older message.
+        (BarEnd::Left, 4_000, [true, false]),
+    ] {
+        bar.add_stroke(stroke(end, SimTime(at_ms)));
+        assert_eq!(due(&bar, now), expected);
+    }
+    // Neither end of a bar over the line is due.
+    let over = Pose {
+        position: Vec2::new(9.1, 4.0),
+        heading_rad: 0.0,
+    };
+    bar.add_reading(over, now, &section());
+    assert_eq!(due(&bar, SimTime(19_000)), [false, false]);
 }
 
 #[test]
@@ -74,17 +84,6 @@ fn a_stroke_without_a_message_is_detected() {
     }
     assert_eq!(bar.report.last.map(|last| last.end), Some(BarEnd::Right));
     assert!(due(&bar, SimTime(3_000))[0]);
-}
-
-#[test]
-fn a_bar_over_the_line_has_no_due_end() {
-    let mut bar = known();
-    let over = Pose {
-        position: Vec2::new(9.1, 4.0),
-        heading_rad: 0.0,
-    };
-    bar.add_reading(over, SimTime(1_000), &section());
-    assert_eq!(due(&bar, SimTime(9_000)), [false, false]);
 }
 
 proptest! {
@@ -133,21 +132,14 @@ fn heartbeats_contain_many_bars_in_turn() {
         last: Some(stroke(BarEnd::Left, SimTime(u64::MAX))),
     };
     let knowledge: SharedKnowledge = std::iter::repeat_n(largest, MAX_REPORTED_BARS).collect();
-    let bytes = proto::codec::encode(&knowledge).unwrap();
-    assert!(
-        bytes.len() <= proto::mission::MAX_KNOWLEDGE_BYTES,
-        "{}",
-        bytes.len()
-    );
+    let bytes = proto::codec::encode(&knowledge).unwrap().len();
+    assert!(bytes <= proto::mission::MAX_KNOWLEDGE_BYTES, "{bytes}");
 }
 
 /// A message may contain anything.
 #[test]
 fn impossible_messages_are_ignored() {
-    let text = "[push]\n[[push.bars]]\nx_m = 2\ny_m = 4\ngoal_x_m = 9\n";
-    let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    let mut pusher = Pusher::new(RobotId(0), &setup);
+    let mut pusher = Pusher::new(RobotId(0), &resolve(scenario()));
     pusher.now = SimTime(1_000);
     let good = BarReport {
         bar: 0,
@@ -155,40 +147,27 @@ fn impossible_messages_are_ignored() {
         seen: SimTime(900),
         last: None,
     };
-    let pose = |position, heading_rad| Pose {
-        position,
-        heading_rad,
+    let posed = |x, y, heading_rad| {
+        let position = Vec2::new(x, y);
+        let pose = Pose {
+            position,
+            heading_rad,
+        };
+        BarReport { pose, ..good }
     };
     for bad in [
         BarReport { bar: 7, ..good },
-        BarReport {
-            pose: pose(Vec2::splat(f32::NAN), 0.0),
-            ..good
-        },
-        BarReport {
-            pose: pose(Vec2::splat(f32::INFINITY), 0.0),
-            ..good
-        },
-        BarReport {
-            pose: pose(Vec2::new(-4.0, 2.0), 0.0),
-            ..good
-        },
-        BarReport {
-            pose: pose(Vec2::new(4.0, 2.0), f32::NAN),
-            ..good
-        },
-        BarReport {
-            pose: pose(Vec2::new(4.0, 2.0), 3.0),
-            ..good
-        },
+        posed(f32::NAN, f32::NAN, 0.0),
+        posed(f32::INFINITY, f32::INFINITY, 0.0),
+        posed(-4.0, 2.0, 0.0),
+        posed(4.0, 2.0, f32::NAN),
+        posed(4.0, 2.0, 3.0),
     ] {
         pusher.receive(bad);
         assert_eq!(pusher.known[0].report.seen, SimTime::ZERO, "{bad:?}");
     }
     // A time in the future is limited to now; otherwise it would count for ever.
-    pusher.receive(BarReport {
-        seen: SimTime(u64::MAX),
-        ..good
-    });
+    let seen = SimTime(u64::MAX);
+    pusher.receive(BarReport { seen, ..good });
     assert_eq!(pusher.known[0].report.seen, SimTime(1_000));
 }

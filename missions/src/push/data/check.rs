@@ -6,6 +6,7 @@ use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::{Bar, Outline};
 
 use super::PushSection;
+use crate::coverage::uncovered_tasks;
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = PushSection::of(scenario);
@@ -13,10 +14,8 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     sizes(scenario, section, &at)?;
     for (index, bar) in section.bars.iter().enumerate() {
         let at = at.key("bars").index(index);
-        let (half_m, width_m) = (
-            section.length_m / 2.0 + section.half_width_m,
-            section.half_width_m,
-        );
+        let width_m = section.half_width_m;
+        let half_m = section.length_m / 2.0 + width_m;
         let radius_m = scenario.body.radius_m;
         let room = scenario.room;
         let fits = bar.y_m >= half_m && bar.y_m <= room.height_m - half_m;
@@ -28,11 +27,8 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         let least_m = width_m + 2.0 * radius_m;
         if bar.x_m.is_nan() || bar.x_m < least_m {
             let what = format!("no robot of radius {radius_m} m fits behind the bar");
-            return Err(Problem::at(
-                at.key("x_m"),
-                what,
-                format!("write at least {}", readable(least_m)),
-            ));
+            let remedy = format!("write at least {}", readable(least_m));
+            return Err(Problem::at(at.key("x_m"), what, remedy));
         }
         let most_m = room.width_m - width_m - section.skew_m;
         if !(bar.goal_x_m > bar.x_m && bar.goal_x_m <= most_m) {
@@ -45,11 +41,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
             return Err(Problem::at(at.key("goal_x_m"), what, remedy));
         }
         let outline = section.outline(&bar.pose());
-        for obstacle in scenario
-            .obstacles
-            .iter()
-            .filter(|obstacle| obstacle.is_solid())
-        {
+        for obstacle in scenario.obstacles.iter().filter(|each| each.is_solid()) {
             let min = glam::Vec2::new(obstacle.x_m, obstacle.y_m);
             let max = min + glam::Vec2::new(obstacle.width_m, obstacle.height_m);
             if outline.distance_to(&Outline::Rectangle { min, max }) < LEAST_M {
@@ -77,20 +69,14 @@ fn sizes(scenario: &Scenario, section: &PushSection, at: &KeyPath) -> Result<(),
     if length_m.is_nan() || length_m < least_m {
         let what =
             format!("two robots of radius {radius_m} m have no room behind a bar of {length_m} m");
-        return Err(Problem::at(
-            at.key("length_m"),
-            what,
-            format!("write at least {}", readable(least_m)),
-        ));
+        let remedy = format!("write at least {}", readable(least_m));
+        return Err(Problem::at(at.key("length_m"), what, remedy));
     }
     let most_m = length_m / 2.0;
     if section.skew_m.is_nan() || section.skew_m > most_m {
         let what = format!("a bar of {length_m} m would stand at more than 30 degrees");
-        return Err(Problem::at(
-            at.key("skew_m"),
-            what,
-            format!("write at most {}", readable(most_m)),
-        ));
+        let remedy = format!("write at most {}", readable(most_m));
+        return Err(Problem::at(at.key("skew_m"), what, remedy));
     }
     // The worst case starts half a stroke ahead, and the other end moves back.
     let most_m = section.skew_m / (SQRT_2 + 0.5);
@@ -99,11 +85,8 @@ fn sizes(scenario: &Scenario, section: &PushSection, at: &KeyPath) -> Result<(),
             "a stroke of one robot alone would end at the skew of {} m",
             section.skew_m
         );
-        return Err(Problem::at(
-            at.key("stroke_m"),
-            what,
-            format!("write at most {}", readable(most_m)),
-        ));
+        let remedy = format!("write at most {}", readable(most_m));
+        return Err(Problem::at(at.key("stroke_m"), what, remedy));
     }
     Ok(())
 }
@@ -134,30 +117,15 @@ fn apart(section: &PushSection, at: &KeyPath) -> Result<(), Problem> {
 
 fn covered(scenario: &Scenario, at: &KeyPath) -> Result<(), Problem> {
     let catalog = Catalog::new(scenario);
-    let mut is_covered = vec![false; catalog.tasks.len()];
-    let mut left = is_covered.len();
-    for robot in &scenario.robots {
-        if left == 0 {
-            return Ok(());
-        }
-        for behavior in catalog.behaviors_of(robot) {
-            let task = catalog.sets[behavior.index()].task.index();
-            left -= usize::from(!is_covered[task]);
-            is_covered[task] = true;
-        }
-    }
-    let Some(task) = is_covered.iter().position(|is_covered| !is_covered) else {
+    let uncovered = uncovered_tasks(scenario, &catalog);
+    let Some(&task) = uncovered.first() else {
         return Ok(());
     };
     let what = format!("no robot has {} among its tasks", catalog.tasks[task].name);
-    let others = if left > 1 {
-        format!(", and {left} tasks in total have no robot")
-    } else {
-        String::new()
+    let others = match uncovered.len() {
+        1 => String::new(),
+        all => format!(", and {all} tasks in total have no robot"),
     };
-    Err(Problem::at(
-        at.key("bars"),
-        what + &others,
-        "assign the tasks to a robot",
-    ))
+    let remedy = "assign the tasks to a robot";
+    Err(Problem::at(at.key("bars"), what + &others, remedy))
 }

@@ -5,11 +5,12 @@
 //! start nearest to a bar have its tasks, and each robot has the two bars nearest to it, so that others can take over
 //! the work of a lost robot. The radio range of teams with more than ten robots covers about ten teammates.
 
+use glam::Vec2;
 use scenario::mission::section::MissionSection;
-use scenario::{Radio, Robot, Room, Scenario, Start};
+use scenario::{Robot, Room, Scenario, Start};
 
 use super::{BarSection, PUSH, PUSH_PLACES, PushSection};
-use crate::districts::{Districts, nearest_both_ways, range_for_neighbors};
+use crate::districts::{self, Districts, nearest_both_ways};
 use crate::push::bar::BarEnd;
 
 const LANE_M: (f32, f32) = (12.0, 6.0);
@@ -42,47 +43,41 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
         let (column, row) = lanes.column_and_row(lane);
         (column as f32 * LANE_M.0, (row as f32 + 0.5) * LANE_M.1)
     };
-    let bars: Vec<BarSection> = lanes
-        .distribute(bars)
-        .map(|(lane, _)| {
-            let (x_m, y_m) = corner(lane);
-            BarSection {
-                x_m: x_m + BAR_AT_M,
-                y_m,
-                goal_x_m: x_m + GOAL_AT_M,
-            }
-        })
-        .collect();
+    let bars = lanes.distribute(bars).map(|(lane, _)| {
+        let (x_m, y_m) = corner(lane);
+        BarSection {
+            x_m: x_m + BAR_AT_M,
+            y_m,
+            goal_x_m: x_m + GOAL_AT_M,
+        }
+    });
     let section = PushSection {
         length_m: 2.4,
         half_width_m: 0.1,
         stroke_m: 0.4,
         skew_m: 0.8,
         sight_m: 1.5,
-        bars,
+        bars: bars.collect(),
     };
     let between_m = (1.0 - 2.0 * PUSH_PLACES[0]) * section.length_m;
-    let mut team: Vec<Robot> = lanes
-        .distribute(robots)
-        .enumerate()
-        .map(|(index, (lane, share))| {
-            let (x_m, y_m) = corner(lane);
-            let height = if share.count > 1 {
-                share.height(0.0)
-            } else {
-                0.5
-            };
-            Robot {
-                name: format!("r{}", index + 1),
-                start: Some(Start {
-                    x_m: x_m + STARTS_AT_M,
-                    y_m: y_m + (height - 0.5) * between_m,
-                    heading_deg: 0.0,
-                }),
-                ..Robot::default()
-            }
-        })
-        .collect();
+    let team = lanes.distribute(robots).zip(1..);
+    let team = team.map(|((lane, share), number)| {
+        let (x_m, y_m) = corner(lane);
+        let height = match share.count {
+            1 => 0.5,
+            _ => share.height(0.0),
+        };
+        Robot {
+            name: format!("r{number}"),
+            start: Some(Start {
+                x_m: x_m + STARTS_AT_M,
+                y_m: y_m + (height - 0.5) * between_m,
+                heading_deg: 0.0,
+            }),
+            ..Robot::default()
+        }
+    });
+    let mut team: Vec<Robot> = team.collect();
     if robots > ROBOTS_PER_BAR {
         assign(&mut team, &section);
     }
@@ -96,10 +91,7 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
         name: PUSH.name().to_owned(),
         limit_s: 1200.0 * load as f64,
         room,
-        radio: Radio {
-            range_m: (robots > ROBOTS_IN_RANGE)
-                .then(|| range_for_neighbors(ROBOTS_IN_RANGE, robots, room.width_m, room.height_m)),
-        },
+        radio: districts::radio(ROBOTS_IN_RANGE, robots, &room),
         robots: team,
         mission: MissionSection::new(PUSH, section),
         ..Scenario::default()
@@ -107,13 +99,9 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
 }
 
 fn assign(team: &mut [Robot], section: &PushSection) {
-    let at = |robot: &Robot| {
-        let start = robot.start;
-        start.map_or((0.0, 0.0), |start| (start.x_m, start.y_m))
-    };
-    let robots: Vec<(f32, f32)> = team.iter().map(at).collect();
-    let places: Vec<(f32, f32)> = section.bars.iter().map(|bar| (bar.x_m, bar.y_m)).collect();
-    let nearest = nearest_both_ways(&robots, BARS_PER_ROBOT, &places, ROBOTS_PER_BAR);
+    let places = section.bars.iter().map(|bar| bar.pose().position);
+    let places: Vec<Vec2> = places.collect();
+    let nearest = nearest_both_ways(team, BARS_PER_ROBOT, &places, ROBOTS_PER_BAR);
     for (robot, bars_of_robot) in team.iter_mut().zip(nearest) {
         let ends = bars_of_robot
             .iter()

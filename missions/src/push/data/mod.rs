@@ -101,7 +101,7 @@ impl MissionData for Push {
         let (bar, which) = bar_and_end(behavior.task);
         let pose = section.bars[bar].pose();
         let is_own = robot.start.is_some_and(|start| {
-            let start = Vec2::new(start.x_m, start.y_m);
+            let start = start.position();
             let way = |which| end(&pose, which, section.length_m).distance(start);
             way(which) < way(which.other())
         });

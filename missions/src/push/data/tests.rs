@@ -2,18 +2,14 @@
 
 use std::collections::BTreeSet;
 
+use scenario::Catalog;
 use scenario::testkit::refusals;
-use scenario::{Catalog, Setup};
 
 use super::*;
 use crate::Registry;
+use crate::fixtures::{parse, read, resolve};
 
 const ONE: &str = "[push]\n[[push.bars]]\nx_m = 2\ny_m = 3\ngoal_x_m = 9\n";
-
-fn read(text: &str) -> Result<Scenario, String> {
-    Scenario::parse("s.toml", text, &Registry::built_in().vocabulary())
-        .map_err(|error| error.to_string())
-}
 
 #[test]
 fn mistakes_give_messages_of_one_line() {
@@ -73,48 +69,24 @@ fn bars_without_a_way_give_a_warning() {
 
 #[test]
 fn each_bar_has_two_tasks_and_a_robot_is_impatient_for_its_own_end() {
-    let vocabulary = Registry::built_in().vocabulary();
-    let builtin = vocabulary.builtin("parker-box").unwrap();
-    let text = builtin
-        .text
-        .split("# Each robot is impatient")
-        .next()
-        .unwrap();
-    let scenario = read(text).unwrap();
-    let catalog = Catalog::new(&scenario);
-    let names: Vec<&str> = catalog
-        .tasks
-        .iter()
-        .map(|task| task.name.as_str())
-        .collect();
-    assert_eq!(names, ["push(left)", "push(right)"]);
-    // The statements of the scenario equal the built-in values.
-    let impatience = |scenario: &Scenario| -> Vec<f64> {
-        let setup = Setup::resolve(scenario.clone(), 1, None).unwrap().setup;
-        let robots = setup.alliance.robots.values();
-        robots
-            .flat_map(|robot| robot.sets.values().map(|set| set.fast_impatience))
-            .collect()
+    let names = |text: &str| -> Vec<String> {
+        let tasks = Catalog::new(&parse(text)).tasks.into_iter();
+        tasks.map(|task| task.name).collect()
     };
-    assert_eq!(
-        impatience(&scenario),
-        impatience(&read(builtin.text).unwrap())
-    );
-    let two = read(&format!(
-        "{ONE}[[push.bars]]\nx_m = 4\ny_m = 6\ngoal_x_m = 9\n"
-    ))
-    .unwrap();
-    let tasks = Catalog::new(&two).tasks;
-    let names: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
-    assert_eq!(
-        names,
-        [
-            "push(b0-left)",
-            "push(b0-right)",
-            "push(b1-left)",
-            "push(b1-right)"
-        ]
-    );
+    assert_eq!(names(ONE), ["push(left)", "push(right)"]);
+    let two = format!("{ONE}[[push.bars]]\nx_m = 4\ny_m = 6\ngoal_x_m = 9\n");
+    let ends = ["b0-left", "b0-right", "b1-left", "b1-right"];
+    assert_eq!(names(&two), ends.map(|end| format!("push({end})")));
+    // The statements of the scenario equal the built-in values.
+    let vocabulary = Registry::built_in().vocabulary();
+    let stated = vocabulary.builtin("parker-box").unwrap().text;
+    let (without, _) = stated.split_once("# Each robot is impatient").unwrap();
+    let impatience = |text: &str| -> Vec<f64> {
+        let robots = resolve(parse(text)).alliance.robots.into_values();
+        let sets = robots.flat_map(|robot| robot.sets.into_values());
+        sets.map(|set| set.fast_impatience).collect()
+    };
+    assert_eq!(impatience(without), impatience(stated));
 }
 
 #[test]
@@ -124,29 +96,16 @@ fn the_family_is_valid_in_every_size() {
             let scenario = family(robots, bars);
             assert_eq!(scenario.robots.len(), robots);
             assert_eq!(PushSection::of(&scenario).bars.len(), bars);
-            Registry::built_in()
-                .worlds()
-                .find(&scenario)
-                .unwrap()
-                .start_poses(&scenario)
-                .unwrap();
-            let setup = Setup::resolve(scenario, 1, None)
-                .unwrap_or_else(|error| panic!("{robots} robots, {bars} bars: {error}"))
-                .setup;
-            let robots_of = setup.scenario.robots.iter();
-            let tasks: BTreeSet<_> = robots_of
-                .flat_map(|robot| setup.catalog.behaviors_of(robot))
-                .collect();
+            let world = crate::push::MISSION.world;
+            world.start_poses(&scenario).unwrap();
+            let setup = resolve(scenario);
+            let team = setup.scenario.robots.iter();
+            let behaviors = team.flat_map(|robot| setup.catalog.behaviors_of(robot));
+            let tasks: BTreeSet<_> = behaviors.collect();
             assert_eq!(tasks.len(), 2 * bars, "{robots} robots, {bars} bars");
         }
     }
-    let largest = Setup::resolve(family(10_000, 10_000), 1, None)
-        .unwrap()
-        .setup;
-    let task_counts = largest
-        .alliance
-        .robots
-        .values()
-        .map(|robot| robot.sets.len());
+    let largest = resolve(family(10_000, 10_000)).alliance.robots;
+    let task_counts = largest.values().map(|robot| robot.sets.len());
     assert!(task_counts.max() <= Some(12));
 }

@@ -3,11 +3,15 @@
 use proptest::prelude::*;
 use proto::readings::Actuation;
 use run_log::recorder::EventKind;
-use scenario::{Scenario, Setup};
+use scenario::Setup;
 use world_server::world::World;
 
 use super::*;
-use crate::Registry;
+use crate::fixtures::{parse, resolve};
+use crate::push::MISSION;
+
+/// A place behind the left part of the bar.
+const LEFT: (f32, f32, f32) = (2.6, 5.5, 0.0);
 
 /// A bar at x = 3 in a room of 12 × 9 m, and robots with these starts: x, y and heading in degrees.
 fn setup(starts: &[(f32, f32, f32)], more: &str) -> Setup {
@@ -18,15 +22,11 @@ fn setup(starts: &[(f32, f32, f32)], more: &str) -> Setup {
             "[[robots]]\nname = 'r{index}'\nstart = {{ x_m = {x}, y_m = {y}, heading_deg = {heading} }}\n"
         );
     }
-    let scenario = match Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary()) {
-        Ok(scenario) => scenario,
-        Err(error) => panic!("{error}"),
-    };
-    Setup::resolve(scenario, 1, None).unwrap().setup
+    resolve(parse(&text))
 }
 
 fn world(starts: &[(f32, f32, f32)]) -> World {
-    World::new(&setup(starts, ""), super::super::MISSION.world)
+    World::new(&setup(starts, ""), MISSION.world)
 }
 
 /// Drives those robots straight ahead for `steps` steps and returns the events. The others stand still.
@@ -107,7 +107,7 @@ fn a_bar_without_a_holder_turns_about_that_point() {
 /// A body behind the other end holds it.
 #[test]
 fn a_body_holds_the_other_end() {
-    let mut world = world(&[(2.6, 5.5, 0.0), (2.698, 3.5, 0.0)]);
+    let mut world = world(&[LEFT, (2.698, 3.5, 0.0)]);
     drive(&mut world, &[0], 12);
     let bar = world.bars()[0];
     // The bar turns about the place where it is held, 0.2 m from its end.
@@ -156,51 +156,42 @@ fn a_bar_moves_only_at_its_outer_thirds_from_behind() {
 
 #[test]
 fn a_bar_leans_at_most_by_skew_m() {
-    let mut world = world(&[(2.6, 5.5, 0.0)]);
+    let mut world = world(&[LEFT]);
     let events = drive(&mut world, &[0], 400);
     let bar = world.bars()[0];
     let lead_m = bar.from.x - bar.to.x;
     assert!((0.79..=0.8001).contains(&lead_m), "{lead_m}");
-    assert_eq!(
-        events,
-        [
-            ("slipped".to_owned(), "stopped".to_owned()),
-            ("pushed".to_owned(), String::new())
-        ]
-    );
+    let expected = [("slipped", "stopped"), ("pushed", "")];
+    let expected = expected.map(|(kind, reason)| (kind.to_owned(), reason.to_owned()));
+    assert_eq!(events, expected);
 }
 
 #[test]
 fn bodies_and_obstacles_stop_a_bar() {
-    let mut blocked = world(&[(2.6, 5.5, 0.0), (3.32, 5.3, 0.0)]);
+    let mut blocked = world(&[LEFT, (3.32, 5.3, 0.0)]);
     drive(&mut blocked, &[0], 100);
     // The way to the body is 0.02 m, and a little more at the end.
     assert!(blocked.bars()[0].from.x < 3.03, "{:?}", blocked.bars()[0]);
     let wall = "[[obstacles]]\nx_m = 3.15\ny_m = 5.0\nwidth_m = 0.2\nheight_m = 0.3\n";
-    let mut walled = World::new(
-        &setup(&[(2.6, 5.5, 0.0)], wall),
-        super::super::MISSION.world,
-    );
+    let mut walled = World::new(&setup(&[LEFT], wall), MISSION.world);
     drive(&mut walled, &[0], 100);
     let bar = walled.bars()[0];
     assert!(bar.from.x > 3.03 && bar.from.x < 3.11, "{bar:?}");
     // The other end moves back only up to a body behind it.
-    let mut backed = world(&[(2.6, 5.5, 0.0), (2.69, 3.6, 0.0)]);
+    let mut backed = world(&[LEFT, (2.69, 3.6, 0.0)]);
     drive(&mut backed, &[0], 60);
     assert!(backed.bars()[0].to.x > 2.9, "{:?}", backed.bars()[0]);
 }
 
 #[test]
 fn a_bar_over_the_line_arrives_once_and_completes_the_mission() {
-    let mut setup = setup(&[(2.6, 5.5, 0.0), (2.6, 3.5, 0.0)], "");
+    let mut setup = setup(&[LEFT, (2.6, 3.5, 0.0)], "");
     let section = setup.scenario.mission.values_mut::<PushSection>().unwrap();
     section.bars[0].goal_x_m = 3.2;
-    let mut world = World::new(&setup, super::super::MISSION.world);
+    let mut world = World::new(&setup, MISSION.world);
     let events = drive(&mut world, &[0, 1], 200);
-    assert_eq!(
-        events.iter().filter(|(kind, _)| kind == "arrived").count(),
-        1
-    );
+    let arrivals = events.iter().filter(|(kind, _)| kind == "arrived");
+    assert_eq!(arrivals.count(), 1);
     assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
     let bar = world.bars()[0];
     assert!(bar.from.x >= 3.2 && bar.to.x >= 3.2, "{bar:?}");
@@ -210,10 +201,8 @@ fn a_bar_over_the_line_arrives_once_and_completes_the_mission() {
 fn a_robot_senses_the_nearer_end_and_the_touch() {
     let mut world = world(&[(2.0, 5.5, 90.0), (0.5, 0.5, 0.0)]);
     let sensed = |world: &World, robot: u16| -> SensorReading {
-        *world
-            .readings(RobotId(robot))
-            .mission
-            .value::<SensorReading>()
+        let readings = world.readings(RobotId(robot)).mission;
+        *readings.value::<SensorReading>()
     };
     let seen = sensed(&world, 0).bar.unwrap().unwrap();
     assert_eq!((seen.bar, seen.end, seen.lead_m), (0, BarEnd::Left, 0.0));
@@ -237,16 +226,12 @@ fn a_robot_senses_the_nearer_end_and_the_touch() {
 #[test]
 fn a_robot_cannot_be_moved_onto_a_bar() {
     let mut world = world(&[(2.0, 5.5, 0.0)]);
-    assert!(
+    let mut moves = |x| {
         world
-            .move_robot(RobotId(0), Vec2::new(3.1, 4.5), None)
-            .is_err()
-    );
-    assert!(
-        world
-            .move_robot(RobotId(0), Vec2::new(3.4, 4.5), None)
+            .move_robot(RobotId(0), Vec2::new(x, 4.5), None)
             .is_ok()
-    );
+    };
+    assert_eq!([moves(3.1), moves(3.4)], [false, true]);
 }
 
 proptest! {
@@ -270,7 +255,7 @@ proptest! {
         let mut setup = setup(&apart, "");
         setup.scenario.step_ms = step_ms;
         prop_assume!(!apart.is_empty());
-        let mut world = World::new(&setup, super::super::MISSION.world);
+        let mut world = World::new(&setup, MISSION.world);
         for (turn_rad_s, steered) in turns {
             let robots = 0..apart.len();
             let commands: Vec<_> = robots.map(|robot| {

@@ -44,7 +44,7 @@ impl Briefing {
             sight_m: section.sight_m,
             step_s: scenario.step_ms as f32 / 1000.0,
             kinds: kinds.collect(),
-            room: Vec2::new(scenario.room.width_m, scenario.room.height_m),
+            room: scenario.room.size(),
             most_points: section.max_points(),
         }
     }

@@ -25,6 +25,8 @@ use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
+use crate::geometry::direction;
+
 use super::bus::{Action, ObservedFact, PointFact, SensorReading, SharedKnowledge};
 use super::data::{self, KnowledgeSource, TaskGranularity};
 use briefing::Briefing;
@@ -98,7 +100,7 @@ impl ServiceController {
         let Some(pose) = input.readings.pose else {
             return;
         };
-        let ahead = Vec2::new(libm::cosf(pose.heading_rad), libm::sinf(pose.heading_rad));
+        let ahead = direction(pose.heading_rad);
         for fact in points {
             let at = pose.position + ahead.rotate(fact.at);
             let at = at.clamp(Vec2::ZERO, self.briefing.room);
@@ -356,11 +358,8 @@ pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
     let points = data::points(scenario, setup.seed);
     let row = |(robot, rank): (&scenario::Robot, u16)| {
         let skills = briefing.skills(RobotId(rank), setup);
-        let start = robot
-            .start
-            .map_or(Vec2::new(0.0, briefing.room.y / 2.0), |start| {
-                Vec2::new(start.x_m, start.y_m)
-            });
+        let door = Vec2::new(0.0, briefing.room.y / 2.0);
+        let start = robot.start.map_or(door, |start| start.position());
         let speed_m_s = scenario.body_of(robot).speed_m_s;
         let cost_ms = |point: &data::PointSpec| {
             let way_m = (start.distance(point.at) - briefing.reach_m).max(0.0);

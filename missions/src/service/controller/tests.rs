@@ -5,12 +5,11 @@ use proptest::prelude::*;
 use proto::mission::MAX_KNOWLEDGE_BYTES;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
-use scenario::{Scenario, Setup};
 
 use super::briefing::Briefing;
 use super::memory::Memory;
 use super::progress::Progress;
-use crate::Registry;
+use crate::fixtures::{parse, resolve};
 use crate::service::bus::{MAX_SHARED, ObservedFact, PointFact, SharedKnowledge};
 
 /// Creates a briefing with two kinds of work in a room of 12 × 9 m: garbage is kept, dust is not.
@@ -21,9 +20,7 @@ fn briefing(section: &str) -> Briefing {
          [[service.kinds]]\nname = 'dust'\nwork_s = {{ min = 1, max = 60 }}\nkept = false\n\
          [[service.random]]\nn = 40\n"
     );
-    let scenario = Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary())
-        .unwrap_or_else(|error| panic!("{error}"));
-    Briefing::from_setup(&Setup::resolve(scenario, 1, None).unwrap().setup)
+    Briefing::from_setup(&resolve(parse(&text)))
 }
 
 fn memory() -> Memory {
@@ -116,32 +113,14 @@ fn implausible_facts_are_rejected() {
     let briefing = briefing("");
     let sound = fact(39, 0, 1.0);
     assert!(briefing.is_plausible(&sound));
-    let wrong = [
-        PointFact { point: 40, ..sound },
-        PointFact { kind: 2, ..sound },
-        PointFact {
-            at: Vec2::NAN,
-            ..sound
-        },
-        PointFact {
-            at: Vec2::INFINITY,
-            ..sound
-        },
-        PointFact {
-            left_s: f32::NAN,
-            ..sound
-        },
-        PointFact {
-            left_s: -1.0,
-            ..sound
-        },
-        PointFact {
-            left_s: f32::INFINITY,
-            ..sound
-        },
-    ];
-    for fact in wrong {
-        assert!(!briefing.is_plausible(&fact), "{fact:?}");
+    let is_plausible = |fact: PointFact| briefing.is_plausible(&fact);
+    assert!(!is_plausible(PointFact { point: 40, ..sound }));
+    assert!(!is_plausible(PointFact { kind: 2, ..sound }));
+    for at in [Vec2::NAN, Vec2::INFINITY] {
+        assert!(!is_plausible(PointFact { at, ..sound }), "{at}");
+    }
+    for left_s in [f32::NAN, -1.0, f32::INFINITY] {
+        assert!(!is_plausible(PointFact { left_s, ..sound }), "{left_s}");
     }
 }
 
@@ -153,46 +132,30 @@ fn the_nearest_open_point_that_the_robot_can_serve_is_selected() {
         memory.merge(&briefing, known(fact(point, 0, 5.0), 1.0));
     }
     memory.merge(&briefing, known(fact(3, 0, 5.0), 1.0));
-    let nearest = |memory: &Memory, kind, x| {
-        memory
-            .nearest(kind, Vec2::new(x, 3.0), SimTime::ZERO)
-            .map(|fact| fact.point)
+    let nearest = |memory: &Memory, kind| {
+        let nearest = memory.nearest(kind, Vec2::new(5.0, 3.0), SimTime::ZERO);
+        nearest.map(|fact| fact.point)
     };
-    assert_eq!(nearest(&memory, 0, 5.0), Some(4));
-    assert_eq!(
-        nearest(&memory, 1, 5.0),
-        None,
-        "the robot has no skill for dust"
-    );
-    assert_eq!(
-        memory
-            .applicable(&briefing, SimTime::ZERO)
-            .collect::<Vec<_>>(),
-        [true, false]
-    );
+    let applicable = |memory: &Memory| -> Vec<bool> {
+        let applicable = memory.applicable(&briefing, SimTime::ZERO);
+        applicable.collect()
+    };
+    assert_eq!(nearest(&memory, 0), Some(4));
+    assert_eq!(nearest(&memory, 1), None, "the robot has no skill for dust");
+    assert_eq!(applicable(&memory), [true, false]);
     memory.merge(&briefing, known(fact(4, 0, 0.0), 2.0));
-    assert_eq!(nearest(&memory, 0, 5.0), Some(2), "p4 is done");
+    assert_eq!(nearest(&memory, 0), Some(2), "p4 is done");
     memory.merge(&briefing, known(fact(4, 1, 5.0), 3.0));
-    assert_eq!(nearest(&memory, 0, 5.0), Some(4), "p4 has come back");
+    assert_eq!(nearest(&memory, 0), Some(4), "p4 has come back");
     // Points to which the robot found no way are left out. The task stays applicable while another point is open.
-    let applicable = |memory: &Memory| memory.applicable(&briefing, SimTime::ZERO).next();
-    memory.failed.fail(4, SimTime::ZERO);
-    assert_eq!(nearest(&memory, 0, 5.0), Some(2));
-    memory.failed.fail(2, SimTime::ZERO);
-    assert_eq!(
-        (nearest(&memory, 0, 5.0), applicable(&memory)),
-        (Some(8), Some(true))
-    );
-    memory.failed.fail(8, SimTime::ZERO);
-    assert_eq!(
-        (nearest(&memory, 0, 5.0), applicable(&memory)),
-        (None, Some(false))
-    );
+    for (failed, left) in [(4, Some(2)), (2, Some(8)), (8, None)] {
+        memory.failed.fail(failed, SimTime::ZERO);
+        assert_eq!(nearest(&memory, 0), left);
+        assert_eq!(applicable(&memory), [left.is_some(), false]);
+    }
     memory.failed.succeed(8);
-    assert_eq!(
-        (nearest(&memory, 0, 5.0), applicable(&memory)),
-        (Some(8), Some(true))
-    );
+    assert_eq!(nearest(&memory, 0), Some(8));
+    assert_eq!(applicable(&memory), [true, false]);
 }
 
 /// 8 s in steps of 0.5 s: every fourth step completes a quarter.

@@ -9,6 +9,7 @@ use world_server::world::Places;
 
 use super::points::free_place;
 use super::{Interval, MAX_POINTS, ServiceSection};
+use crate::coverage::uncovered_tasks;
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
@@ -124,32 +125,15 @@ pub(super) fn has_room(scenario: &Scenario, reach_m: f32, workers: u32) -> bool 
 pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
     let catalog = Catalog::new(scenario);
-    let mut left: usize = catalog.tasks.len();
-    let mut is_covered = vec![false; left];
-    for robot in &scenario.robots {
-        if left == 0 {
-            break;
-        }
-        for behavior in catalog.behaviors_of(robot) {
-            let task = catalog.sets[behavior.index()].task.index();
-            left -= usize::from(!is_covered[task]);
-            is_covered[task] = true;
-        }
-    }
-    let own_skills = scenario
-        .robots
-        .iter()
-        .flat_map(|robot| robot.skills.iter().flatten());
-    let mut skills = scenario
-        .skills
-        .iter()
-        .chain(own_skills)
-        .map(|(skill, _)| skill);
-    if skills.any(|skill| section.kind_named(skill).is_none()) {
+    let uncovered = uncovered_tasks(scenario, &catalog);
+    let robots = scenario.robots.iter();
+    let own_skills = robots.flat_map(|robot| robot.skills.iter().flatten());
+    let mut skills = scenario.skills.iter().chain(own_skills);
+    if skills.any(|(skill, _)| section.kind_named(skill).is_none()) {
         // The check of skills, which runs later, reports an unknown skill.
         return Ok(());
     }
-    let Some(task) = is_covered.iter().position(|is_covered| !is_covered) else {
+    let Some(&task) = uncovered.first() else {
         return Ok(());
     };
     let name = &catalog.tasks[task].name;
@@ -157,17 +141,13 @@ pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
         Some(skill) => format!("no robot has {name} among its tasks and the skill {skill}"),
         None => format!("no robot has {name} among its tasks"),
     };
-    let others = if left > 1 {
-        let tasks = if left == 2 { "task" } else { "tasks" };
-        format!(", and {} more {tasks} that no robot can do", left - 1)
-    } else {
-        String::new()
+    let others = match uncovered.len() - 1 {
+        0 => String::new(),
+        1 => ", and 1 more task that no robot can do".to_owned(),
+        more => format!(", and {more} more tasks that no robot can do"),
     };
-    let list = if task < section.points.len() {
-        "points"
-    } else {
-        "kinds"
-    };
+    let is_stated = task < section.points.len();
+    let list = if is_stated { "points" } else { "kinds" };
     let remedy = "assign them to a robot, or set uncovered = true";
     let at = KeyPath::new(["service", list]);
     Err(Problem::at(at, what + &others, remedy))

@@ -5,11 +5,12 @@
 //! teammates can take over the work of a lost robot. In teams of more than 20 robots the radio range is limited so that
 //! each robot receives from about 20 others.
 
+use glam::Vec2;
 use scenario::mission::section::MissionSection;
-use scenario::{Radio, Robot, Room, Scenario, Start};
+use scenario::{Robot, Room, Scenario, Start};
 
 use super::{Interval, Kind, KnowledgeSource, Point, SERVICE, ServiceSection, TaskGranularity};
-use crate::districts::{Districts, nearest_both_ways, range_for_neighbors};
+use crate::districts::{self, Districts, nearest_both_ways};
 
 const ROBOTS: usize = 3;
 const POINTS: usize = 2;
@@ -36,36 +37,32 @@ pub(super) fn family(robots: usize, points: usize) -> Scenario {
         let (column, row) = districts.column_and_row(district);
         (column as f32 * one.width_m, row as f32 * one.height_m)
     };
-    let points: Vec<Point> = districts
-        .distribute(points)
-        .map(|(district, share)| {
-            let (x_m, y_m) = corner(district);
-            Point {
-                kind: KIND.to_owned(),
-                x_m: x_m + POINTS_AT * one.width_m,
-                y_m: y_m + share.height(1.0) * one.height_m,
-                arrival_s: 0.0,
-                work_s: None,
-            }
-        })
-        .collect();
-    let mut team: Vec<Robot> = districts
-        .distribute(robots)
-        .enumerate()
-        .map(|(index, (district, share))| {
-            let (x_m, y_m) = corner(district);
-            let above_middle = (share.height(0.5) - 0.5) * share.count as f32 * STARTS_APART_M;
-            Robot {
-                name: format!("r{}", index + 1),
-                start: Some(Start {
-                    x_m: x_m + STARTS_AT_M,
-                    y_m: y_m + one.height_m / 2.0 + above_middle,
-                    heading_deg: 0.0,
-                }),
-                ..Robot::default()
-            }
-        })
-        .collect();
+    let points = districts.distribute(points).map(|(district, share)| {
+        let (x_m, y_m) = corner(district);
+        Point {
+            kind: KIND.to_owned(),
+            x_m: x_m + POINTS_AT * one.width_m,
+            y_m: y_m + share.height(1.0) * one.height_m,
+            arrival_s: 0.0,
+            work_s: None,
+        }
+    });
+    let points: Vec<Point> = points.collect();
+    let team = districts.distribute(robots).zip(1..);
+    let team = team.map(|((district, share), number)| {
+        let (x_m, y_m) = corner(district);
+        let above_middle = (share.height(0.5) - 0.5) * share.count as f32 * STARTS_APART_M;
+        Robot {
+            name: format!("r{number}"),
+            start: Some(Start {
+                x_m: x_m + STARTS_AT_M,
+                y_m: y_m + one.height_m / 2.0 + above_middle,
+                heading_deg: 0.0,
+            }),
+            ..Robot::default()
+        }
+    });
+    let mut team: Vec<Robot> = team.collect();
     if robots > ROBOTS_PER_TASK {
         assign(&mut team, &points);
     }
@@ -79,10 +76,7 @@ pub(super) fn family(robots: usize, points: usize) -> Scenario {
         name: SERVICE.name().to_owned(),
         limit_s: 600.0 * load.ceil(),
         room,
-        radio: Radio {
-            range_m: (robots > NEIGHBORS)
-                .then(|| range_for_neighbors(NEIGHBORS, robots, room.width_m, room.height_m)),
-        },
+        radio: districts::radio(NEIGHBORS, robots, &room),
         robots: team,
         mission: MissionSection::new(SERVICE, section(points)),
         ..Scenario::default()
@@ -117,13 +111,9 @@ fn section(points: Vec<Point>) -> ServiceSection {
 }
 
 fn assign(team: &mut [Robot], points: &[Point]) {
-    let at = |robot: &Robot| {
-        let start = robot.start;
-        start.map_or((0.0, 0.0), |start| (start.x_m, start.y_m))
-    };
-    let robots: Vec<(f32, f32)> = team.iter().map(at).collect();
-    let places: Vec<(f32, f32)> = points.iter().map(|point| (point.x_m, point.y_m)).collect();
-    let assigned = nearest_both_ways(&robots, POINTS_PER_ROBOT, &places, ROBOTS_PER_TASK);
+    let places = points.iter().map(|point| Vec2::new(point.x_m, point.y_m));
+    let places: Vec<Vec2> = places.collect();
+    let assigned = nearest_both_ways(team, POINTS_PER_ROBOT, &places, ROBOTS_PER_TASK);
     for (robot, assigned) in team.iter_mut().zip(assigned) {
         robot.tasks = assigned
             .iter()

@@ -13,8 +13,22 @@ const SHORTEST_S: f64 = 0.001;
 
 pub(super) fn all() -> Vec<ParameterSpec> {
     let most = MAX_POINTS as i64;
-    let time = Within(SHORTEST_S, LONGEST_S);
-    let later = Within(0.0, LONGEST_S);
+    let required = |key, about, range| ParameterSpec::new(key, "", Required, about, range);
+    let place = |key, range| ParameterSpec::new(key, "m", Required, "place of the point", range);
+    let list = |key, about, most| ParameterSpec::new(key, "", Words("none"), about, List(0, most));
+    let length =
+        |key, default, about| ParameterSpec::new(key, "m", Number(default), about, Above(0.0, 1e3));
+    let time = |key, default, about| {
+        let range = Within(SHORTEST_S, LONGEST_S);
+        ParameterSpec::new(key, "s", default, about, range)
+    };
+    let later = |key, about| {
+        let range = Within(0.0, LONGEST_S);
+        ParameterSpec::new(key, "s", Number(0.0), about, range)
+    };
+    let flag = |key, default, about| {
+        ParameterSpec::new(key, "", Flag(default), about, ParameterRange::Flag)
+    };
     vec![
         ParameterSpec::new(
             "tasks",
@@ -30,19 +44,15 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "source of knowledge: a board with all points of a robot's tasks, or the robot's own sight",
             Choice(&["all", "sight"]),
         ),
-        ParameterSpec::new(
+        length(
             "reach_m",
-            "m",
-            Number(0.3),
+            0.3,
             "maximum distance from which a robot can work on a point; 1000 removes travel",
-            Above(0.0, 1e3),
         ),
-        ParameterSpec::new(
+        length(
             "sight_m",
-            "m",
-            Number(3.0),
+            3.0,
             "range at which robots see points if there is no board",
-            Above(0.0, 1e3),
         ),
         ParameterSpec::new(
             "spare",
@@ -51,43 +61,29 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "number of tasks reserved for points that faults add, if each point is a task",
             ParameterRange::Whole(0, most),
         ),
-        ParameterSpec::new(
+        time(
             "duration_s",
-            "s",
             Words("for ever"),
             "time from which no point arrives or comes back",
-            time.clone(),
         ),
-        ParameterSpec::new(
+        flag(
             "uncovered",
-            "",
-            Flag(false),
+            false,
             "whether tasks that no robot can do are allowed",
-            ParameterRange::Flag,
         ),
-        ParameterSpec::new(
-            "kinds",
-            "",
-            Required,
-            "the kinds of work",
-            List(1, MAX_KINDS),
-        ),
-        ParameterSpec::new(
+        required("kinds", "the kinds of work", List(1, MAX_KINDS)),
+        required(
             "kinds.name",
-            "",
-            Required,
             "name of the kind and of the required skill",
             Name,
         ),
-        ParameterSpec::new(
+        required(
             "kinds.work_s",
-            "",
-            Required,
             "work of a point for a robot of skill 1, drawn from a range",
             Other("a table of min and max"),
         ),
-        ParameterSpec::new("kinds.work_s.min", "s", Required, "minimum", time.clone()),
-        ParameterSpec::new("kinds.work_s.max", "s", Required, "maximum", time.clone()),
+        time("kinds.work_s.min", Required, "minimum"),
+        time("kinds.work_s.max", Required, "maximum"),
         ParameterSpec::new(
             "kinds.workers",
             "",
@@ -95,12 +91,10 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "number of robots that can work on a point at once",
             ParameterRange::Whole(1, 100),
         ),
-        ParameterSpec::new(
+        flag(
             "kinds.kept",
-            "",
-            Flag(true),
+            true,
             "whether unfinished work is kept; otherwise each robot makes its own attempt, which is lost when it leaves",
-            ParameterRange::Flag,
         ),
         ParameterSpec::new(
             "kinds.deadline_s",
@@ -109,20 +103,8 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "time from arrival to expiration of a point, drawn from a range",
             Other("a table of min and max"),
         ),
-        ParameterSpec::new(
-            "kinds.deadline_s.min",
-            "s",
-            Required,
-            "minimum",
-            time.clone(),
-        ),
-        ParameterSpec::new(
-            "kinds.deadline_s.max",
-            "s",
-            Required,
-            "maximum",
-            time.clone(),
-        ),
+        time("kinds.deadline_s.min", Required, "minimum"),
+        time("kinds.deadline_s.max", Required, "maximum"),
         ParameterSpec::new(
             "kinds.period_s",
             "s",
@@ -130,47 +112,19 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "time from arrival to the next arrival of a point",
             Within(1.0, LONGEST_S),
         ),
-        ParameterSpec::new(
-            "points",
-            "",
-            Words("none"),
-            "points at given places: p0, p1, …",
-            List(0, MAX_POINTS),
-        ),
-        ParameterSpec::new(
-            "points.kind",
-            "",
-            Required,
-            "kind of work",
-            Other("the name of a kind"),
-        ),
-        ParameterSpec::new("points.x_m", "m", Required, "place of the point", X),
-        ParameterSpec::new("points.y_m", "m", Required, "place of the point", Y),
-        ParameterSpec::new(
-            "points.arrival_s",
-            "s",
-            Number(0.0),
-            "arrival time",
-            later.clone(),
-        ),
-        ParameterSpec::new(
+        list("points", "points at given places: p0, p1, …", MAX_POINTS),
+        required("points.kind", "kind of work", Other("the name of a kind")),
+        place("points.x_m", X),
+        place("points.y_m", Y),
+        later("points.arrival_s", "arrival time"),
+        time(
             "points.work_s",
-            "s",
             Words("drawn as for its kind"),
             "work for a robot of skill 1",
-            time,
         ),
-        ParameterSpec::new(
-            "random",
-            "",
-            Words("none"),
-            "points at random places in the room",
-            List(0, 1000),
-        ),
-        ParameterSpec::new(
+        list("random", "points at random places in the room", 1000),
+        required(
             "random.n",
-            "",
-            Required,
             "number of points",
             ParameterRange::Whole(1, most),
         ),
@@ -181,12 +135,9 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "kind of work",
             Other("the name of a kind"),
         ),
-        ParameterSpec::new(
+        later(
             "random.at_s",
-            "s",
-            Number(0.0),
             "time of their arrival, or of the first possible arrival",
-            later,
         ),
         ParameterSpec::new(
             "random.rate_hz",

@@ -60,7 +60,7 @@ impl Interval {
 
 /// Returns a place for a drawn point; `None` if obstacles leave none.
 pub(super) fn free_place(scenario: &Scenario, places: &Places) -> Option<Vec2> {
-    let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+    let size = scenario.room.size();
     places.any([Vec2::ZERO, size], |place| places.can_stand(place))
 }
 
@@ -81,7 +81,7 @@ pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
         });
     }
     let places = Places::of(scenario);
-    let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+    let size = scenario.room.size();
     let margin = (scenario.body.radius_m + MARGIN_M).min(size.min_element() / 2.0);
     for batch in &section.random {
         let mut at_s = batch.at_s;

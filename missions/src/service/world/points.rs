@@ -12,6 +12,7 @@ use world_server::mission::{FigureValue, TeamFigures};
 use world_server::world::Grid;
 use xxhash_rust::xxh3::xxh3_64;
 
+use crate::geometry::nearest;
 use crate::service::bus::{LEAST_LEFT_S, MAX_SENSED, PointFact};
 use crate::service::data::{PointSpec, ServiceSection};
 
@@ -318,22 +319,9 @@ impl Points {
 
     /// Returns the open points within sight of a place, nearest first, by number at equal distance.
     pub fn open_near(&self, place: Vec2, sight_m: f32) -> ArrayVec<u16, MAX_SENSED> {
-        let mut nearest: ArrayVec<(f32, u16), MAX_SENSED> = ArrayVec::new();
-        for (point, at) in self.open.near(place, sight_m) {
-            let found = (at.distance_squared(place), point as u16);
-            if found.0 > sight_m * sight_m {
-                continue;
-            }
-            let before = nearest.partition_point(|known| *known < found);
-            if before == MAX_SENSED {
-                continue;
-            }
-            if nearest.is_full() {
-                nearest.pop();
-            }
-            nearest.insert(before, found);
-        }
-        nearest.into_iter().map(|(_, point)| point).collect()
+        let near = self.open.near(place, sight_m);
+        let near = near.map(|(point, at)| (at.distance_squared(place), point as u16));
+        nearest(near.filter(|(squared, _)| *squared <= sight_m * sight_m))
     }
 
     /// Returns the end of the mission once no point is open now or later. The mission is complete if none expired. A

@@ -75,7 +75,7 @@ impl Briefing {
         let own_spills: Vec<u16> = own_behaviors.iter().filter_map(own_spill).collect();
         let border = Locations {
             min: Vec2::ZERO,
-            max: Vec2::new(scenario.room.width_m, scenario.room.height_m),
+            max: scenario.room.size(),
         };
         Self {
             robot,

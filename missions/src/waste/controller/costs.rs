@@ -151,9 +151,7 @@ pub fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
         .map(|spill: &Spill| spill.spot().in_room(&scenario.room))
         .collect();
     let cost_s = |robot: &Robot, kind: BehaviorKind| {
-        let start = robot
-            .start
-            .map_or(site, |start| Vec2::new(start.x_m, start.y_m));
+        let start = robot.start.map_or(site, |start| start.position());
         let body = scenario.body_of(robot);
         let drive_s = |way_m: f32, turn_rad: f32| {
             let turn_rad_s = body.turn_deg_s.to_radians();

@@ -5,6 +5,7 @@ use proto::mission::items::Locations;
 use proto::readings::{Pose, Readings};
 
 use super::compass::Compass;
+use crate::geometry::direction;
 use robot_agent::body::wrap;
 
 /// The maximum angle between a border sensor and the normal of a wall at which the reading identifies the wall, rad.
@@ -25,9 +26,9 @@ impl Extremes {
         self.include(pose.position);
         let ahead = pose.heading_rad;
         let left = ahead + std::f32::consts::FRAC_PI_2;
-        for (sensor, direction) in [(readings.front_border, ahead), (readings.side_border, left)] {
+        for (sensor, angle_rad) in [(readings.front_border, ahead), (readings.side_border, left)] {
             if let Some(Some(distance)) = sensor {
-                self.sense(&pose, direction, radius_m + distance);
+                self.sense(&pose, angle_rad, radius_m + distance);
             }
         }
     }
@@ -55,12 +56,10 @@ impl Extremes {
         }
     }
 
-    fn sense(&mut self, pose: &Pose, direction: f32, distance: f32) {
-        self.include(
-            pose.position + Vec2::new(libm::cosf(direction), libm::sinf(direction)) * distance,
-        );
+    fn sense(&mut self, pose: &Pose, angle_rad: f32, distance: f32) {
+        self.include(pose.position + direction(angle_rad) * distance);
         for wall in Compass::CLOCKWISE {
-            self.sensed[wall as usize] |= wrap(wall.heading() - direction).abs() < SQUARE_RAD;
+            self.sensed[wall as usize] |= wrap(wall.heading() - angle_rad).abs() < SQUARE_RAD;
         }
     }
 
@@ -85,18 +84,12 @@ mod tests {
 
     /// Returns the readings of a robot with both border sensors in a room of [`SIZE`].
     fn readings(position: Vec2, heading_rad: f32) -> Readings {
-        let border = |direction: f32| {
-            let ray = Vec2::new(libm::cosf(direction), libm::sinf(direction));
-            let to = |at: f32, along: f32, size: f32| {
-                if along > 0.0 {
-                    (size - at) / along
-                } else if along < 0.0 {
-                    at / -along
-                } else {
-                    f32::INFINITY
-                }
-            };
-            let distance = to(position.x, ray.x, SIZE.x).min(to(position.y, ray.y, SIZE.y));
+        let border = |angle_rad: f32| {
+            let ray = direction(angle_rad);
+            // A ray along a wall never meets it.
+            let to_far_wall = ((SIZE - position) / ray.max(Vec2::ZERO).abs()).min_element();
+            let to_near_wall = (position / (-ray).max(Vec2::ZERO).abs()).min_element();
+            let distance = to_far_wall.min(to_near_wall);
             Some(Some(distance - RADIUS_M).filter(|free| *free <= 0.5))
         };
         Readings {
@@ -113,6 +106,12 @@ mod tests {
     #[test]
     fn the_border_is_known_once_all_walls_were_sensed() {
         let mut extremes = Extremes::default();
+        let lost = Readings {
+            pose: None,
+            ..readings(Vec2::ONE, 0.0)
+        };
+        extremes.join(&lost, RADIUS_M);
+        assert_eq!(extremes, Extremes::default());
         for (x, y, wall) in [
             (0.5, 4.0, Compass::West),
             (4.0, 8.5, Compass::North),
@@ -126,17 +125,6 @@ mod tests {
         let border = extremes.border().unwrap();
         assert!(border.min.abs().max_element() < 1e-5, "{border:?}");
         assert!((border.max - SIZE).abs().max_element() < 1e-5, "{border:?}");
-    }
-
-    #[test]
-    fn readings_without_a_position_are_ignored() {
-        let mut extremes = Extremes::default();
-        let lost = Readings {
-            pose: None,
-            ..readings(Vec2::ONE, 0.0)
-        };
-        extremes.join(&lost, RADIUS_M);
-        assert_eq!(extremes, Extremes::default());
     }
 
     proptest! {

@@ -6,6 +6,7 @@ use scenario::time::SimTime;
 
 use super::compass::Compass;
 use super::extremes::Extremes;
+use crate::geometry::direction;
 use robot_agent::body::{Goal, Status, wrap};
 
 /// The distance at which the robot turns at a wall and at which it follows a wall, m.
@@ -24,11 +25,15 @@ const PROGRESS_M: f32 = 0.1;
 
 /// Checks whether the robot stands before the wall in a direction and faces it.
 fn is_before(wall: Compass, readings: &Readings) -> bool {
-    let faces = readings
-        .pose
-        .is_some_and(|pose| wrap(wall.heading() - pose.heading_rad).abs() < FACING_RAD);
     let distance = readings.front_border.flatten();
-    faces && distance.is_some_and(|distance| distance <= WALL_M)
+    faces(wall, readings) && distance.is_some_and(|distance| distance <= WALL_M)
+}
+
+fn faces(wall: Compass, readings: &Readings) -> bool {
+    let angle_to = |heading_rad: f32| wrap(wall.heading() - heading_rad).abs();
+    readings
+        .pose
+        .is_some_and(|pose| angle_to(pose.heading_rad) < FACING_RAD)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,9 +75,7 @@ impl Methodical {
 
     /// Returns the direction to the wall. Keeps a constant distance from a wall that the side sensor measures.
     fn along(&self, wall: Compass, readings: &Readings) -> Vec2 {
-        let aligned = readings
-            .pose
-            .is_some_and(|pose| wrap(wall.heading() - pose.heading_rad).abs() < FACING_RAD);
+        let aligned = faces(wall, readings);
         let beside = readings.side_border.flatten();
         let correction = match beside.filter(|_| aligned && self.visited > 0) {
             Some(distance) => (distance - WALL_M) * STEER_RAD_PER_M,
@@ -82,8 +85,7 @@ impl Methodical {
         if correction == 0.0 {
             return wall.vector();
         }
-        let heading = wall.heading() + correction;
-        Vec2::new(libm::cosf(heading), libm::sinf(heading))
+        direction(wall.heading() + correction)
     }
 }
 
@@ -167,8 +169,6 @@ impl Wander {
 
 #[cfg(test)]
 mod tests {
-    use std::f32::consts::PI;
-
     use proto::readings::Pose;
 
     use super::*;
@@ -193,6 +193,9 @@ mod tests {
     #[test]
     fn methodical_goes_clockwise_and_each_wall_it_followed_is_progress() {
         let mut methodical = Methodical::default();
+        // A wall beside the path is not the wall ahead.
+        let search = methodical.step(&facing(Compass::North, Some(0.1)));
+        assert!(heads(search, Compass::West));
         for (index, wall) in Compass::CLOCKWISE.into_iter().enumerate() {
             assert!(heads(methodical.step(&facing(wall, None)), wall));
             assert!(heads(methodical.step(&facing(wall, Some(0.4))), wall));
@@ -204,97 +207,70 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_beside_the_path_is_not_the_wall_ahead() {
-        let mut methodical = Methodical::default();
-        let search = methodical.step(&facing(Compass::North, Some(0.1)));
-        assert!(heads(search, Compass::West));
-    }
-
-    #[test]
     fn methodical_keeps_its_distance_from_the_wall_it_follows() {
         let mut methodical = Methodical::default();
         methodical.step(&facing(Compass::West, Some(0.1)));
         let mut heading = |side_m| {
             let mut readings = facing(Compass::North, None);
             readings.side_border = Some(side_m);
-            let SearchStep::Go {
-                goal: Goal::Direction(way),
-                ..
-            } = methodical.step(&readings)
-            else {
-                panic!("finished");
-            };
-            way
+            match methodical.step(&readings) {
+                SearchStep::Go {
+                    goal: Goal::Direction(way),
+                    ..
+                } => way,
+                other => panic!("{other:?}"),
+            }
         };
         assert!(heading(Some(0.4)).x < 0.0);
         assert!(heading(Some(0.05)).x > 0.0);
         assert_eq!(heading(None), Vec2::Y);
     }
 
+    /// The legs of the next round are twice as long.
     #[test]
     fn a_wander_leg_ends_at_the_border_after_its_time_or_when_blocked() {
         let extremes = Extremes::default();
-        let open = facing(Compass::West, None);
-        let mut wander = Wander::default();
-        let at_wall = facing(Compass::West, Some(0.1));
-        assert!(heads(
-            wander.step(&at_wall, &extremes, STEP, Status::Going),
-            Compass::North
-        ));
-
-        let mut wander = Wander::default();
-        for _ in 1..FIRST_LEG.0 / STEP.0 {
-            assert!(heads(
-                wander.step(&open, &extremes, STEP, Status::Going),
-                Compass::West
-            ));
+        let (open, at_wall) = (
+            facing(Compass::West, None),
+            facing(Compass::West, Some(0.1)),
+        );
+        let leg = FIRST_LEG.0 / STEP.0;
+        for (readings, status, steps) in [
+            (&at_wall, Status::Going, 1),
+            (&open, Status::Going, leg),
+            (&open, Status::Blocked, 2),
+        ] {
+            let mut wander = Wander::default();
+            for _ in 1..steps {
+                let search = wander.step(readings, &extremes, STEP, status);
+                assert!(heads(search, Compass::West));
+            }
+            let search = wander.step(readings, &extremes, STEP, status);
+            assert!(heads(search, Compass::North));
         }
-        assert!(heads(
-            wander.step(&open, &extremes, STEP, Status::Going),
-            Compass::North
-        ));
-
         let mut wander = Wander::default();
-        wander.step(&open, &extremes, STEP, Status::Blocked);
-        assert!(heads(
-            wander.step(&open, &extremes, STEP, Status::Blocked),
-            Compass::North
-        ));
-    }
-
-    #[test]
-    fn the_legs_of_the_next_round_are_twice_as_long() {
-        let extremes = Extremes::default();
-        let open = facing(Compass::West, None);
-        let mut wander = Wander::default();
-        let round = 4 * FIRST_LEG.0 / STEP.0;
-        let legs = |wander: &mut Wander, steps: u64| {
-            for _ in 0..steps {
+        for (round, legs) in [(1, 4), (2, 8)] {
+            for _ in 0..legs * leg {
                 wander.step(&open, &extremes, STEP, Status::Going);
             }
-        };
-        legs(&mut wander, round);
-        assert_eq!((wander.leg, wander.leg_time), (0, FIRST_LEG + FIRST_LEG));
-        legs(&mut wander, 2 * round);
-        assert_eq!(wander.leg_time, SimTime(4 * FIRST_LEG.0));
+            let longer = SimTime(FIRST_LEG.0 << round);
+            assert_eq!((wander.leg, wander.leg_time), (0, longer));
+        }
     }
 
     #[test]
     fn a_moved_extreme_is_progress_of_wandering() {
         let mut extremes = Extremes::default();
         let mut wander = Wander::default();
-        let mut progress = 0;
-        for step in 0..40 {
+        let steps = (0..40).filter(|step| {
             let mut readings = facing(Compass::West, None);
-            readings.pose = Some(Pose {
-                position: Vec2::new(20.0 - 0.0625 * step as f32, 1.0),
-                heading_rad: PI,
-            });
+            let x = 20.0 - 0.0625 * *step as f32;
+            readings.pose.as_mut().unwrap().position = Vec2::new(x, 1.0);
             extremes.join(&readings, 0.2);
             let search = wander.step(&readings, &extremes, STEP, Status::Going);
-            progress += u32::from(matches!(search, SearchStep::Go { progress: true, .. }));
-        }
+            matches!(search, SearchStep::Go { progress: true, .. })
+        });
         // The extreme moves 0.0625 m per step, so every second step counts.
-        assert_eq!(progress, 19);
+        assert_eq!(steps.count(), 19);
     }
 }

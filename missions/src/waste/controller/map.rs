@@ -288,7 +288,6 @@ fn along(share: f32, side: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-
     use proptest::prelude::*;
 
     use crate::waste::data::default_scenario;
@@ -307,13 +306,17 @@ mod tests {
         Map::of(&scenario)
     }
 
+    fn border(width: f32) -> Locations {
+        Locations {
+            min: Vec2::ZERO,
+            max: Vec2::new(width, 9.0),
+        }
+    }
+
     #[test]
     fn the_first_of_two_equally_near_spills_has_the_work() {
         let map = map(&[(0.75, 0.5), (0.25, 0.5)]);
-        let border = Locations {
-            min: Vec2::ZERO,
-            max: Vec2::new(12.0, 9.0),
-        };
+        let border = border(12.0);
         let realms = Realms::default();
         let places = map.places(&border, &realms);
         assert_eq!(places.nearest_spill(Vec2::new(6.0, 1.0)), 0);
@@ -360,10 +363,7 @@ mod tests {
         let map = map(&[(0.25, 0.5), (0.75, 0.5)]);
         let realms = Realms::default();
         for (width, nearest) in [(12.0, 1), (24.0, 0), (12.0, 1)] {
-            let border = Locations {
-                min: Vec2::ZERO,
-                max: Vec2::new(width, 9.0),
-            };
+            let border = border(width);
             let places = map.places(&border, &realms);
             assert_eq!(places.nearest_spill(Vec2::new(8.0, 4.5)), nearest);
         }

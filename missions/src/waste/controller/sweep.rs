@@ -73,17 +73,21 @@ mod tests {
         FloorView::new(position, SIGHT_M, SensedItems::new())
     }
 
-    /// Returns the places that a robot visits on its search if it can reach all of them.
-    fn way(spill: u16, size: Vec2) -> Vec<Vec2> {
+    /// Calls a function with the places of the default map in a room of this size.
+    fn in_room<T>(size: Vec2, act: impl FnOnce(&KnownPlaces) -> T) -> T {
         let (map, realms) = (Map::of(&default_scenario()), Realms::default());
         let border = Locations {
             min: Vec2::ZERO,
             max: size,
         };
-        let places = map.places(&border, &realms);
+        act(&map.places(&border, &realms))
+    }
+
+    /// Returns the places that a robot visits on its search if it can reach all of them.
+    fn way(spill: u16, places: &KnownPlaces) -> Vec<Vec2> {
         let mut way = vec![places.spill(spill)];
         let mut sweep = Sweep::default();
-        while let Some(at) = sweep.next(spill, &sight(way[way.len() - 1]), SIGHT_M, &places) {
+        while let Some(at) = sweep.next(spill, &sight(way[way.len() - 1]), SIGHT_M, places) {
             way.push(at);
         }
         way
@@ -92,56 +96,42 @@ mod tests {
     #[test]
     fn two_robots_see_the_whole_room_and_drive_only_along_their_rows() {
         for size in [Vec2::new(12.0, 9.0), Vec2::new(6.3, 15.9)] {
-            let ways = [way(0, size), way(1, size)];
-            for x in 0..=60 {
-                for y in 0..=60 {
-                    let place = size * Vec2::new(x as f32, y as f32) / 60.0;
-                    let mut looks = ways.iter().flatten();
-                    assert!(looks.any(|at| length(place - *at) < SIGHT_M), "{place}");
-                }
+            let ways = in_room(size, |places| [way(0, places), way(1, places)]);
+            for (x, y) in (0..=60).flat_map(|x| (0..=60).map(move |y| (x, y))) {
+                let place = size * Vec2::new(x as f32, y as f32) / 60.0;
+                let mut looks = ways.iter().flatten();
+                assert!(looks.any(|at| length(place - *at) < SIGHT_M), "{place}");
             }
-            let driven_m = |way: &[Vec2]| -> f32 {
-                let legs = way.windows(2).map(|leg| length(leg[1] - leg[0]));
-                legs.sum()
-            };
+            let legs = ways.iter().flat_map(|way| way.windows(2));
+            let together_m: f32 = legs.map(|leg| length(leg[1] - leg[0])).sum();
             let rows = sweep_cells(size, SIGHT_M).y as f32;
-            let together_m = driven_m(&ways[0]) + driven_m(&ways[1]);
-            assert!(
-                together_m < (rows + 2.0) * size.x + 2.0 * size.y,
-                "{together_m}"
-            );
+            let most_m = (rows + 2.0) * size.x + 2.0 * size.y;
+            assert!(together_m < most_m, "{together_m}");
         }
     }
 
     #[test]
     fn unreachable_cells_are_skipped() {
-        let (map, realms) = (Map::of(&default_scenario()), Realms::default());
-        let border = Locations {
-            min: Vec2::ZERO,
-            max: Vec2::new(12.0, 9.0),
-        };
-        let places = map.places(&border, &realms);
         let shut_in = sight(Vec2::ONE);
         let mut sweep = Sweep::default();
-        let mut passed = 0;
-        while sweep.next(0, &shut_in, SIGHT_M, &places).is_some() {
-            sweep.skip_cell();
-            passed += 1;
-        }
+        let passed = in_room(Vec2::new(12.0, 9.0), |places| {
+            let steps = (0..).take_while(|_| {
+                let next = sweep.next(0, &shut_in, SIGHT_M, places);
+                sweep.skip_cell();
+                next.is_some()
+            });
+            steps.count()
+        });
         assert!((50..130).contains(&passed), "{passed}");
     }
 
     #[test]
     fn a_border_of_any_size_costs_little_in_a_step() {
-        let (map, realms) = (Map::of(&default_scenario()), Realms::default());
         for size in [1e-30, 1e9, 1e38] {
-            let border = Locations {
-                min: Vec2::ZERO,
-                max: Vec2::splat(size),
-            };
             let mut sweep = Sweep::default();
-            let places = map.places(&border, &realms);
-            sweep.next(1, &sight(Vec2::ONE), SIGHT_M, &places);
+            in_room(Vec2::splat(size), |places| {
+                sweep.next(1, &sight(Vec2::ONE), SIGHT_M, places)
+            });
             assert!(sweep.done <= u64::from(PASSED_MOST));
         }
     }

@@ -175,188 +175,118 @@ mod tests {
         }
     }
 
-    /// Delivers a heartbeat of a robot's `incarnation`, sent after the given number of seconds.
-    fn deliver(
-        teammates: &mut Teammates,
-        sender: u16,
-        incarnation: Incarnation,
-        seconds: u64,
-        carrying: bool,
-        executes: bool,
-    ) -> Option<Vec2> {
-        let heartbeat = Heartbeat {
-            state: if executes {
-                TaskState::Executing
-            } else {
-                TaskState::Idle
-            },
-            task: executes.then_some(TaskId(1)),
+    fn working(carrying: bool) -> Heartbeat {
+        Heartbeat {
+            state: TaskState::Executing,
+            task: Some(TaskId(1)),
             carrying,
             ..idle()
-        };
+        }
+    }
+
+    /// Delivers a heartbeat of an incarnation, sent and received after these times, ms. The sequence number is the time
+    /// of sending.
+    fn deliver(
+        teammates: &mut Teammates,
+        (sender, incarnation): (u16, Incarnation),
+        (sent_ms, received_ms): (u64, u64),
+        heartbeat: Heartbeat,
+    ) -> HeartbeatRelevance {
         let broadcast = Broadcast {
             sender: RobotId(sender),
             incarnation,
             tick: 0,
             index: 0,
-            seq: seconds,
-            sent: SimTime(seconds * 1000),
+            seq: sent_ms,
+            sent: SimTime(sent_ms),
             body: BroadcastContent::Heartbeat(heartbeat.clone()),
         };
-        match teammates.receive(broadcast.sent, &broadcast, &heartbeat, || true) {
-            HeartbeatRelevance::Latest { lost } => lost,
-            HeartbeatRelevance::None => panic!("the heartbeat is new"),
-        }
+        teammates.receive(SimTime(received_ms), &broadcast, &heartbeat, || true)
     }
 
+    /// Silence starts at reception, and a position ages from its sending.
     #[test]
     fn the_place_of_a_silent_carrier_is_given_once() {
         let mut teammates = Teammates::default();
-        deliver(&mut teammates, 1, 1, 10, true, true);
-        deliver(&mut teammates, 2, 1, 10, false, true);
-        let silence = SimTime(5_000);
-        assert!(
-            teammates
-                .take_silent_carriers(SimTime(15_000), silence)
-                .is_empty()
-        );
-        assert_eq!(
-            teammates.take_silent_carriers(SimTime(15_001), silence),
-            [HERE]
-        );
-        assert!(
-            teammates
-                .take_silent_carriers(SimTime(15_002), silence)
-                .is_empty()
-        );
+        deliver(&mut teammates, (1, 1), (10_000, 12_000), working(true));
+        deliver(&mut teammates, (2, 1), (9_000, 10_000), working(false));
+        let nearest = teammates.nearest_at_work(HERE, 1.0, SimTime(13_000));
+        assert_eq!(nearest, None);
+        for (now_ms, places) in [(17_000, &[][..]), (17_001, &[HERE]), (17_002, &[])] {
+            let taken = teammates.take_silent_carriers(SimTime(now_ms), SimTime(5_000));
+            assert_eq!(taken, places, "at {now_ms} ms");
+        }
     }
 
     #[test]
     fn a_new_incarnation_of_a_carrier_has_lost_its_load() {
         let mut teammates = Teammates::default();
-        assert_eq!(deliver(&mut teammates, 1, 1, 10, true, true), None);
-        assert_eq!(deliver(&mut teammates, 1, 1, 11, true, true), None);
-        assert_eq!(deliver(&mut teammates, 1, 2, 12, false, false), Some(HERE));
-        assert_eq!(deliver(&mut teammates, 1, 3, 13, false, false), None);
+        for (incarnation, sent_ms, heartbeat, lost) in [
+            (1, 10, working(true), None),
+            (1, 11, working(true), None),
+            (2, 12, idle(), Some(HERE)),
+            (3, 13, idle(), None),
+        ] {
+            let times = (sent_ms, sent_ms);
+            let news = deliver(&mut teammates, (1, incarnation), times, heartbeat);
+            assert_eq!(news, HeartbeatRelevance::Latest { lost });
+        }
     }
 
     #[test]
     fn messages_older_than_the_latest_are_ignored() {
-        let mut teammates = Teammates::default();
-        let message = |sender, incarnation, seq| Broadcast {
-            sender: RobotId(sender),
-            incarnation,
-            tick: 0,
-            index: 0,
-            seq,
-            sent: SimTime::ZERO,
-            body: BroadcastContent::Heartbeat(idle()),
-        };
-        let is_news = |teammates: &Teammates, broadcast: Broadcast| {
-            let news = teammates
-                .clone()
-                .receive(SimTime::ZERO, &broadcast, &idle(), || true);
-            news != HeartbeatRelevance::None
-        };
-        assert!(is_news(&teammates, message(1, 2, 9)));
-        deliver(&mut teammates, 1, 2, 10, true, true);
-        let known = teammates.clone();
-        for (incarnation, seq) in [(2, 9), (1, 11)] {
-            let late = message(1, incarnation, seq);
-            let news = teammates.receive(SimTime::ZERO, &late, &idle(), || true);
-            assert_eq!((news, &teammates), (HeartbeatRelevance::None, &known));
+        let mut known = Teammates::default();
+        deliver(&mut known, (1, 2), (10, 10), working(true));
+        for (sender, incarnation, sent_ms, is_news) in [
+            (1, 2, 9, false),
+            (1, 1, 11, false),
+            (1, 2, 11, true),
+            (1, 3, 0, true),
+            (2, 1, 0, true),
+        ] {
+            let mut teammates = known.clone();
+            let from = (sender, incarnation);
+            let news = deliver(&mut teammates, from, (sent_ms, 20), idle());
+            assert_eq!(news != HeartbeatRelevance::None, is_news);
+            assert_eq!(teammates != known, is_news);
         }
-        assert!(is_news(&teammates, message(1, 2, 11)));
-        assert!(is_news(&teammates, message(1, 3, 0)));
-        assert!(is_news(&teammates, message(2, 1, 0)));
-    }
-
-    #[test]
-    fn silence_starts_at_reception_and_a_position_ages_from_its_sending() {
-        let mut teammates = Teammates::default();
-        let heartbeat = Heartbeat {
-            state: TaskState::Executing,
-            task: Some(TaskId(1)),
-            carrying: true,
-            ..idle()
-        };
-        let late = Broadcast {
-            sender: RobotId(0),
-            incarnation: 1,
-            tick: 0,
-            index: 0,
-            seq: 0,
-            sent: SimTime(10_000),
-            body: BroadcastContent::Heartbeat(heartbeat.clone()),
-        };
-        teammates.receive(SimTime(12_000), &late, &heartbeat, || true);
-        assert!(
-            teammates
-                .nearest_at_work(HERE, 1.0, SimTime(13_000))
-                .is_none()
-        );
-        let silence = SimTime(5_000);
-        assert!(
-            teammates
-                .take_silent_carriers(SimTime(17_000), silence)
-                .is_empty()
-        );
-        assert_eq!(
-            teammates.take_silent_carriers(SimTime(17_001), silence),
-            [HERE]
-        );
     }
 
     #[test]
     fn lower_ranks_at_work_have_the_right_of_way_while_their_position_is_fresh() {
         let mut teammates = Teammates::default();
-        for sender in [0, 2] {
-            deliver(&mut teammates, sender, 1, 10, false, true);
+        for (sender, heartbeat) in [(0, working(false)), (1, idle()), (2, working(false))] {
+            deliver(&mut teammates, (sender, 1), (10_000, 10_000), heartbeat);
         }
-        deliver(&mut teammates, 1, 1, 10, false, false);
-        let count = |robot, ms| teammates.right_of_way(RobotId(robot), SimTime(ms)).count();
-        assert_eq!(count(0, 10_000), 0);
-        assert_eq!(count(1, 10_000), 1);
-        assert_eq!(count(2, 10_000), 1);
-        assert_eq!(count(3, 10_000), 2);
-        assert_eq!(count(3, 13_000), 0);
-        assert_eq!(
-            teammates.nearest_at_work(HERE, 1.0, SimTime(10_000)),
-            Some(HERE)
-        );
-        assert_eq!(teammates.nearest_at_work(HERE, 1.0, SimTime(13_000)), None);
+        for (robot, now_ms, expected) in [
+            (0, 10_000, 0),
+            (1, 10_000, 1),
+            (2, 10_000, 1),
+            (3, 10_000, 2),
+            (3, 13_000, 0),
+        ] {
+            let first = teammates.right_of_way(RobotId(robot), SimTime(now_ms));
+            assert_eq!(first.count(), expected, "robot {robot} at {now_ms} ms");
+        }
+        let mut nearest = |ms| teammates.nearest_at_work(HERE, 1.0, SimTime(ms));
+        assert_eq!([nearest(10_000), nearest(13_000)], [Some(HERE), None]);
     }
 
     #[test]
     fn an_approaching_teammate_is_detected_after_a_long_absence() {
         let mut teammates = Teammates::default();
-        let work_at = |teammates: &mut Teammates, seq, position| {
-            let heartbeat = Heartbeat {
-                state: TaskState::Executing,
-                task: Some(TaskId(1)),
-                position: Some(position),
-                ..idle()
-            };
-            let broadcast = Broadcast {
-                sender: RobotId(1),
-                incarnation: 1,
-                tick: 0,
-                index: 0,
-                seq,
-                sent: SimTime(10_000),
-                body: BroadcastContent::Heartbeat(heartbeat.clone()),
-            };
-            teammates.receive(SimTime(10_000), &broadcast, &heartbeat, || true);
-        };
         let (now, far) = (SimTime(10_000), HERE + Vec2::splat(2.0));
         let near = HERE + Vec2::new(0.5, 0.0);
-        let nearest = |teammates: &mut Teammates| teammates.nearest_at_work(HERE, 1.0, now);
-        work_at(&mut teammates, 0, far);
-        assert_eq!(nearest(&mut teammates), None);
-        work_at(&mut teammates, 1, near);
-        assert_eq!(nearest(&mut teammates), Some(near));
-        work_at(&mut teammates, 2, far);
-        assert_eq!(nearest(&mut teammates), None);
+        for (seq, at) in [(9_997, far), (9_998, near), (9_999, far)] {
+            let position = Some(at);
+            let heartbeat = Heartbeat {
+                position,
+                ..working(false)
+            };
+            deliver(&mut teammates, (1, 1), (seq, now.0), heartbeat);
+            let nearest = teammates.nearest_at_work(HERE, 1.0, now);
+            assert_eq!(nearest, position.filter(|at| *at == near));
+        }
         // Seen from elsewhere, the other place is near.
         assert_eq!(teammates.nearest_at_work(far, 1.0, now), Some(far));
     }

@@ -10,9 +10,11 @@
 //!   districts the search along the walls would take longer than the work, so the border is known beforehand.
 //! - In teams of more than 20 robots the radio range is limited so that each robot receives from about 20 others.
 
-use super::{Spill, Spot, WasteSection, default_scenario};
-use crate::districts::{DistrictSlot, Districts, nearest, nearest_both_ways, range_for_neighbors};
-use scenario::{Radio, Robot, Room, Scenario, Start};
+use glam::Vec2;
+use scenario::{Robot, Scenario, Start};
+
+use super::{Deposit, Spill, Spot, WasteSection, default_scenario};
+use crate::districts::{self, DistrictSlot, Districts, nearest, nearest_both_ways};
 
 /// The maximum number of robots and spills per district, as in the default mission.
 const ROBOTS: usize = 3;
@@ -32,7 +34,7 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     if (robots, spills) == (ROBOTS, SPILLS) {
         return default_scenario();
     }
-    let districts = districts(robots, spills);
+    let districts = grid(robots, spills);
     let mut scenario = Scenario {
         description: format!(
             "{robots} robots, {spills} spills: room, team and work grow together."
@@ -42,54 +44,43 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     scenario.room.width_m *= districts.columns as f32;
     scenario.room.height_m *= districts.rows as f32;
     let one = WasteSection::default();
-    let items = one.spills[0].items as usize;
+    let (spill, deposit) = (&one.spills[0], one.deposit);
 
-    let mut deposits = (0..districts.count()).map(|district| {
-        spot(
-            &districts,
-            district,
-            one.deposit.x_fraction,
-            one.deposit.y_fraction,
-        )
-    });
-    if let Some(first) = deposits.next() {
-        WasteSection::of_mut(&mut scenario).deposit.x_fraction = first.x_fraction;
-        WasteSection::of_mut(&mut scenario).deposit.y_fraction = first.y_fraction;
+    let waste = WasteSection::of_mut(&mut scenario);
+    let (x, y) = (deposit.x_fraction, deposit.y_fraction);
+    let mut deposits = (0..districts.count()).map(|district| spot(&districts, district, x, y));
+    if let Some(Spot {
+        x_fraction,
+        y_fraction,
+    }) = deposits.next()
+    {
+        waste.deposit = Deposit {
+            x_fraction,
+            y_fraction,
+            ..deposit
+        };
     }
-    WasteSection::of_mut(&mut scenario).further_deposits = deposits.collect();
-    WasteSection::of_mut(&mut scenario).spills = districts
-        .distribute(spills)
-        .enumerate()
-        .map(|(index, (district, share))| {
-            let spot = spot(
-                &districts,
-                district,
-                one.spills[0].x_fraction,
-                share.height(1.0),
-            );
-            Spill {
-                name: format!("s{}", index + 1),
-                x_fraction: spot.x_fraction,
-                y_fraction: spot.y_fraction,
-                ..one.spills[0].clone()
-            }
-        })
-        .collect();
-    WasteSection::of_mut(&mut scenario).border_known = districts.count() > SEARCHED;
-    scenario.robots = districts
-        .distribute(robots)
-        .enumerate()
-        .map(|(index, (district, share))| robot(&districts, index, district, share))
-        .collect();
+    waste.further_deposits = deposits.collect();
+    let places = districts.distribute(spills).zip(1..);
+    let spread = places.map(|((district, share), number)| {
+        let spot = spot(&districts, district, spill.x_fraction, share.height(1.0));
+        Spill {
+            name: format!("s{number}"),
+            x_fraction: spot.x_fraction,
+            y_fraction: spot.y_fraction,
+            ..*spill
+        }
+    });
+    waste.spills = spread.collect();
+    waste.border_known = districts.count() > SEARCHED;
+    let team = districts.distribute(robots).zip(1..);
+    let team = team.map(|((district, share), number)| robot(&districts, number, district, share));
+    scenario.robots = team.collect();
     if robots > ROBOTS_PER_TASK {
         assign(&mut scenario);
     }
-    if robots > NEIGHBORS {
-        let Room { width_m, height_m } = scenario.room;
-        scenario.radio = Radio {
-            range_m: Some(range_for_neighbors(NEIGHBORS, robots, width_m, height_m)),
-        };
-    }
+    scenario.radio = districts::radio(NEIGHBORS, robots, &scenario.room);
+    let items = spill.items as usize;
     // The time limit grows with the number of items per robot.
     let load = (spills * items) as f64 / robots as f64;
     let default_load = (SPILLS * items) as f64 / ROBOTS as f64;
@@ -97,7 +88,7 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     scenario
 }
 
-fn districts(robots: usize, spills: usize) -> Districts {
+fn grid(robots: usize, spills: usize) -> Districts {
     Districts::new(robots.div_ceil(ROBOTS).max(spills.div_ceil(SPILLS)))
 }
 
@@ -110,13 +101,13 @@ fn spot(districts: &Districts, district: usize, x: f32, y: f32) -> Spot {
 }
 
 /// Creates a robot at the left end of its district, beside the other robots there.
-fn robot(districts: &Districts, index: usize, district: usize, share: DistrictSlot) -> Robot {
+fn robot(districts: &Districts, number: usize, district: usize, share: DistrictSlot) -> Robot {
     let default = default_scenario();
     let (room, site) = (default.room, WasteSection::of(&default).report_site);
     let (column, row) = districts.column_and_row(district);
     let middle = (row as f32 + 0.5) * room.height_m;
     Robot {
-        name: format!("r{}", index + 1),
+        name: format!("r{number}"),
         side_sensor: share.index == 0,
         start: Some(Start {
             x_m: column as f32 * room.width_m + site.width_m / 2.0,
@@ -128,24 +119,14 @@ fn robot(districts: &Districts, index: usize, district: usize, share: DistrictSl
 }
 
 fn assign(scenario: &mut Scenario) {
-    let at = |robot: &Robot| {
-        robot
-            .start
-            .map_or((0.0, 0.0), |start| (start.x_m, start.y_m))
-    };
-    let robots: Vec<(f32, f32)> = scenario.robots.iter().map(at).collect();
-    let spills: Vec<(f32, f32)> = WasteSection::of(scenario)
-        .spills
-        .iter()
-        .map(|spill| spill.spot().in_room(&scenario.room).into())
-        .collect();
-    let site = (0.0, scenario.room.height_m / 2.0);
-
-    let spills_of = nearest_both_ways(&robots, SPILLS_PER_ROBOT, &spills, ROBOTS_PER_TASK);
-    let reporters = nearest(&robots, site, ROBOTS_PER_TASK);
-    let names: Vec<String> = WasteSection::of(scenario)
-        .spills
-        .iter()
+    let (room, team) = (scenario.room, &scenario.robots);
+    let spills = WasteSection::of(scenario).spills.iter();
+    let places: Vec<Vec2> = spills.map(|spill| spill.spot().in_room(&room)).collect();
+    let spills_of = nearest_both_ways(team, SPILLS_PER_ROBOT, &places, ROBOTS_PER_TASK);
+    let site = Vec2::new(0.0, room.height_m / 2.0);
+    let reporters = nearest(&districts::starts(team), site, ROBOTS_PER_TASK);
+    let spills = WasteSection::of(scenario).spills.iter();
+    let names: Vec<String> = spills
         .map(|spill| format!("move-spill({})", spill.name))
         .collect();
     for (index, (robot, spills)) in scenario.robots.iter_mut().zip(spills_of).enumerate() {
@@ -164,23 +145,20 @@ fn assign(scenario: &mut Scenario) {
 mod tests {
     use std::collections::BTreeMap;
 
-    use super::*;
-    use scenario::{Catalog, Setup};
+    use scenario::Catalog;
 
-    #[test]
-    fn with_three_robots_and_two_spills_it_is_the_default_mission() {
-        assert_eq!(family(3, 2), default_scenario());
-    }
+    use super::*;
+    use crate::fixtures::resolve;
 
     #[test]
     fn every_size_is_valid_and_has_the_requested_counts() {
+        assert_eq!(family(3, 2), default_scenario());
         for robots in [1, 2, 3, 4, 7, 10, 20, 21, 30, 31, 100, 333] {
             for spills in [1, 2, 3, 5, 20, 67, 200] {
                 let scenario = family(robots, spills);
                 assert_eq!(scenario.robots.len(), robots);
                 assert_eq!(WasteSection::of(&scenario).spills.len(), spills);
-                Setup::resolve(scenario, 1, None)
-                    .unwrap_or_else(|error| panic!("{robots} robots, {spills} spills: {error}"));
+                resolve(scenario);
             }
         }
     }
@@ -188,14 +166,11 @@ mod tests {
     #[test]
     fn the_largest_one_is_valid() {
         let scenario = family(10_000, 6_667);
-        assert_eq!(
-            (scenario.room.width_m, scenario.room.height_m),
-            (696.0, 522.0)
-        );
+        assert_eq!(scenario.room.size(), Vec2::new(696.0, 522.0));
         assert_eq!(WasteSection::of(&scenario).deposits().count(), 58 * 58);
-        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         // Each robot has parameter values only for its own sets, with one value for all teammates.
-        let sets = setup.alliance.robots.values().map(|robot| robot.sets.len());
+        let robots = resolve(scenario).alliance.robots;
+        let sets = robots.values().map(|robot| robot.sets.len());
         assert!(sets.max() <= Some(16));
     }
 
@@ -204,10 +179,8 @@ mod tests {
         let scenario = family(100, 67);
         let mut robots_on = BTreeMap::new();
         for robot in &scenario.robots {
-            let spills = robot
-                .tasks
-                .iter()
-                .filter(|task| task.starts_with("move-spill"));
+            let tasks = robot.tasks.iter();
+            let spills = tasks.filter(|task| task.starts_with("move-spill"));
             assert!(spills.count() >= 2, "{}", robot.name);
             for task in &robot.tasks {
                 *robots_on.entry(task.clone()).or_insert(0) += 1;
@@ -221,7 +194,7 @@ mod tests {
     #[test]
     fn a_district_has_no_more_than_the_default_room() {
         for (robots, spills) in [(10, 7), (100, 67), (50, 100), (9, 1)] {
-            let districts = districts(robots, spills);
+            let districts = grid(robots, spills);
             for (count, most) in [(robots, ROBOTS), (spills, SPILLS)] {
                 let mut there = vec![0; districts.count()];
                 for (district, share) in districts.distribute(count) {
@@ -237,13 +210,10 @@ mod tests {
     fn each_robot_receives_from_about_twenty_others() {
         let scenario = family(900, 600);
         let range_m = scenario.radio.range_m.unwrap();
-        let at = |robot: &Robot| robot.start.map(|start| (start.x_m, start.y_m)).unwrap();
-        let places: Vec<(f32, f32)> = scenario.robots.iter().map(at).collect();
-        let in_range = |a: &(f32, f32), b: &(f32, f32)| (a.0 - b.0).hypot(a.1 - b.1) <= range_m;
-        let pairs: usize = places
-            .iter()
-            .map(|a| places.iter().filter(|b| in_range(a, b)).count() - 1)
-            .sum();
+        let places = districts::starts(&scenario.robots);
+        let in_range = |a: &Vec2, b: &Vec2| a.distance(*b) <= range_m;
+        let near = |a| places.iter().filter(|b| in_range(a, b)).count() - 1;
+        let pairs: usize = places.iter().map(near).sum();
         let mean = pairs as f64 / places.len() as f64;
         assert!((15.0..25.0).contains(&mean), "{mean}");
         assert_eq!(family(20, 14).radio.range_m, None);

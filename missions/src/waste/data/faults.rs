@@ -1,7 +1,7 @@
 //! Faults of the clean-up: added waste and moved items.
 
 use scenario::Problem;
-use scenario::fault::{Fault, FaultArgument, FaultRange, FaultSpec, MissionFault, Order};
+use scenario::fault::{Fault, FaultArgument, FaultRange, FaultSpec, Order};
 
 use super::check::{MAX_ITEMS, MAX_ITEMS_TOTAL};
 
@@ -41,18 +41,6 @@ pub(super) const ALL: &[FaultSpec] = &[
         ],
     },
 ];
-
-#[must_use]
-pub fn add_waste(x_m: f64, y_m: f64, items: u32) -> Fault {
-    let values = [("x_m", x_m), ("y_m", y_m), ("items", items.into())];
-    Fault::Mission(MissionFault::new(ADD_WASTE, &values))
-}
-
-#[must_use]
-pub fn move_waste(item: u32, x_m: f64, y_m: f64) -> Fault {
-    let values = [("item", item.into()), ("x_m", x_m), ("y_m", y_m)];
-    Fault::Mission(MissionFault::new(MOVE_WASTE, &values))
-}
 
 /// Rejects a repeated fault that would add too many items until the run ends.
 pub(super) fn check(limit_s: f64, order: &Order) -> Result<(), Problem> {

@@ -4,7 +4,6 @@ mod check;
 mod family;
 mod faults;
 mod figures;
-mod items;
 mod kinds;
 pub mod notes;
 mod parameters;
@@ -17,12 +16,11 @@ mod work;
 
 pub use check::MAX_SPILLS;
 pub use family::family;
-pub use faults::{ADD_WASTE as WASTE_FAULT, MOVE_WASTE, add_waste, move_waste};
+pub use faults::{ADD_WASTE, MOVE_WASTE};
 pub use figures::{
-    ITEMS_DELIVERED, LAST_REPORT, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE, WasteFigures,
-    WasteRow,
+    ITEMS_DELIVERED, ItemCounts, LAST_REPORT, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE,
+    WasteFigures, WasteRow,
 };
-pub use items::ItemCounts;
 pub use kinds::BehaviorKind;
 pub(super) use section::report_site;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
@@ -220,7 +218,7 @@ impl MissionData for WasteData {
     }
 
     fn items_added(&self, fault: &MissionFault) -> usize {
-        if fault.name == WASTE_FAULT {
+        if fault.name == ADD_WASTE {
             fault.get("items").unwrap_or(1.0) as usize
         } else {
             0

@@ -2,139 +2,99 @@
 
 use super::check::MAX_ITEMS;
 use scenario::ParameterDefault::{Flag, Number, Required, Whole, Words};
-use scenario::{ParameterRange, ParameterSpec};
-
-const LENGTH: ParameterRange = ParameterRange::Above(0.0, 1e3);
-const FRACTION: ParameterRange = ParameterRange::Within(0.0, 1.0);
+use scenario::ParameterRange::{self, Above, Other, Within};
+use scenario::ParameterSpec;
 
 pub(super) fn all() -> Vec<ParameterSpec> {
-    let items = i64::from(MAX_ITEMS);
+    let length =
+        |key, default, about| ParameterSpec::new(key, "m", Number(default), about, Above(0.0, 1e3));
+    let fraction =
+        |key, default, about| ParameterSpec::new(key, "", default, about, Within(0.0, 1.0));
+    let time = |key, default, about| ParameterSpec::new(key, "s", default, about, Above(0.0, 1e9));
+    let flag = |key, about| ParameterSpec::new(key, "", Flag(false), about, ParameterRange::Flag);
+    let tables = |key, default, about, range| {
+        ParameterSpec::new(key, "", Words(default), about, Other(range))
+    };
     vec![
-        ParameterSpec::new(
+        tables(
             "spills",
-            "",
-            Words("two, top and bottom"),
+            "two, top and bottom",
             "the initial spill locations",
-            ParameterRange::Other("a list of 1 to 10,000 tables"),
+            "a list of 1 to 10,000 tables",
         ),
         ParameterSpec::new(
             "spills.name",
             "",
             Required,
             "name of the spill, its task and its behavior set",
-            ParameterRange::Other("a name"),
+            Other("a name"),
         ),
         ParameterSpec::new(
             "spills.items",
             "",
             Whole(12),
             "number of items at the start",
-            ParameterRange::Whole(0, items),
+            ParameterRange::Whole(0, i64::from(MAX_ITEMS)),
         ),
-        ParameterSpec::new(
+        fraction(
             "spills.x_fraction",
-            "",
             Words("1/3"),
             "center, as a fraction of the room's width",
-            FRACTION,
         ),
-        ParameterSpec::new(
+        fraction(
             "spills.y_fraction",
-            "",
             Number(0.5),
             "center, as a fraction of the room's height",
-            FRACTION,
         ),
-        ParameterSpec::new(
-            "spill_radius_m",
-            "m",
-            Number(0.8),
-            "radius of each spill",
-            LENGTH,
-        ),
-        ParameterSpec::new(
+        length("spill_radius_m", 0.8, "radius of each spill"),
+        length(
             "item_radius_m",
-            "m",
-            Number(0.05),
+            0.05,
             "radius of an item, at most that of a spill",
-            LENGTH,
         ),
-        ParameterSpec::new(
-            "deposit.radius_m",
-            "m",
-            Number(1.0),
-            "radius of each deposit",
-            LENGTH,
-        ),
-        ParameterSpec::new(
+        length("deposit.radius_m", 1.0, "radius of each deposit"),
+        fraction(
             "deposit.x_fraction",
-            "",
             Number(0.8),
             "center of the deposit, as a fraction of the room's width",
-            FRACTION,
         ),
-        ParameterSpec::new(
+        fraction(
             "deposit.y_fraction",
-            "",
             Number(0.5),
             "center of the deposit, as a fraction of the room's height",
-            FRACTION,
         ),
-        ParameterSpec::new(
+        tables(
             "further_deposits",
-            "",
-            Words("none"),
+            "none",
             "centers of additional deposits",
-            ParameterRange::Other("a list of up to 9,999 tables"),
+            "a list of up to 9,999 tables",
         ),
-        ParameterSpec::new(
-            "report_site.width_m",
-            "m",
-            Number(0.6),
-            "width of the report site",
-            LENGTH,
-        ),
-        ParameterSpec::new(
-            "report_site.height_m",
-            "m",
-            Number(3.0),
-            "height of the report site",
-            LENGTH,
-        ),
+        length("report_site.width_m", 0.6, "width of the report site"),
+        length("report_site.height_m", 3.0, "height of the report site"),
         ParameterSpec::new(
             "report_site.color_s",
             "s",
             Number(5.0),
             "time for which the site shows its changed color after a report",
-            ParameterRange::Within(0.0, 1e9),
+            Within(0.0, 1e9),
         ),
-        ParameterSpec::new(
+        time(
             "report_period_s",
-            "s",
             Number(120.0),
             "desired time between two reports",
-            ParameterRange::Above(0.0, 1e9),
         ),
-        ParameterSpec::new(
+        flag(
             "border_known",
-            "",
-            Flag(false),
             "whether the robots know the border beforehand",
-            ParameterRange::Flag,
         ),
-        ParameterSpec::new(
+        flag(
             "respawn",
-            "",
-            Flag(false),
             "whether delivered items return to a spill (foraging); the run then ends by time only",
-            ParameterRange::Flag,
         ),
-        ParameterSpec::new(
+        time(
             "duration_s",
-            "s",
             Words("limit_s"),
             "duration of foraging; requires respawn",
-            ParameterRange::Above(0.0, 1e9),
         ),
     ]
 }
@@ -165,32 +125,21 @@ mod tests {
     }
 
     #[test]
-    fn all_keys_are_listed() {
+    fn all_keys_are_listed_with_their_defaults() {
+        let section = section();
         let mut keys = BTreeSet::new();
-        for (key, value) in section().as_object().unwrap() {
+        for (key, value) in section.as_object().unwrap() {
             let below = value.get(0).unwrap_or(value).as_object();
-            keys.extend(
-                below
-                    .into_iter()
-                    .flatten()
-                    .map(|(below, _)| format!("{key}.{below}")),
-            );
+            let below = below.into_iter().flatten();
+            keys.extend(below.map(|(below, _)| format!("{key}.{below}")));
             if !value.is_object() {
                 keys.insert(key.clone());
             }
         }
         // Keys of a further deposit need no entry: they state only its place.
         keys.retain(|key| !key.starts_with("further_deposits."));
-        let listed: BTreeSet<String> = all()
-            .iter()
-            .map(|parameter| parameter.key.to_owned())
-            .collect();
+        let listed: BTreeSet<_> = all().iter().map(|each| each.key.to_owned()).collect();
         assert_eq!(listed, keys);
-    }
-
-    #[test]
-    fn listed_defaults_match_the_section() {
-        let section = section();
         for parameter in all() {
             let steps = parameter.key.split('.');
             let in_force = steps.fold(&section, |value, key| &value.get(0).unwrap_or(value)[key]);

@@ -76,7 +76,7 @@ impl Spot {
     /// Returns the place in a given room, m.
     #[must_use]
     pub fn in_room(self, room: &Room) -> Vec2 {
-        Vec2::new(room.width_m, room.height_m) * Vec2::new(self.x_fraction, self.y_fraction)
+        room.size() * Vec2::new(self.x_fraction, self.y_fraction)
     }
 }
 

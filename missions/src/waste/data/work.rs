@@ -30,7 +30,7 @@ pub(crate) fn sweep_cells(size: Vec2, sight_m: f32) -> UVec2 {
 /// Returns the estimated time, s, in which a robot that knows of no waste searches the whole room. It includes the time
 /// until the spills count as unknown, and a pass along each row.
 pub(super) fn search_s(scenario: &Scenario, body: &Body) -> f64 {
-    let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+    let room = scenario.room.size();
     let sight_m = body.radius_m + scenario.sensors.item_range_m;
     let rows = sweep_cells(room, sight_m).y as f32;
     let (way_m, turn_deg) = (rows * room.x + room.y, rows * 180.0);
@@ -43,7 +43,7 @@ pub(super) fn search_s(scenario: &Scenario, body: &Body) -> f64 {
 /// - Moving a spill: from the deposit's edge to the far side of the spill and back, and two half turns.
 /// - Reporting: to the report site from the spill or deposit that is farthest from it, and a half turn.
 pub(super) fn unit_s(scenario: &Scenario, body: &Body, kind: BehaviorKind) -> f64 {
-    let room = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+    let room = scenario.room.size();
     let waste = WasteSection::of(scenario);
     let deposits = || waste.deposits().map(|spot| spot.in_room(&scenario.room));
     let (way_m, turn_deg) = match kind {

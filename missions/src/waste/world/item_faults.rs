@@ -5,7 +5,7 @@ use scenario::fault::MissionFault;
 use scenario::ids::ItemId;
 
 use super::Waste;
-use crate::waste::data::{MOVE_WASTE, WASTE_FAULT};
+use crate::waste::data::{ADD_WASTE, MOVE_WASTE};
 use world_server::world::{ChangeError, Floor, ROUNDING_M};
 
 /// The reason why a fault cannot place an item.
@@ -39,7 +39,7 @@ impl Waste {
         let number = |key| fault.get(key).unwrap_or(1.0);
         let near = Vec2::new(number("x_m") as f32, number("y_m") as f32);
         let placed = match fault.name.as_str() {
-            WASTE_FAULT => {
+            ADD_WASTE => {
                 // Once one item has a place, the next has one too: at worst the items overlap.
                 let added = (0..number("items") as u32).map(|_| {
                     let item = self.add_item(near, floor)?;

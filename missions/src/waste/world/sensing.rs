@@ -1,10 +1,12 @@
 //! Sensor readings of the clean-up's devices.
 
+use arrayvec::ArrayVec;
 use glam::Vec2;
 use proto::mission::items::{ItemsReading, MAX_SENSED_ITEMS, SensedItems, Zone};
 use scenario::ids::{ItemId, RobotId};
 
 use super::Waste;
+use crate::geometry::nearest;
 use world_server::world::{Circle, Floor};
 
 /// The additional search radius for zones, m. A result stays valid while the robot is within it.
@@ -52,21 +54,21 @@ impl Waste {
         }
         let reach_m = Self::reach_m(floor);
         let far_m = reach_m + WASTE_SKIRT_M;
-        let mut nearest = Nearest::default();
         let mut least = far_m * far_m;
-        self.floor.near(position, far_m).for_each(|(item, at)| {
-            let offset = at - position;
-            let squared = offset.length_squared();
+        let near = self.floor.near(position, far_m);
+        let in_reach = near.filter_map(|(item, at)| {
+            let squared = at.distance_squared(position);
             least = least.min(squared);
-            if squared <= reach_m * reach_m {
-                nearest.take(item, offset);
-            }
+            (squared <= reach_m * reach_m).then_some((squared, item))
         });
+        let nearest: ArrayVec<ItemId, MAX_SENSED_ITEMS> = nearest(in_reach);
         wasteless.set(Circle::new(position, least.sqrt() - reach_m));
         let ahead = floor.ahead(robot);
         let left = ahead.perp();
-        let in_frame = |offset: &Vec2| Vec2::new(ahead.dot(*offset), left.dot(*offset));
-        sensed.extend(nearest.offsets().iter().map(in_frame));
+        sensed.extend(nearest.into_iter().map(|item| {
+            let offset = self.floor.items()[item.0 as usize].position - position;
+            Vec2::new(ahead.dot(offset), left.dot(offset))
+        }));
     }
 
     /// Invalidates cached readings near a place from which an item was taken.
@@ -81,67 +83,6 @@ impl Waste {
         // A circle without waste has at most this radius, and its robot is inside.
         for (robot, _) in floor.bodies_near(at, reach_m + 2.0 * WASTE_SKIRT_M) {
             self.robots[robot.index()].wasteless.take();
-        }
-    }
-}
-
-/// The nearest items, nearest first. At equal distance the lower id comes first.
-#[derive(Default)]
-struct Nearest {
-    count: usize,
-    /// Squared distance and id combined into one number that sorts in the same order.
-    keys: [u64; MAX_SENSED_ITEMS],
-    offsets: [Vec2; MAX_SENSED_ITEMS],
-}
-
-impl Nearest {
-    fn take(&mut self, item: ItemId, offset: Vec2) {
-        // The bits of non-negative floats sort like the numbers.
-        let squared = offset.length_squared().to_bits();
-        let key = u64::from(squared) << 32 | u64::from(item.0);
-        let mut place = self.count;
-        if place == MAX_SENSED_ITEMS {
-            place -= 1;
-            if key > self.keys[place] {
-                return;
-            }
-        } else {
-            self.count += 1;
-        }
-        // The list is short, so insertion from the end is fast.
-        while place > 0 && self.keys[place - 1] > key {
-            self.keys[place] = self.keys[place - 1];
-            self.offsets[place] = self.offsets[place - 1];
-            place -= 1;
-        }
-        self.keys[place] = key;
-        self.offsets[place] = offset;
-    }
-
-    fn offsets(&self) -> &[Vec2] {
-        &self.offsets[..self.count]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    proptest! {
-        #[test]
-        fn the_nearest_come_first(places in prop::collection::vec((-3..4_i8, -3..4_i8), 0..40)) {
-            let mut nearest = Nearest::default();
-            let mut all = Vec::new();
-            for (id, (x, y)) in (0..).zip(&places) {
-                let offset = Vec2::new(f32::from(*x), f32::from(*y)) / 3.0;
-                nearest.take(ItemId(id), offset);
-                all.push((offset.length_squared(), id, offset));
-            }
-            all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let expected: Vec<Vec2> = all.iter().take(MAX_SENSED_ITEMS).map(|entry| entry.2).collect();
-            prop_assert_eq!(nearest.offsets(), expected);
         }
     }
 }

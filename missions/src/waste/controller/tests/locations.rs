@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn locations_are_withdrawn_if_no_spill_is_sensed_there() {
     let mut robot = informed();
-    let (_, action) = robot.step(Some("move-spill(top)"), &at(SPILL));
+    let (.., action) = robot.move_top(&at(SPILL));
     let withdrawal = Withdrawal {
         finder: MATE,
         seen: SimTime::ZERO,
@@ -25,52 +25,33 @@ fn locations_are_withdrawn_if_no_spill_is_sensed_there() {
 fn a_robot_visits_the_expected_place_before_it_withdraws_locations() {
     let mut setup = default_setup(1);
     setup.scenario.sensors.item_range_m = 5.0;
-    let mut robot = Robot {
-        mission: mission(ME, &setup),
-        now: SimTime::ZERO,
-    };
+    let mut robot = robot_of(&setup);
     robot.perceive(&at(Vec2::ONE), &[update(MATE, SimTime::ZERO)]);
     // The whole spill is in view from this place.
     let beside = at(SPILL - Vec2::new(2.0, 0.0));
-    let (_, action) = robot.step(Some("move-spill(top)"), &beside);
+    let (.., action) = robot.move_top(&beside);
     assert_eq!(action.bulletins, []);
     assert!(action.actuation.speed_m_s > 0.0);
-    let (_, action) = robot.step(Some("move-spill(top)"), &at(SPILL));
+    let (.., action) = robot.move_top(&at(SPILL));
     assert_eq!(action.bulletins.len(), 1);
     assert_eq!(action.bulletins[0].kind, BulletinKind::Second);
 }
 
+/// Within 15 minutes the robot has found each way into the spill blocked, from outside or boxed in.
 #[test]
 fn a_view_from_outside_does_not_disprove_the_locations() {
-    let mut robot = informed();
-    let beside = at(SPILL - Vec2::new(1.0, 0.0));
-    // Within 15 minutes the robot has found each way into the spill blocked.
-    for _ in 0..20 * 900 {
-        let (_, action) = robot.step(Some("move-spill(top)"), &beside);
-        assert_eq!(action.bulletins, []);
-    }
-}
-
-#[test]
-fn a_robot_that_is_boxed_in_withdraws_nothing() {
-    let mut robot = informed();
-    // Within 10 minutes the robot has found the way to each point of the spill blocked.
-    for _ in 0..20 * 600 {
-        let (_, action) = robot.step(Some("move-spill(top)"), &at(Vec2::ONE));
-        assert_eq!(action.bulletins, []);
+    for place in [SPILL - Vec2::new(1.0, 0.0), Vec2::ONE] {
+        let mut robot = informed();
+        for _ in 0..20 * 900 {
+            assert_eq!(robot.move_top(&at(place)).2.bulletins, []);
+        }
     }
 }
 
 #[test]
 fn a_finder_whose_update_was_withdrawn_stands_back_until_another_tries() {
     let mut robot = robot();
-    robot.mission.memory.find(
-        Locations {
-            min: Vec2::ZERO,
-            max: Vec2::ONE,
-        },
-        SimTime(10),
-    );
+    robot.mission.memory.find(room(), SimTime(10));
     let withdrawal = ItemsBulletin::Withdrawal(Withdrawal {
         finder: ME,
         seen: SimTime(10),

@@ -1,31 +1,20 @@
 //! The choice of allocators, and the statements about their parameters.
 
-use crate::waste::data::default_scenario;
-use serde_json::json;
-
 use scenario::ids::RobotId;
 use scenario::testkit::refusals;
-use scenario::{
-    AllocatorSpec, ParameterDefault, ParameterRange, ParameterSpec, Scenario, Setup, SetupFile,
-    Vocabulary,
-};
+use scenario::{AllocatorSpec, ParameterDefault, ParameterRange, ParameterSpec};
+use scenario::{Scenario, SetupFile, Vocabulary};
+use serde_json::json;
+
+use crate::fixtures::resolve;
+use crate::waste::data::default_scenario;
 
 fn parameter(key: &'static str, range: ParameterRange) -> ParameterSpec {
-    ParameterSpec {
-        key,
-        unit: "",
-        default: ParameterDefault::Required,
-        about: "",
-        range,
-    }
+    ParameterSpec::new(key, "", ParameterDefault::Required, "", range)
 }
 
 fn vocabulary() -> Vocabulary {
-    let mut vocabulary = Vocabulary {
-        missions: vec![crate::waste::data::WASTE],
-        allocators: vec![AllocatorSpec::alliance()],
-    };
-    vocabulary.allocators.push(AllocatorSpec {
+    let nearest = AllocatorSpec {
         name: "nearest",
         about: "the nearest task",
         parameters: vec![
@@ -37,17 +26,19 @@ fn vocabulary() -> Vocabulary {
             parameter("greedy", ParameterRange::Flag),
             parameter("tie", ParameterRange::Choice(&["low", "high"])),
         ],
-        needs_ground_truth: false,
-        learns_times: false,
-    });
-    vocabulary.allocators.push(AllocatorSpec {
+        ..AllocatorSpec::alliance()
+    };
+    let market = AllocatorSpec {
         name: "market",
         about: "auctions",
         parameters: vec![parameter("rounds", ParameterRange::Whole(1, 9))],
         needs_ground_truth: true,
-        learns_times: false,
-    });
-    vocabulary
+        ..AllocatorSpec::alliance()
+    };
+    Vocabulary {
+        missions: vec![crate::waste::data::WASTE],
+        allocators: vec![AllocatorSpec::alliance(), nearest, market],
+    }
 }
 
 fn read(text: &str) -> Result<Scenario, String> {
@@ -62,6 +53,8 @@ fn a_robot_uses_its_own_allocator_or_that_of_the_team() {
     assert_eq!((of(0), of(1)), ("market", "nearest"));
     let default = default_scenario();
     assert_eq!(default.decider_of(&default.robots[0]), "alliance");
+    let json = serde_json::to_value(default).unwrap();
+    assert!(json.get("allocator").is_none() && json.get("allocators").is_none());
 }
 
 #[test]
@@ -71,16 +64,10 @@ fn stated_allocator_parameters_are_kept() {
     let stated = json!({"patience_s": 2, "bids": 3, "greedy": true, "tie": "low"});
     assert_eq!(scenario.allocator_values("nearest"), stated);
     assert_eq!(scenario.allocator_values("market"), json!({}));
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let setup = resolve(scenario);
     let json = serde_json::to_string(&setup).unwrap();
     let file: SetupFile = serde_json::from_str(&json).unwrap();
     assert_eq!(file.read(&vocabulary()).unwrap(), setup);
-}
-
-#[test]
-fn json_omits_allocators_if_none_are_stated() {
-    let json = serde_json::to_value(default_scenario()).unwrap();
-    assert!(json.get("allocator").is_none() && json.get("allocators").is_none());
 }
 
 #[test]

@@ -1,15 +1,13 @@
 //! The precedence of several statements about the same parameter.
 
-use crate::Registry;
+use scenario::{Alliance, BehaviorParams, HistoryOrigin, ParameterFile, Setup, StepOrder};
+
+use crate::fixtures::{parse, resolve};
 use crate::waste::data::default_scenario;
-use scenario::{
-    Alliance, BehaviorParams, HistoryOrigin, ParameterFile, Scenario, Setup, StepOrder,
-};
 
 fn resolved(scenario: &str, parameters: &str) -> Alliance {
-    let scenario = Scenario::parse("s.toml", scenario, &Registry::built_in().vocabulary()).unwrap();
     let file = ParameterFile::parse("p.properties", parameters.as_bytes()).unwrap();
-    let resolved = Setup::resolve(scenario, 1, Some(&file)).unwrap();
+    let resolved = Setup::resolve(parse(scenario), 1, Some(&file)).unwrap();
     assert_eq!(resolved.skipped, []);
     resolved.setup.alliance
 }
@@ -18,6 +16,7 @@ fn of<'a>(alliance: &'a Alliance, robot: &str, set: &str) -> &'a BehaviorParams 
     &alliance.robots[robot].sets[set]
 }
 
+/// Only a robot with the side sensor has the methodical set. A robot alone has no teammates.
 #[test]
 fn built_in_values_differ_by_behavior() {
     let alliance = resolved("", "");
@@ -37,16 +36,15 @@ fn built_in_values_differ_by_behavior() {
         (60.0, 120.0)
     );
     assert_eq!(report.task, "report-progress");
-    let teammates: Vec<_> = report.slow_impatience.keys().map(String::as_str).collect();
-    assert_eq!(teammates, ["blue", "green"]);
-}
-
-#[test]
-fn only_a_robot_with_the_side_sensor_has_the_methodical_set() {
-    let alliance = resolved("", "");
-    assert_eq!(alliance.robots["blue"].sets.len(), 5);
-    assert_eq!(alliance.robots["gold"].sets.len(), 4);
-    assert_eq!(alliance.robots["gold"].rank, 1);
+    assert!(report.slow_impatience.keys().eq(["blue", "green"]));
+    let [blue, gold] = ["blue", "gold"].map(|robot| &alliance.robots[robot]);
+    assert_eq!((blue.sets.len(), gold.sets.len(), gold.rank), (5, 4, 1));
+    let alone = resolved("[[robots]]\nname = 'solo'", "");
+    assert!(
+        of(&alone, "solo", "report-progress")
+            .slow_impatience
+            .is_empty()
+    );
 }
 
 /// Each layer states one parameter more than the next stronger layer.
@@ -150,81 +148,55 @@ fn keys_without_a_use_are_skipped_in_the_order_of_the_file() {
 
 #[test]
 fn switches_override_the_preset_one_by_one() {
-    let alliance = resolved(
-        "[alliance]\npreset = 'thesis'\nswitches = { history_origin = 'progress', arbitration = true }",
-        "",
-    );
-    let switches = alliance.switches;
+    let switches = "switches = { history_origin = 'progress', arbitration = true }";
+    let text = format!("[alliance]\npreset = 'thesis'\n{switches}");
+    let switches = resolved(&text, "").switches;
     assert_eq!(switches.history_origin, HistoryOrigin::Progress);
-    assert!(switches.arbitration);
-    assert!(switches.reset_stops_active);
+    assert!(switches.arbitration && switches.reset_stops_active);
 }
 
 #[test]
 fn the_step_order_is_the_scenarios_then_that_of_the_switches_then_the_presets() {
-    let order = |text: &str| {
-        let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
-        Setup::resolve(scenario, 1, None).unwrap().setup.step_order
-    };
+    let order = |text: &str| resolve(parse(text)).step_order;
     assert_eq!(order(""), StepOrder::Simultaneous);
     assert_eq!(order("alliance.preset = 'thesis'"), StepOrder::InOrder);
     let switch = "alliance.switches.step_order = 'in-order'";
     assert_eq!(order(switch), StepOrder::InOrder);
     let own = "step_order = 'simultaneous'\nalliance.preset = 'thesis'";
     assert_eq!(order(own), StepOrder::Simultaneous);
-
-    let mut scenario =
-        Scenario::parse("s.toml", switch, &Registry::built_in().vocabulary()).unwrap();
+    let mut scenario = parse(switch);
     scenario.set_step_order(StepOrder::Simultaneous);
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
-    assert_eq!(setup.step_order, StepOrder::Simultaneous);
+    assert_eq!(resolve(scenario).step_order, StepOrder::Simultaneous);
 }
 
 /// The table of docs/ALLIANCE.md.
 #[test]
 fn presets_match_their_sources() {
+    let (start, progress) = ("mission-start", "progress");
     let table = [
-        ("waiting", "yes", "no", "yes"),
-        ("waiting_counts", "yes", "no", "no"),
-        ("wish_when_suppressed", "yes", "no", "no"),
-        ("reset_stops_active", "yes", "no", "no"),
-        (
-            "history_origin",
-            "mission-start",
-            "mission-start",
-            "progress",
-        ),
-        ("step_order", "in-order", "simultaneous", "simultaneous"),
-        ("arbitration", "no", "no", "yes"),
-        ("release_message", "yes", "no", "yes"),
-        ("idle_heartbeat", "no", "no", "yes"),
+        ("waiting", ["yes", "no", "yes"]),
+        ("waiting_counts", ["yes", "no", "no"]),
+        ("wish_when_suppressed", ["yes", "no", "no"]),
+        ("reset_stops_active", ["yes", "no", "no"]),
+        ("history_origin", [start, start, progress]),
+        ("step_order", ["in-order", "simultaneous", "simultaneous"]),
+        ("arbitration", ["no", "no", "yes"]),
+        ("release_message", ["yes", "no", "yes"]),
+        ("idle_heartbeat", ["no", "no", "yes"]),
     ];
     let columns = ["thesis", "par98", "team"].map(|name| {
-        let text = format!("[alliance]\npreset = '{name}'");
-        let scenario =
-            Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary()).unwrap();
-        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let setup = resolve(parse(&format!("[alliance]\npreset = '{name}'")));
         serde_json::to_value(&setup).unwrap()["alliance"]["switches"].clone()
     });
     for column in &columns {
         assert_eq!(column.as_object().unwrap().len(), table.len());
     }
-    for (switch, thesis, par98, team) in table {
+    for (switch, expected) in table {
         let actual = columns.each_ref().map(|column| match &column[switch] {
             serde_json::Value::Bool(true) => "yes",
             serde_json::Value::Bool(false) => "no",
             other => other.as_str().unwrap(),
         });
-        assert_eq!(actual, [thesis, par98, team], "{switch}");
+        assert_eq!(actual, expected, "{switch}");
     }
-}
-
-#[test]
-fn a_robot_alone_has_no_teammates() {
-    let alliance = resolved("[[robots]]\nname = 'solo'", "");
-    assert!(
-        of(&alliance, "solo", "report-progress")
-            .slow_impatience
-            .is_empty()
-    );
 }

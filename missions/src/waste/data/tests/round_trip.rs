@@ -1,10 +1,11 @@
 //! A setup crosses the bus and is stored in run.json as JSON, without the change of a bit.
 
-use crate::Registry;
-use crate::waste::data::{WasteSection, default_scenario, default_setup};
 use proptest::prelude::*;
+use scenario::{Energy, Setup, SetupFile};
 
-use scenario::{Energy, Scenario, Setup, SetupFile};
+use crate::Registry;
+use crate::fixtures::{parse, resolve};
+use crate::waste::data::{WasteSection, default_scenario, default_setup};
 
 fn through_json(setup: &Setup) -> Setup {
     let json = serde_json::to_string(setup).unwrap();
@@ -51,7 +52,7 @@ proptest! {
         scenario.limit_s = limit;
         scenario.alliance.defaults.broadcast_rate_hz = Some(rate);
         let text = scenario.to_toml().unwrap();
-        prop_assert_eq!(Scenario::parse("s.toml", &text, &Registry::built_in().vocabulary()).unwrap(), scenario);
+        prop_assert_eq!(parse(&text), scenario);
     }
 }
 
@@ -60,8 +61,7 @@ proptest! {
 fn the_briefing_hides_unknown_facts_from_robots() {
     let text = "[[obstacles]]\nx_m = 3\ny_m = 3\nwidth_m = 1\nheight_m = 1\n\
                 [[faults.timeline]]\nat_s = 9\nfault.kill = 'gold'\n[[waste.spills]]\nname = 'only'\nitems = 7";
-    let scenario = Scenario::parse("s.toml", text, &Registry::built_in().vocabulary()).unwrap();
-    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    let setup = resolve(parse(text));
     let briefed = setup.for_robots().scenario;
     assert!(briefed.obstacles.is_empty() && briefed.faults.is_empty());
     let [spill] = &WasteSection::of(&briefed).spills[..] else {

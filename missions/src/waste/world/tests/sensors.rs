@@ -1,25 +1,19 @@
 //! All sensor fault modes, and the independence of their random draws.
 
-use crate::waste::data;
-use crate::waste::data::default_setup;
+use glam::Vec2;
 use proto::mission::SensorReading;
 use proto::mission::items::{ItemsReading, Zone};
-use proto::readings::{Ground, Hit, Pose, Proximity};
-use scenario::fault::SensorFault;
-
-use crate::waste::MISSION;
-use glam::Vec2;
-use proto::readings::Readings;
+use proto::readings::{Ground, Hit, Pose, Proximity, Readings};
 use proto::tick::TickMessage;
-use scenario::fault::{Device, Fault, SensorError, SensorMode};
+use scenario::fault::{Device, Fault, SensorError, SensorFault, SensorMode};
 use scenario::ids::{RobotId, Tick};
 use world_server::faults::schedule::FaultIndex;
 use world_server::faults::sensors::Sensors;
-use world_server::world::World;
-use world_server::world::wrap_angle;
+use world_server::world::{World, wrap_angle};
 
-const BLUE: RobotId = RobotId(0);
-const GOLD: RobotId = RobotId(1);
+use super::floor::{BLUE, GOLD};
+use crate::waste::MISSION;
+use crate::waste::data::{WASTE, default_setup};
 
 fn sensor(device: &str, mode: SensorMode) -> Fault {
     sensor_of("blue", device, mode)
@@ -33,8 +27,12 @@ fn sensor_of(robot: &str, device: &str, mode: SensorMode) -> Fault {
     })
 }
 
-fn error(m: f32, deg: f32) -> SensorError {
-    SensorError { m, deg }
+fn noise(m: f32, deg: f32) -> SensorMode {
+    SensorMode::Noise(SensorError { m, deg })
+}
+
+fn bias(m: f32, deg: f32) -> SensorMode {
+    SensorMode::Bias(SensorError { m, deg })
 }
 
 /// Returns the readings of a robot whose devices all work.
@@ -86,32 +84,39 @@ struct Bench {
 
 impl Bench {
     fn new(faults: impl IntoIterator<Item = Fault>) -> Self {
-        let faults = faults.into_iter().enumerate();
-        Self {
+        let mut bench = Self {
             world: World::new(&default_setup(7), MISSION.world),
             sensors: Sensors::new(&default_setup(7)),
             sent: vec![TickMessage::default(); 3],
-            faults: faults
-                .map(|(index, fault)| (FaultIndex(index), fault))
-                .collect(),
-        }
+            faults: Vec::new(),
+        };
+        bench.arm(faults);
+        bench
+    }
+
+    fn arm(&mut self, faults: impl IntoIterator<Item = Fault>) {
+        let faults = faults.into_iter().enumerate();
+        self.faults = faults
+            .map(|(index, fault)| (FaultIndex(index), fault))
+            .collect();
     }
 
     fn tick(&mut self, tick: Tick) -> (Readings, Vec<usize>) {
-        self.tick_of(BLUE, tick)
+        self.tick_of(BLUE, tick, sensed(tick))
     }
 
-    fn tick_of(&mut self, robot: RobotId, tick: Tick) -> (Readings, Vec<usize>) {
-        let faults = self.faults.iter();
-        self.sensors.begin(
-            tick,
-            faults.map(|(index, fault)| (*index, fault)),
-            |robot| &self.sent[robot.index()],
-        );
-        let mut readings = sensed(tick);
-        let hits = self
-            .sensors
-            .distort(self.world.mission(), robot, tick, &mut readings);
+    /// Makes a tick of a robot with these intact readings. Returns its readings and the faults that changed them.
+    fn tick_of(
+        &mut self,
+        robot: RobotId,
+        tick: Tick,
+        mut readings: Readings,
+    ) -> (Readings, Vec<usize>) {
+        let faults = self.faults.iter().map(|(index, fault)| (*index, fault));
+        let sent = |robot: RobotId| &self.sent[robot.index()];
+        self.sensors.begin(tick, faults, sent);
+        let mission = self.world.mission();
+        let hits = self.sensors.distort(mission, robot, tick, &mut readings);
         self.sent[robot.index()] = TickMessage {
             incarnation: 1,
             tick,
@@ -124,56 +129,52 @@ impl Bench {
 
 #[test]
 fn a_dead_device_has_no_reading_and_all_others_continue() {
-    for device in Device::names_for(data::WASTE) {
+    for device in Device::names_for(WASTE) {
         let mut bench = Bench::new([sensor(device, SensorMode::Dead)]);
-        let (readings, hits) = bench.tick(0);
-        assert_eq!(hits, [0], "{device:?}");
         let mut expected = sensed(0);
+        let waste = expected.mission.items_mut();
         match device {
             Device::POSITION => expected.pose = None,
             Device::FRONT_BORDER => expected.front_border = None,
             Device::SIDE_BORDER => expected.side_border = None,
             Device::AVOIDANCE => expected.proximity = None,
-            "waste" => expected.mission.items_mut().items = None,
-            "spill-zone" => expected.mission.items_mut().zone = None,
-            "report-site" => expected.mission.items_mut().at_site = None,
-            "gripper" => expected.mission.items_mut().holding = None,
+            "waste" => waste.items = None,
+            "spill-zone" => waste.zone = None,
+            "report-site" => waste.at_site = None,
+            "gripper" => waste.holding = None,
             Device::GROUND => expected.ground = None,
             other => panic!("{other}"),
         }
-        assert_eq!(readings, expected, "{device:?}");
+        assert_eq!(bench.tick(0), (expected, vec![0]), "{device:?}");
         // The teammate's device is intact.
-        assert_eq!(bench.tick_of(GOLD, 0), (sensed(0), vec![]));
+        let mate = bench.tick_of(GOLD, 0, sensed(0));
+        assert_eq!(mate, (sensed(0), vec![]));
     }
 }
 
 #[test]
 fn a_stuck_device_repeats_the_reading_of_the_previous_tick() {
+    let stuck = || [sensor(Device::POSITION, SensorMode::Stuck)];
     let mut bench = Bench::new([]);
     bench.tick(3);
     bench.tick(4);
-    bench.faults = vec![(FaultIndex(0), sensor(Device::POSITION, SensorMode::Stuck))];
+    bench.arm(stuck());
     for tick in 5..8 {
         let (readings, hits) = bench.tick(tick);
         assert_eq!(readings.pose, sensed(4).pose);
         assert_eq!(readings.mission, sensed(tick).mission);
         assert_eq!(hits, [0]);
     }
-    bench.faults.clear();
+    bench.arm([]);
     assert_eq!(bench.tick(8), (sensed(8), vec![]));
     // A renewed fault freezes the latest intact reading.
-    bench.faults = vec![(FaultIndex(0), sensor(Device::POSITION, SensorMode::Stuck))];
+    bench.arm(stuck());
     assert_eq!(bench.tick(9).0.pose, sensed(8).pose);
-}
-
-#[test]
-fn a_stuck_device_without_a_previous_reading_keeps_its_first_one() {
+    // Without a reading in the previous tick, the device keeps its first one.
     let mut bench = Bench::new([]);
     bench.tick(3);
-    bench.faults = vec![(FaultIndex(0), sensor(Device::POSITION, SensorMode::Stuck))];
-    // The robot received no readings in tick 4.
-    let (readings, hits) = bench.tick(5);
-    assert_eq!((readings, hits), (sensed(5), vec![]));
+    bench.arm(stuck());
+    assert_eq!(bench.tick(5), (sensed(5), vec![]));
     let (readings, hits) = bench.tick(6);
     assert_eq!((readings.pose, hits), (sensed(5).pose, vec![0]));
 }
@@ -181,11 +182,11 @@ fn a_stuck_device_without_a_previous_reading_keeps_its_first_one() {
 #[test]
 fn a_bias_shifts_every_number_equally_and_no_distance_below_zero() {
     let (readings, hits) = Bench::new([
-        sensor(Device::POSITION, SensorMode::Bias(error(-0.5, 20.0))),
-        sensor(Device::FRONT_BORDER, SensorMode::Bias(error(-0.5, 0.0))),
-        sensor(Device::SIDE_BORDER, SensorMode::Bias(error(-0.5, 0.0))),
-        sensor(Device::AVOIDANCE, SensorMode::Bias(error(-0.2, 0.0))),
-        sensor("waste", SensorMode::Bias(error(0.5, 0.0))),
+        sensor(Device::POSITION, bias(-0.5, 20.0)),
+        sensor(Device::FRONT_BORDER, bias(-0.5, 0.0)),
+        sensor(Device::SIDE_BORDER, bias(-0.5, 0.0)),
+        sensor(Device::AVOIDANCE, bias(-0.2, 0.0)),
+        sensor("waste", bias(0.5, 0.0)),
     ])
     .tick(4);
     // The side is free, so there is no number to falsify.
@@ -196,14 +197,11 @@ fn a_bias_shifts_every_number_equally_and_no_distance_below_zero() {
     assert!((pose.heading_rad - heading_rad).abs() < 1e-6);
     assert_eq!(readings.front_border, Some(Some(0.0)));
     assert_eq!(readings.side_border, Some(None));
-    let proximity = readings.proximity.unwrap();
+    let Proximity { ahead, left, right } = readings.proximity.unwrap();
     let distances = |beams: [Option<Hit>; 3]| beams.map(|hit| hit.map(|hit| hit.distance_m));
-    assert_eq!(
-        distances(proximity.ahead),
-        [Some(0.3 - 0.2), None, Some(0.0)]
-    );
-    assert_eq!(distances(proximity.left), [None; 3]);
-    assert_eq!(distances(proximity.right), [None, Some(0.0), None]);
+    assert_eq!(distances(ahead), [Some(0.3 - 0.2), None, Some(0.0)]);
+    assert_eq!(distances(left), [None; 3]);
+    assert_eq!(distances(right), [None, Some(0.0), None]);
     // The items stay sorted by distance.
     let expected = [Vec2::new(0.5 - 0.4, 0.1 + 0.5), Vec2::new(0.8, 0.5)];
     assert_eq!(readings.mission.items().items.as_deref().unwrap(), expected);
@@ -212,105 +210,95 @@ fn a_bias_shifts_every_number_equally_and_no_distance_below_zero() {
 #[test]
 fn noise_has_its_deviation_and_is_drawn_anew_for_every_tick_and_number() {
     const TICKS: u64 = 10_000;
-    let mut bench = Bench::new([sensor(Device::POSITION, SensorMode::Noise(error(0.5, 2.0)))]);
+    let mut bench = Bench::new([sensor(Device::POSITION, noise(0.5, 2.0))]);
     let mut sums = [0.0_f64; 5];
     for tick in 0..TICKS {
         let (readings, hits) = bench.tick(tick);
         assert_eq!(hits, [0]);
-        let (readings, true_pose) = (readings.pose.unwrap(), sensed(tick).pose.unwrap());
-        let offset = (readings.position - true_pose.position).as_dvec2();
-        let turn = f64::from(wrap_angle(readings.heading_rad - true_pose.heading_rad).to_degrees());
-        let terms = [
-            offset.x,
-            offset.x * offset.x,
-            offset.y * offset.y,
-            offset.x * offset.y,
-            turn * turn,
-        ];
-        for (sum, term) in sums.iter_mut().zip(terms) {
+        let (pose, true_pose) = (readings.pose.unwrap(), sensed(tick).pose.unwrap());
+        let offset = (pose.position - true_pose.position).as_dvec2();
+        let turn_rad = wrap_angle(pose.heading_rad - true_pose.heading_rad);
+        let turn = f64::from(turn_rad.to_degrees());
+        let (x, y) = (offset.x, offset.y);
+        for (sum, term) in sums.iter_mut().zip([x, x * x, y * y, x * y, turn * turn]) {
             *sum += term / TICKS as f64;
         }
     }
     for (got, wanted) in sums.into_iter().zip([0.0, 0.25, 0.25, 0.0, 4.0]) {
-        assert!(
-            (got - wanted).abs() < 0.02 * (1.0 + wanted * 5.0),
-            "{sums:?}"
-        );
+        let tolerance = 0.02 * (1.0 + wanted * 5.0);
+        assert!((got - wanted).abs() < tolerance, "{sums:?}");
     }
 }
 
 #[test]
 fn a_dropout_takes_its_share_of_the_ticks() {
-    let mut bench = Bench::new([sensor("waste", SensorMode::Dropout(0.25))]);
-    let silent = (0..4000).filter(|tick| {
-        let (readings, hits) = bench.tick(*tick);
-        assert_eq!(readings.mission.items().items.is_none(), hits == [0]);
-        readings.mission.items().items.is_none()
-    });
-    let silent = silent.count();
-    assert!((900..1100).contains(&silent), "{silent}");
-    for (share, expected) in [(0.0, 0), (1.0, 100)] {
+    for (share, ticks, expected) in [
+        (0.25, 4000, 900..1100),
+        (0.0, 100, 0..1),
+        (1.0, 100, 100..101),
+    ] {
         let mut bench = Bench::new([sensor("waste", SensorMode::Dropout(share))]);
-        let hits = (0..100).filter(|tick| !bench.tick(*tick).1.is_empty());
-        assert_eq!(hits.count(), expected);
+        let silent = (0..ticks).filter(|tick| {
+            let (readings, hits) = bench.tick(*tick);
+            let is_silent = readings.mission.items().items.is_none();
+            assert_eq!(is_silent, hits == [0]);
+            is_silent
+        });
+        let silent = silent.count();
+        assert!(expected.contains(&silent), "{silent}");
     }
 }
 
 #[test]
 fn faults_do_not_influence_each_others_random_draws() {
-    let noise = || sensor(Device::POSITION, SensorMode::Noise(error(0.5, 2.0)));
+    let noisy = || sensor(Device::POSITION, noise(0.5, 2.0));
     let poses = |faults: Vec<Fault>, from: Tick| {
         let mut bench = Bench::new(faults);
-        (from..10)
-            .map(|tick| bench.tick(tick).0.pose)
-            .collect::<Vec<_>>()
+        let poses = (from..10).map(|tick| bench.tick(tick).0.pose);
+        poses.collect::<Vec<_>>()
     };
-    let alone = poses(vec![noise()], 0);
+    let alone = poses(vec![noisy()], 0);
     let others = vec![
-        sensor("waste", SensorMode::Noise(error(0.1, 0.0))),
+        sensor("waste", noise(0.1, 0.0)),
         sensor(Device::POSITION, SensorMode::Dropout(0.0)),
-        sensor_of("gold", Device::POSITION, SensorMode::Noise(error(0.5, 2.0))),
-        noise(),
+        sensor_of("gold", Device::POSITION, noise(0.5, 2.0)),
+        noisy(),
     ];
     assert_eq!(poses(others, 0), alone);
-    assert_eq!(poses(vec![noise()], 5), alone[5..]);
+    assert_eq!(poses(vec![noisy()], 5), alone[5..]);
 }
 
 #[test]
 fn faults_of_one_device_act_in_the_order_of_arming() {
-    let bias = || sensor(Device::POSITION, SensorMode::Bias(error(1.0, 0.0)));
-    let dead = || sensor(Device::POSITION, SensorMode::Dead);
-    let (readings, hits) = Bench::new([bias(), bias()]).tick(0);
+    let position = |mode| sensor(Device::POSITION, mode);
+    let shifted = || position(bias(1.0, 0.0));
+    let dead = || position(SensorMode::Dead);
+    let (readings, hits) = Bench::new([shifted(), shifted()]).tick(0);
     assert_eq!(readings.pose.unwrap().position, Vec2::new(2.0, 4.0));
     assert_eq!(hits, [0, 1]);
-    assert_eq!(Bench::new([dead(), bias()]).tick(0).1, [0]);
-    assert_eq!(Bench::new([bias(), dead()]).tick(0).1, [0, 1]);
+    assert_eq!(Bench::new([dead(), shifted()]).tick(0).1, [0]);
+    assert_eq!(Bench::new([shifted(), dead()]).tick(0).1, [0, 1]);
     // Two noises are drawn independently.
-    let noise = || sensor(Device::POSITION, SensorMode::Noise(error(1.0, 0.0)));
-    let one = Bench::new([noise()]).tick(0).0.pose.unwrap().position;
-    let two = Bench::new([noise(), noise()]).tick(0).0.pose.unwrap();
-    let origin = sensed(0).pose.unwrap().position;
-    assert!((two.position - one).distance(one - origin) > 1e-3);
+    let noisy = || position(noise(1.0, 0.0));
+    let place = |faults: &[Fault]| {
+        let (readings, _) = Bench::new(faults.to_vec()).tick(0);
+        readings.pose.unwrap().position
+    };
+    let (one, two) = (place(&[noisy()]), place(&[noisy(), noisy()]));
+    let first_error = one - place(&[]);
+    assert!((two - one).distance(first_error) > 1e-3);
 }
 
 #[test]
 fn a_fault_of_a_missing_device_has_no_effect() {
     let modes = [SensorMode::Dead, SensorMode::Stuck];
-    let faults = modes.map(|mode| sensor(Device::SIDE_BORDER, mode));
-    let mut bench = Bench::new(faults);
-    let mut readings = Readings {
+    let mut bench = Bench::new(modes.map(|mode| sensor(Device::SIDE_BORDER, mode)));
+    let without = Readings {
         side_border: None,
         ..sensed(0)
     };
-    let faults = bench.faults.iter().map(|(index, fault)| (*index, fault));
-    bench.sensors.begin(0, faults, |_| &bench.sent[0]);
-    assert!(
-        bench
-            .sensors
-            .distort(bench.world.mission(), BLUE, 0, &mut readings)
-            .is_empty()
-    );
-    assert_eq!(readings.side_border, None);
+    let answer = bench.tick_of(BLUE, 0, without.clone());
+    assert_eq!(answer, (without, vec![]));
 }
 
 #[test]
@@ -318,12 +306,6 @@ fn without_power_the_energy_reads_zero_where_it_is_simulated() {
     let mut bench = Bench::new([Fault::Power("blue".to_owned())]);
     let (readings, hits) = bench.tick(0);
     assert_eq!((readings.energy_j, hits), (Some(0.0), vec![0]));
-    let mut readings = Readings::default();
-    assert!(
-        bench
-            .sensors
-            .distort(bench.world.mission(), BLUE, 1, &mut readings)
-            .is_empty()
-    );
-    assert_eq!(readings, Readings::default());
+    let answer = bench.tick_of(BLUE, 1, Readings::default());
+    assert_eq!(answer, (Readings::default(), vec![]));
 }

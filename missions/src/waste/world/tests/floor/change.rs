@@ -1,19 +1,16 @@
 //! Changes between steps, individually and in random order.
 
-use crate::waste::data::WasteSection;
 use proptest::prelude::*;
-use scenario::Energy;
 use scenario::ids::ItemId;
+use world_server::world::{ChangeError, ComponentId, ObstacleId};
 
 use super::random::{LEAST_GAP_M, RandomActuation, actuations, commands, setups, solids};
 use super::*;
 use crate::waste::world::PlaceError;
 use crate::waste::world::tests::dropped_at;
-use world_server::world::{ChangeError, ComponentId, ObstacleId, Outline};
 
 fn ids(world: &World) -> Vec<u32> {
-    let ids = world.obstacles().iter().map(|obstacle| obstacle.id);
-    let ids = ids.map(|id| match id {
+    let ids = world.obstacles().iter().map(|obstacle| match obstacle.id {
         ComponentId::Obstacle(ObstacleId(id)) => id,
         other => panic!("{other} is not an obstacle"),
     });
@@ -22,130 +19,101 @@ fn ids(world: &World) -> Vec<u32> {
 
 #[test]
 fn obstacles_keep_their_order_and_their_ids() {
-    let mut world = world(|scenario| {
-        scenario.obstacles = vec![rectangle(5.0, 5.0, 1.0, 1.0, 0.0)];
-    });
+    let mut world = room(&[(1.0, 1.0, 0.0)], &[solid(5.0, 5.0, 1.0, 1.0)]);
     for x in [6.0, 7.0, 8.0] {
-        world.add_obstacle(&rectangle(x, 5.0, 0.5, 0.5, 0.0));
+        world.add_obstacle(&solid(x, 5.0, 0.5, 0.5));
     }
-    assert!(world.remove_obstacle(ObstacleId(1)));
-    assert!(world.remove_obstacle(ObstacleId(3)));
-    assert!(!world.remove_obstacle(ObstacleId(1)));
+    for (id, is_there) in [(1, true), (3, true), (1, false)] {
+        assert_eq!(world.remove_obstacle(ObstacleId(id)), is_there);
+    }
     assert_eq!(ids(&world), [0, 2]);
-    let new = world.add_obstacle(&rectangle(9.0, 5.0, 0.5, 0.5, 0.0));
-    assert_eq!(new, ObstacleId(4));
-    assert_eq!(ids(&world), [0, 2, 4]);
+    let new = world.add_obstacle(&solid(9.0, 5.0, 0.5, 0.5));
+    assert_eq!((new, ids(&world)), (ObstacleId(4), vec![0, 2, 4]));
 }
 
 #[test]
 fn a_removed_obstacle_lets_the_robot_pass() {
-    let mut world = world(robots(&[(1.0, 4.0, 0.0)]));
-    let obstacle = world.add_obstacle(&rectangle(1.5, 3.5, 0.5, 1.0, 0.0));
-    for _ in 0..40 {
-        world.step(&[drive(0.5, 0.0)]);
-    }
+    let mut world = room(&[(1.0, 4.0, 0.0)], &[]);
+    let obstacle = world.add_obstacle(&solid(1.5, 3.5, 0.5, 1.0));
+    run(&mut world, 40, &[drive(0.5, 0.0)]);
     assert_near(position(&world, BLUE).x, 1.299);
     world.remove_obstacle(obstacle);
-    for _ in 0..40 {
-        world.step(&[drive(0.5, 0.0)]);
-    }
+    run(&mut world, 40, &[drive(0.5, 0.0)]);
     assert_near(position(&world, BLUE).x, 2.299);
 }
 
 #[test]
 fn new_waste_lies_where_it_can_be_gripped_and_counts() {
-    let mut world = world(|scenario| {
-        robots(&[(1.0, 1.0, 0.0)])(scenario);
-        scenario.obstacles = vec![rectangle(5.0, 4.0, 2.0, 2.0, 0.0)];
-    });
-    assert_eq!(world.add_item(Vec2::new(8.0, 7.0)), Ok(ItemId(0)));
-    assert_at(world.items()[0].position, 8.0, 7.0);
-    assert!(!world.is_complete());
+    let mut world = room(&[(1.0, 1.0, 0.0)], &[solid(5.0, 4.0, 2.0, 2.0)]);
     // An item cannot lie on the obstacle or outside the border, and avoids another item.
-    for near in [
-        Vec2::new(6.0, 5.0),
-        Vec2::new(-3.0, 4.0),
-        Vec2::new(8.0, 7.0),
-    ] {
-        world.add_item(near).unwrap();
+    for (id, near) in [(8.0, 7.0), (6.0, 5.0), (-3.0, 4.0), (8.0, 7.0)]
+        .iter()
+        .enumerate()
+    {
+        let added = world.add_item(Vec2::from(*near));
+        assert_eq!(added, Ok(ItemId(id as u32)));
+        assert!(!world.is_complete());
     }
-    let places: Vec<Vec2> = world.items().iter().map(|item| item.position).collect();
-    assert!(!Outline::contains(
-        &Outline::Rectangle {
-            min: Vec2::new(4.95, 3.95),
-            max: Vec2::new(7.05, 6.05)
-        },
-        places[1]
-    ));
-    assert!(
-        places[1].distance(Vec2::new(6.0, 5.0)) < 1.3,
-        "{}",
-        places[1]
-    );
-    assert!(places[2].x >= 0.05 && places[2].x < 0.5, "{}", places[2]);
-    assert_near(places[3].distance(places[0]), 0.1);
+    let items = world.items().iter().map(|item| item.position);
+    let [first, beside, inside, apart] = items.collect::<Vec<_>>()[..] else {
+        panic!("four items");
+    };
+    assert_at(first, 8.0, 7.0);
+    let from_obstacle = (beside - beside.clamp(Vec2::new(5.0, 4.0), Vec2::new(7.0, 6.0))).length();
+    assert!(from_obstacle >= 0.05 - 1e-5, "{beside}");
+    assert!(beside.distance(Vec2::new(6.0, 5.0)) < 1.3, "{beside}");
+    assert!((0.05..0.5).contains(&inside.x), "{inside}");
+    assert_near(apart.distance(first), 0.1);
     assert_eq!(world.item_counts().on_floor, 4);
     // An item added in the deposit counts as delivered.
     world.add_item(Vec2::new(9.6, 4.5)).unwrap();
-    assert_eq!(world.item_counts().delivered, 1);
-    assert_eq!(world.item_counts().total(), 5);
+    let counts = world.item_counts();
+    assert_eq!((counts.delivered, counts.total()), (1, 5));
     assert!(!world.is_complete());
-}
-
-#[test]
-fn no_item_is_added_if_no_place_is_reachable() {
-    let mut world = world(robots(&[(1.0, 1.0, 0.0)]));
-    world.add_obstacle(&rectangle(0.0, 0.0, 12.0, 9.0, 0.0));
-    assert_eq!(
-        world.add_item(Vec2::new(6.0, 5.0)),
-        Err(PlaceError::NoPlace)
-    );
-    assert_eq!(world.item_counts().total(), 0);
+    // No item is added if no place is reachable.
+    world.add_obstacle(&solid(0.0, 0.0, 12.0, 9.0));
+    let refused = world.add_item(Vec2::new(6.0, 5.0));
+    assert_eq!(refused, Err(PlaceError::NoPlace));
+    assert_eq!(world.item_counts(), counts);
 }
 
 #[test]
 fn only_items_on_the_floor_can_be_moved() {
-    let mut world = world(robots(&[(3.0, 3.0, 0.0)]));
+    let mut world = room(&[(3.0, 3.0, 0.0)], &[]);
     let carried = world.add_item(Vec2::new(3.0, 3.0)).unwrap();
-    world.step(&[gripper(Gripper::Pick)]);
+    world.step(&[acts(Gripper::Pick)]);
     let floor = world.add_item(Vec2::new(6.0, 7.0)).unwrap();
     let delivered = world.add_item(Vec2::new(9.6, 4.5)).unwrap();
     let to = Vec2::new(5.0, 2.0);
-    assert_eq!(
-        world.move_item(carried, to),
-        Err(PlaceError::Carried(carried))
-    );
-    assert_eq!(
-        world.move_item(delivered, to),
-        Err(PlaceError::Delivered(delivered))
-    );
-    assert_eq!(
-        world.move_item(ItemId(3), to),
-        Err(PlaceError::NoItem(ItemId(3)))
-    );
-    assert_eq!(world.move_item(floor, to), Ok(to));
+    for (item, expected) in [
+        (carried, Err(PlaceError::Carried(carried))),
+        (delivered, Err(PlaceError::Delivered(delivered))),
+        (ItemId(3), Err(PlaceError::NoItem(ItemId(3)))),
+        (floor, Ok(to)),
+        // The item does not block its own place.
+        (floor, Ok(to)),
+    ] {
+        assert_eq!(world.move_item(item, to), expected);
+    }
     assert_eq!(world.items()[1].position, to);
-    // The item does not block its own place.
-    assert_eq!(world.move_item(floor, to), Ok(to));
     assert_eq!(world.item_counts().total(), 3);
 }
 
 #[test]
 fn a_robot_can_be_moved_to_a_free_place_only() {
-    let mut world = world(robots(&[(3.0, 3.0, 90.0), (5.0, 3.0, 0.0)]));
-    world.add_obstacle(&rectangle(7.0, 3.0, 1.0, 1.0, 0.0));
+    let obstacle = solid(7.0, 3.0, 1.0, 1.0);
+    let mut world = room(&[(3.0, 3.0, 90.0), (5.0, 3.0, 0.0)], &[obstacle]);
     let before = world.pose(BLUE);
     for taken in [(5.3, 3.0), (6.9, 3.5), (0.1, 4.0), (-4.0, 4.0), (7.5, 3.5)] {
-        let to = Vec2::from(taken);
-        assert_eq!(world.move_robot(BLUE, to, None), Err(ChangeError::Occupied));
+        let moved = world.move_robot(BLUE, Vec2::from(taken), None);
+        assert_eq!(moved, Err(ChangeError::Occupied));
         assert_eq!(world.pose(BLUE), before);
     }
     world.move_robot(BLUE, Vec2::new(5.4, 3.0), None).unwrap();
     assert_eq!(world.pose(BLUE).heading_rad, before.heading_rad);
     // The robot's own body does not block the place.
-    world
-        .move_robot(BLUE, Vec2::new(5.5, 3.0), Some(4.0))
-        .unwrap();
+    let moved = world.move_robot(BLUE, Vec2::new(5.5, 3.0), Some(4.0));
+    moved.unwrap();
     assert_near(world.pose(BLUE).heading_rad, 4.0 - std::f32::consts::TAU);
     assert_at(position(&world, BLUE), 5.5, 3.0);
 }
@@ -159,15 +127,18 @@ fn an_absent_robot_blocks_nothing_and_appears_at_its_start() {
     assert!(!world.is_present(GOLD));
     let proximity = world.readings(BLUE).proximity.unwrap();
     assert_eq!(proximity.ahead, [None; 3]);
-    assert_eq!(
-        world.move_robot(GOLD, Vec2::new(6.0, 6.0), None),
-        Err(ChangeError::Absent)
-    );
+    let moved = world.move_robot(GOLD, Vec2::new(6.0, 6.0), None);
+    assert_eq!(moved, Err(ChangeError::Absent));
     assert_eq!(world.add_robot(BLUE), Err(ChangeError::Present));
     // An absent robot executes no command.
     world.step(&[drive(0.5, 0.0), drive(0.5, 0.0)]);
     assert_at(position(&world, GOLD), 3.1, 3.0);
     assert_near(position(&world, BLUE).x, 3.025);
+    // It is not added without room.
+    let lid = world.add_obstacle(&solid(0.0, 0.0, 12.0, 9.0));
+    assert_eq!(world.add_robot(GOLD), Err(ChangeError::NoRoom));
+    assert!(!world.is_present(GOLD));
+    world.remove_obstacle(lid);
     // The start is occupied, so the robot appears at the nearest free place.
     let came = world.add_robot(GOLD).unwrap();
     let apart = came.position.distance(position(&world, BLUE));
@@ -181,49 +152,18 @@ fn an_absent_robot_blocks_nothing_and_appears_at_its_start() {
 }
 
 #[test]
-fn an_absent_robot_is_not_added_without_room() {
-    let mut world = world(|scenario| {
-        robots(&[(3.0, 3.0, 0.0), (5.0, 3.0, 0.0)])(scenario);
-        scenario.robots[1].absent = true;
-    });
-    let lid = world.add_obstacle(&rectangle(0.0, 0.0, 12.0, 9.0, 0.0));
-    assert_eq!(world.add_robot(GOLD), Err(ChangeError::NoRoom));
-    assert!(!world.is_present(GOLD));
-    world.remove_obstacle(lid);
-    assert_at(world.add_robot(GOLD).unwrap().position, 5.0, 3.0);
-}
-
-#[test]
 fn the_load_of_a_removed_robot_falls_and_is_kept() {
-    let mut world = world(robots(&[(3.0, 3.0, 0.0), (6.0, 3.0, 180.0)]));
+    let mut world = room(&[(3.0, 3.0, 0.0), (6.0, 3.0, 180.0)], &[]);
     let item = world.add_item(Vec2::new(6.0, 3.0)).unwrap();
-    world.step(&[None, gripper(Gripper::Pick)]);
+    world.step(&[None, acts(Gripper::Pick)]);
     assert_eq!(world.carrying(GOLD), Some(item));
     let at = dropped_at(&world.remove_robot(GOLD));
     assert_eq!(world.items()[0].position, at);
     assert_eq!(world.carrying(GOLD), None);
     assert_eq!(world.item_counts().on_floor, 1);
     // The body is gone, so blue passes.
-    for _ in 0..160 {
-        world.step(&[drive(0.5, 0.0)]);
-    }
+    run(&mut world, 160, &[drive(0.5, 0.0)]);
     assert!((position(&world, BLUE).x - 7.0).abs() < 1e-3);
-}
-
-#[test]
-fn a_body_without_power_executes_no_command_and_draws_no_energy() {
-    let mut world = world(|scenario| {
-        robots(&[(3.0, 3.0, 0.0)])(scenario);
-        scenario.energy = Some(Energy::default());
-    });
-    world.set_powered(BLUE, false);
-    world.step(&[drive(0.5, 90.0)]);
-    assert_at(position(&world, BLUE), 3.0, 3.0);
-    assert_eq!(world.energy_j(BLUE), Some(50_000.0));
-    world.set_powered(BLUE, true);
-    world.step(&[drive(0.5, 0.0)]);
-    assert_near(position(&world, BLUE).x, 3.025);
-    assert!(world.energy_j(BLUE).unwrap() < 50_000.0);
 }
 
 /// A change of the world between two steps.
@@ -259,24 +199,18 @@ fn changes() -> impl Strategy<Value = Vec<(Change, Vec<RandomActuation>)>> {
 
 /// Returns the distance from each body to everything solid to it, with the id of the solid. Negative for an overlap.
 fn gaps(world: &World, count: usize) -> Vec<(usize, String, f32)> {
+    let radius_m = world.body().radius_m;
     let present = || (0..count).filter(|rank| world.is_present(RobotId(*rank as u16)));
     let mut gaps = Vec::new();
     for rank in present() {
         let at = position(world, RobotId(rank as u16));
-        for solid in solids(world) {
-            gaps.push((
-                rank,
-                format!("{solid:?}"),
-                solid.surface(at).0 - world.body().radius_m,
-            ));
-        }
+        let to_solids = solids(world).into_iter();
+        gaps.extend(
+            to_solids.map(|solid| (rank, format!("{solid:?}"), solid.surface(at).0 - radius_m)),
+        );
         for other in present().filter(|other| *other != rank) {
             let apart = at.distance(position(world, RobotId(other as u16)));
-            gaps.push((
-                rank,
-                format!("robot {other}"),
-                apart - 2.0 * world.body().radius_m,
-            ));
+            gaps.push((rank, format!("robot {other}"), apart - 2.0 * radius_m));
         }
     }
     gaps

@@ -1,15 +1,13 @@
 //! Random rooms and commands at every step length: no overlap, no tunneling, no lost item, and reproducible results.
 
-use crate::waste::data::{WasteSection, default_setup};
 use proptest::prelude::*;
-use proto::mission::items::ItemsAction;
 use proto::readings::Readings;
+use run_log::recorder::EventKind;
 use scenario::Room;
 use scenario::ids::ItemId;
+use world_server::world::{ObstacleId, Outline, start_poses};
 
 use super::*;
-use run_log::recorder::EventKind;
-use world_server::world::{ObstacleId, Outline, SKIN_M, start_poses};
 
 const STEPS: usize = 40;
 /// Rounding may reduce half of the skin, the minimum distance of a body from a solid.
@@ -48,8 +46,6 @@ pub(super) fn setups() -> impl Strategy<Value = Setup> {
             let robot = |rank| Robot {
                 name: format!("r{rank}"),
                 side_sensor: true,
-                absent: false,
-                start: None,
                 ..Robot::default()
             };
             scenario.robots = (0..count).map(robot).collect();

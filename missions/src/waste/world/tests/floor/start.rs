@@ -1,14 +1,13 @@
 //! Start poses of robots.
 
-use crate::waste::data::default_scenario;
 use std::f32::consts::PI;
 
+use proto::readings::Pose;
 use scenario::Room;
+use world_server::world::StartError;
 
 use super::*;
-use proto::readings::Pose;
-
-use world_server::world::StartError;
+use crate::waste::data::default_scenario;
 
 fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
     world_server::world::start_poses(scenario, (MISSION.world.start_area)(scenario), &[], &[])
@@ -17,9 +16,6 @@ fn start_poses(scenario: &Scenario) -> Result<Vec<Pose>, StartError> {
 fn team(count: usize, width_m: f32, height_m: f32) -> Scenario {
     let robot = |rank: usize| Robot {
         name: format!("r{rank}"),
-        side_sensor: false,
-        absent: false,
-        start: None,
         ..Robot::default()
     };
     Scenario {
@@ -29,36 +25,31 @@ fn team(count: usize, width_m: f32, height_m: f32) -> Scenario {
     }
 }
 
+fn positions(poses: &[Pose]) -> Vec<Vec2> {
+    poses.iter().map(|pose| pose.position).collect()
+}
+
 #[track_caller]
 fn assert_apart(scenario: &Scenario) -> Vec<Vec2> {
     let poses = start_poses(scenario).expect("there is room");
     assert!(poses.iter().all(|pose| pose.heading_rad == PI));
-    let places = poses.iter().map(|pose| pose.position).collect::<Vec<_>>();
-    let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+    let places = positions(&poses);
+    let size = scenario.room.size();
     for (index, place) in places.iter().enumerate() {
-        assert!(
-            place.min_element() > 0.2 && (size - *place).min_element() > 0.2,
-            "{place}"
-        );
-        assert!(
-            places[..index]
-                .iter()
-                .all(|other| other.distance(*place) > 0.4)
-        );
+        let to_wall = place.min(size - *place).min_element();
+        assert!(to_wall > 0.2, "{place}");
+        let mut others = places[..index].iter();
+        assert!(others.all(|other| other.distance(*place) > 0.4));
     }
     places
 }
 
 #[test]
-fn three_robots_stand_evenly_on_the_report_site() {
+fn robots_stand_evenly_on_the_report_site_and_have_room_in_small_rooms_and_large_teams() {
     let places = assert_apart(&team(3, 12.0, 9.0));
-    assert_at(places[0], 0.3, 5.5);
-    assert_at(places[1], 0.3, 4.5);
-    assert_at(places[2], 0.3, 3.5);
-}
-
-#[test]
-fn small_rooms_and_large_teams_have_room() {
+    for (place, y) in places.into_iter().zip([5.5, 4.5, 3.5]) {
+        assert_at(place, 0.3, y);
+    }
     for count in 1..=8 {
         assert_apart(&team(count, 4.0, 3.0));
     }
@@ -71,55 +62,27 @@ fn small_rooms_and_large_teams_have_room() {
 #[test]
 fn they_keep_clear_of_obstacles_and_of_given_starts() {
     let mut scenario = team(3, 12.0, 9.0);
-    scenario.robots[1].start = Some(Start {
-        x_m: 0.3,
-        y_m: 5.4,
-        heading_deg: 180.0,
-    });
-    scenario.obstacles = vec![rectangle(0.0, 3.0, 1.0, 1.0, 0.0)];
+    scenario.robots[1].start = Some(start_at((0.3, 5.4, 180.0)));
+    scenario.obstacles = vec![solid(0.0, 3.0, 1.0, 1.0)];
     let places = assert_apart(&scenario);
     assert_at(places[1], 0.3, 5.4);
-    for place in places {
-        assert!(
-            !(place.x < 1.2 && place.y < 4.2),
-            "{place} is on the obstacle"
-        );
-    }
+    let is_clear = |place: &Vec2| place.x >= 1.2 || place.y >= 4.2;
+    assert!(places.iter().all(is_clear), "{places:?}");
 }
 
 #[test]
 fn a_scenario_without_room_is_refused() {
-    assert_eq!(
-        start_poses(&team(100, 4.0, 3.0))
-            .map(|_| ())
-            .map_err(|error| matches!(error, StartError::NoRoom(_))),
-        Err(true)
-    );
+    let crowd = start_poses(&team(100, 4.0, 3.0));
+    assert!(matches!(crowd, Err(StartError::NoRoom(_))));
     let mut scenario = team(2, 12.0, 9.0);
-    let start = |x_m| {
-        Some(Start {
-            x_m,
-            y_m: 4.0,
-            heading_deg: 0.0,
-        })
-    };
-    scenario.robots[0].start = start(0.1);
+    scenario.robots[0].start = Some(start_at((0.1, 4.0, 0.0)));
     assert_eq!(start_poses(&scenario), Err(StartError::Taken(BLUE)));
-    scenario.robots[0].start = start(5.0);
-    scenario.robots[1].start = start(5.3);
+    // A start that touches a wall is no overlap.
+    scenario.robots[0].start = Some(start_at((11.8, 8.8, 0.0)));
+    assert!(start_poses(&scenario).is_ok());
+    scenario.robots[1].start = Some(start_at((11.5, 8.8, 0.0)));
     assert_eq!(start_poses(&scenario), Err(StartError::Taken(GOLD)));
     scenario.body.robot_penetrability = 1.0;
-    assert!(start_poses(&scenario).is_ok());
-}
-
-#[test]
-fn a_start_that_touches_a_wall_is_no_overlap() {
-    let mut scenario = team(1, 12.0, 9.0);
-    scenario.robots[0].start = Some(Start {
-        x_m: 11.8,
-        y_m: 8.8,
-        heading_deg: 0.0,
-    });
     assert!(start_poses(&scenario).is_ok());
 }
 
@@ -133,13 +96,9 @@ fn absent_robots_have_a_start_and_occupy_none() {
     // The place where a single robot would start.
     assert_at(poses[1].position, 0.3, 4.5);
     // Robots may occupy a given start of an absent robot, obstacles may not.
-    scenario.robots[1].start = Some(Start {
-        x_m: 0.3,
-        y_m: 5.5,
-        heading_deg: 0.0,
-    });
+    scenario.robots[1].start = Some(start_at((0.3, 5.5, 0.0)));
     assert_eq!(start_poses(&scenario).map(|poses| poses[0]), Ok(without[0]));
-    scenario.obstacles = vec![rectangle(0.2, 5.4, 0.2, 0.2, 0.0)];
+    scenario.obstacles = vec![solid(0.2, 5.4, 0.2, 0.2)];
     assert_eq!(start_poses(&scenario), Err(StartError::Taken(GOLD)));
 }
 
@@ -147,17 +106,12 @@ fn absent_robots_have_a_start_and_occupy_none() {
 #[test]
 fn robots_stand_in_the_middle_of_a_start_area_away_from_the_walls() {
     let area = [Vec2::new(6.0, 1.0), Vec2::new(8.0, 2.6)];
-    let places = |count| {
+    // Six robots do not fit into one column.
+    for (count, column) in [(2, &[2.2, 1.4][..]), (6, &[1.8, 1.3, 2.3])] {
         let scenario = team(count, 12.0, 9.0);
         let poses = world_server::world::start_poses(&scenario, area, &[], &[]).unwrap();
-        poses.iter().map(|pose| pose.position).collect::<Vec<_>>()
-    };
-    let two = places(2);
-    assert_at(two[0], 7.0, 2.2);
-    assert_at(two[1], 7.0, 1.4);
-    // Six robots do not fit into one column.
-    let six = places(6);
-    assert_at(six[0], 7.0, 1.8);
-    assert_at(six[1], 7.0, 1.3);
-    assert_at(six[2], 7.0, 2.3);
+        for (place, y) in positions(&poses).into_iter().zip(column) {
+            assert_at(place, 7.0, *y);
+        }
+    }
 }

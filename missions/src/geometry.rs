@@ -1,0 +1,45 @@
+//! Geometry that several missions use.
+
+use arrayvec::ArrayVec;
+use glam::Vec2;
+
+/// Returns the unit vector of a direction, rad counter-clockwise from x.
+pub(crate) fn direction(angle_rad: f32) -> Vec2 {
+    Vec2::new(libm::cosf(angle_rad), libm::sinf(angle_rad))
+}
+
+/// Returns the first `N` of all found numbers, given with squared distances. Sorts them by distance and then by number.
+pub(crate) fn nearest<T: Copy + PartialOrd, const N: usize>(
+    all: impl Iterator<Item = (f32, T)>,
+) -> ArrayVec<T, N> {
+    let mut nearest: ArrayVec<(f32, T), N> = ArrayVec::new();
+    for found in all {
+        let before = nearest.partition_point(|known| *known < found);
+        if before == N {
+            continue;
+        }
+        if nearest.is_full() {
+            nearest.pop();
+        }
+        nearest.insert(before, found);
+    }
+    nearest.into_iter().map(|(_, number)| number).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn the_nearest_come_first(places in prop::collection::vec((-3..4_i8, -3..4_i8), 0..40)) {
+            let squared = |(x, y): &(i8, i8)| f32::from(x * x + y * y) / 9.0;
+            let mut all: Vec<(f32, u32)> = places.iter().map(squared).zip(0..).collect();
+            let nearest: ArrayVec<u32, 8> = nearest(all.iter().copied());
+            all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            prop_assert!(nearest.into_iter().eq(all.iter().take(8).map(|found| found.1)));
+        }
+    }
+}
