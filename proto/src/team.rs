@@ -37,7 +37,22 @@ pub struct BroadcastId {
     pub index: u16,
 }
 
+/// The identity of a broadcast as a key of a map, the oldest first: tick, sender, incarnation and index.
+pub type BroadcastKey = (Tick, RobotId, Incarnation, u16);
+
+impl BroadcastId {
+    #[must_use]
+    pub fn key(&self) -> BroadcastKey {
+        (self.tick, self.sender, self.incarnation, self.index)
+    }
+}
+
 impl Broadcast {
+    #[must_use]
+    pub fn key(&self) -> BroadcastKey {
+        (self.tick, self.sender, self.incarnation, self.index)
+    }
+
     /// Returns the shared knowledge in a heartbeat of a mission without items; `None` without knowledge of that type.
     #[must_use]
     pub fn shared_knowledge<K: DeserializeOwned>(&self) -> Option<K> {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::link::LinkState;
 use crate::readings::{Actuation, Readings};
+use crate::team::BroadcastKey;
 use crate::telemetry::{AllocationRow, Motivation, Note, Reception, StateChange};
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
 use scenario::time::SimTime;
@@ -52,6 +53,14 @@ pub struct ManifestEntry {
     /// The state of the link from the sender to this receiver; `None` for an undisturbed link. The box keeps entries
     /// small, since most links are undisturbed.
     pub link: Option<Box<LinkState>>,
+}
+
+impl ManifestEntry {
+    /// Returns the keys of the broadcasts, by index.
+    pub fn keys(&self) -> impl Iterator<Item = BroadcastKey> + use<> {
+        let (tick, sender, incarnation) = (self.tick, self.sender, self.incarnation);
+        (0..self.count).map(move |index| (tick, sender, incarnation, index))
+    }
 }
 
 /// The contents of a message on an agent's tick key. With a borrowed `T` the sender keeps the tick.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use proto::codec::encoded_len;
 use proto::mission::SharedKnowledge;
 use proto::secret::SEAL_BYTES;
-use proto::team::{Broadcast, BroadcastContent, Heartbeat};
+use proto::team::{Broadcast, BroadcastContent};
 use proto::tick::{Report, TickMessage};
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -330,16 +330,8 @@ impl Agent {
         }
         let input = input_of(tick, &self.behaviors);
         self.mission.shared_knowledge(&input, &mut shared_knowledge);
-        BroadcastContent::Heartbeat(Heartbeat {
-            state: announcement.state,
-            since: announcement.since,
-            set: announcement.behavior,
-            task: announcement.task,
-            progress: announcement.progress,
-            position: self.mission.position(&input),
-            carrying: self.mission.is_laden(),
-            shared_knowledge,
-        })
+        let (position, carrying) = (self.mission.position(&input), self.mission.is_laden());
+        BroadcastContent::Heartbeat(announcement.heartbeat(position, carrying, shared_knowledge))
     }
 
     fn broadcast(&mut self, tick: &TickMessage, index: usize, body: BroadcastContent) -> Broadcast {

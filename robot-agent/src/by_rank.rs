@@ -47,6 +47,11 @@ impl<T> ByRank<T> {
         self.values.insert(place, value);
     }
 
+    pub fn remove(&mut self, place: usize) -> RobotId {
+        self.values.remove(place);
+        self.ranks.remove(place)
+    }
+
     /// Returns the value of a robot. Inserts `new()` if it has none.
     pub fn get_or_insert_with(&mut self, robot: RobotId, new: impl FnOnce() -> T) -> &mut T {
         let place = match self.place(robot) {

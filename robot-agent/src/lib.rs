@@ -24,6 +24,8 @@ pub mod allocators;
 pub mod args;
 pub mod body;
 pub mod by_rank;
+#[cfg(test)]
+mod fixtures;
 pub mod mission;
 #[cfg(feature = "bus")]
 pub mod process;

@@ -7,20 +7,18 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use proto::team::{Broadcast, BroadcastId};
+use proto::team::{Broadcast, BroadcastId, BroadcastKey};
 use proto::tick::ManifestEntry;
-use scenario::ids::{Incarnation, RobotId, Tick};
+use scenario::ids::{RobotId, Tick};
 
 /// The largest number of stored broadcasts, more than a correct team sends in the ticks in flight. Beyond it the
 /// oldest are dropped.
 const CAPACITY: usize = 65_536;
 
-type Key = (Tick, RobotId, Incarnation, u16);
-
 #[derive(Clone, Debug, Default)]
 pub struct Radio {
     /// The broadcasts by identity; `None` for one that cannot be decoded.
-    arrived: BTreeMap<Key, Option<Broadcast>>,
+    arrived: BTreeMap<BroadcastKey, Option<Broadcast>>,
     /// The oldest tick that a manifest may still list.
     oldest: Tick,
 }
@@ -28,21 +26,15 @@ pub struct Radio {
 impl Radio {
     /// Stores a broadcast from the bus and returns true. Drops it if it is too old to be listed, or a copy.
     pub fn receive(&mut self, broadcast: Broadcast) -> bool {
-        let key = (
-            broadcast.tick,
-            broadcast.sender,
-            broadcast.incarnation,
-            broadcast.index,
-        );
-        self.store(key, Some(broadcast))
+        self.store(broadcast.key(), Some(broadcast))
     }
 
     /// Records that a broadcast has arrived that cannot be decoded. It is lost, so a step need not wait for it.
     pub fn receive_undecodable(&mut self, id: BroadcastId) -> bool {
-        self.store((id.tick, id.sender, id.incarnation, id.index), None)
+        self.store(id.key(), None)
     }
 
-    fn store(&mut self, key: Key, broadcast: Option<Broadcast>) -> bool {
+    fn store(&mut self, key: BroadcastKey, broadcast: Option<Broadcast>) -> bool {
         if key.0 < self.oldest {
             return false;
         }
@@ -69,7 +61,7 @@ impl Radio {
     pub fn has_all(&self, manifest: &[ManifestEntry]) -> bool {
         manifest
             .iter()
-            .all(|entry| keys(entry).all(|key| self.arrived.contains_key(&key)))
+            .all(|entry| entry.keys().all(|key| self.arrived.contains_key(&key)))
     }
 
     /// Replaces `collected` with the broadcasts of the manifest, in its order. A missing broadcast is `None`. Drops
@@ -80,7 +72,7 @@ impl Radio {
         collected: &mut Vec<Option<Arc<Broadcast>>>,
     ) {
         collected.clear();
-        let listed = manifest.iter().flat_map(keys);
+        let listed = manifest.iter().flat_map(ManifestEntry::keys);
         collected.extend(listed.map(|key| self.arrived.remove(&key).flatten().map(Arc::new)));
         if let Some(oldest) = manifest.iter().map(|entry| entry.tick).min() {
             while let Some(first) = self.arrived.first_entry()
@@ -93,32 +85,21 @@ impl Radio {
     }
 }
 
-fn keys(entry: &ManifestEntry) -> impl Iterator<Item = Key> {
-    let (tick, sender, incarnation) = (entry.tick, entry.sender, entry.incarnation);
-    (0..entry.count).map(move |index| (tick, sender, incarnation, index))
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use proto::mission::Payload;
-    use proto::team::{BroadcastContent, Bulletin, BulletinKind};
+    use proto::allocation::{AllocationMessage, OpenMessage};
+    use proto::team::BroadcastContent;
     use scenario::time::SimTime;
 
+    use super::*;
+    use crate::fixtures::{self, STEP};
+
     fn broadcast(sender: u16, tick: Tick, index: u16, seq: u64) -> Broadcast {
-        Broadcast {
-            sender: RobotId(sender),
-            incarnation: 1,
-            tick,
-            index,
-            seq,
-            sent: SimTime(tick * 50),
-            body: BroadcastContent::Bulletin(Bulletin {
-                kind: BulletinKind::Second,
-                about: None,
-                payload: Payload::Open(vec![7; 4]),
-            }),
-        }
+        let message = AllocationMessage::Open(OpenMessage::default());
+        let body = BroadcastContent::Allocation(message);
+        let sent = SimTime(tick * STEP.0);
+        let broadcast = fixtures::broadcast(RobotId(sender), (1, seq), sent, body);
+        Broadcast { index, ..broadcast }
     }
 
     fn entry(sender: u16, tick: Tick, count: u16) -> ManifestEntry {
@@ -134,11 +115,8 @@ mod tests {
     fn collect(radio: &mut Radio, manifest: &[ManifestEntry]) -> Vec<Option<u64>> {
         let mut collected = vec![None];
         radio.collect(manifest, &mut collected);
-        let seq = |broadcast: &Arc<Broadcast>| broadcast.seq;
-        collected
-            .iter()
-            .map(|place| place.as_ref().map(seq))
-            .collect()
+        let seq = |place: Option<Arc<Broadcast>>| Some(place?.seq);
+        collected.into_iter().map(seq).collect()
     }
 
     #[test]
@@ -161,12 +139,24 @@ mod tests {
     }
 
     #[test]
-    fn an_unlisted_broadcast_is_never_delivered() {
+    fn only_listed_broadcasts_are_delivered_each_once() {
         let mut radio = Radio::default();
-        radio.receive(broadcast(1, 4, 0, 1));
+        assert!(radio.receive(broadcast(1, 4, 0, 1)));
+        assert!(!radio.receive(broadcast(1, 4, 0, 77)), "a forged copy");
         radio.receive(broadcast(1, 4, 1, 2));
         radio.receive(broadcast(1, 99, 0, 3));
         assert_eq!(collect(&mut radio, &[entry(1, 4, 1)]), [Some(1)]);
+        // A missing broadcast leaves its place empty.
+        radio.receive(broadcast(1, 5, 1, 8));
+        assert_eq!(collect(&mut radio, &[entry(1, 5, 2)]), [None, Some(8)]);
+        // Broadcasts before the manifest are dropped.
+        assert!(!radio.receive(broadcast(1, 4, 2, 4)));
+        assert_eq!(
+            radio.arrived.len(),
+            1,
+            "only the broadcast of tick 99 is left"
+        );
+        assert!(radio.receive(broadcast(1, 5, 0, 9)));
     }
 
     #[test]
@@ -184,30 +174,6 @@ mod tests {
         assert!(radio.receive_undecodable(id));
         assert!(radio.has_all(&manifest));
         assert_eq!(collect(&mut radio, &manifest), [None, Some(8)]);
-    }
-
-    #[test]
-    fn a_missing_broadcast_leaves_its_place_empty() {
-        let mut radio = Radio::default();
-        radio.receive(broadcast(1, 4, 1, 8));
-        assert_eq!(collect(&mut radio, &[entry(1, 4, 2)]), [None, Some(8)]);
-    }
-
-    #[test]
-    fn a_replayed_or_forged_second_copy_changes_nothing() {
-        let mut radio = Radio::default();
-        assert!(radio.receive(broadcast(1, 4, 0, 1)));
-        assert!(!radio.receive(broadcast(1, 4, 0, 77)));
-        assert_eq!(collect(&mut radio, &[entry(1, 4, 1)]), [Some(1)]);
-    }
-
-    #[test]
-    fn a_broadcast_older_than_the_manifest_is_dropped() {
-        let mut radio = Radio::default();
-        collect(&mut radio, &[entry(1, 4, 0)]);
-        assert!(!radio.receive(broadcast(1, 3, 0, 1)));
-        assert!(radio.arrived.is_empty());
-        assert!(radio.receive(broadcast(1, 4, 0, 2)));
     }
 
     #[test]

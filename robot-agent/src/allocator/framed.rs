@@ -3,13 +3,11 @@
 
 use proto::team::TaskState;
 use proto::telemetry::{BehaviorState, Reason, StateChange};
-use scenario::ids::{BehaviorId, TaskId};
+use scenario::ids::BehaviorId;
 use scenario::time::SimTime;
 use smallvec::{SmallVec, smallvec};
 
-use super::{
-    Allocator, Announcement, Decision, Input, OwnBehavior, RunningAllocator, SelfState, StepOutcome,
-};
+use super::{Allocator, Announcement, Decision, Input, RunningAllocator, SelfState, StepOutcome};
 
 /// An allocator with the heartbeats and state changes that all robots share.
 #[derive(Clone, Debug)]
@@ -42,17 +40,8 @@ impl<A: Allocator> AllocatorRunner<A> {
         &self.allocator
     }
 
-    fn own_behavior(&self, behavior: BehaviorId) -> Option<OwnBehavior> {
-        let mut own = self.me.behaviors.iter();
-        own.find(|own| own.id == behavior).copied()
-    }
-
-    fn task_of(&self, behavior: Option<BehaviorId>) -> Option<TaskId> {
-        Some(self.own_behavior(behavior?)?.task)
-    }
-
     fn announce(&self, state: TaskState, since: SimTime, behavior: BehaviorId) -> Announcement {
-        let task = self.task_of(Some(behavior));
+        let task = self.me.task_of(behavior);
         let own = self.me.behaviors.iter().zip(&self.progress);
         let mut done = own.filter(|(own, _)| Some(own.task) == task);
         Announcement {
@@ -73,8 +62,9 @@ impl<A: Allocator> AllocatorRunner<A> {
     ) {
         let now = input.now;
         let active = self.decision.active;
+        let task_of = |behavior: Option<BehaviorId>| self.me.task_of(behavior?);
         let left = before.filter(|_| before != active);
-        if let Some(left) = left.filter(|_| self.task_of(before) != self.task_of(active)) {
+        if let Some(left) = left.filter(|_| task_of(before) != task_of(active)) {
             outcome
                 .announcements
                 .push(self.announce(TaskState::Released, now, left));
@@ -82,7 +72,7 @@ impl<A: Allocator> AllocatorRunner<A> {
         let has_progressed = input
             .progressed
             .iter()
-            .any(|task| Some(*task) == self.task_of(active));
+            .any(|task| Some(*task) == task_of(active));
         let is_due = self
             .sent
             .is_none_or(|sent| now.since(sent) >= self.me.heartbeat_period);
@@ -92,13 +82,7 @@ impl<A: Allocator> AllocatorRunner<A> {
         self.sent = Some(now);
         outcome.announcements.push(match active {
             Some(active) => self.announce(TaskState::Executing, self.since, active),
-            None => Announcement {
-                state: TaskState::Idle,
-                since: self.since,
-                behavior: None,
-                task: None,
-                progress: 0,
-            },
+            None => Announcement::idle(self.since),
         });
     }
 }

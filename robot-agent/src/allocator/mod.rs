@@ -36,7 +36,8 @@ use std::sync::Arc;
 
 use glam::Vec2;
 use proto::allocation::AllocationMessage;
-use proto::team::{Broadcast, TaskState};
+use proto::mission::SharedKnowledge;
+use proto::team::{Broadcast, Heartbeat, TaskState};
 use proto::telemetry::{AllocationRow, Motivation, Reason, StateChange};
 use proto::tick::TaskOffer;
 use rand_chacha::ChaCha8Rng;
@@ -146,6 +147,27 @@ pub struct SelfState {
     /// The tasks assigned to this robot before the start. Empty unless an allocator of the team
     /// [uses](Allocator::uses_assignment) the assignment.
     pub assigned: Arc<[TaskId]>,
+}
+
+impl SelfState {
+    /// Returns the task of a behavior of this robot.
+    pub(crate) fn task_of(&self, behavior: BehaviorId) -> Option<TaskId> {
+        let mut own = self.behaviors.iter();
+        Some(own.find(|own| own.id == behavior)?.task)
+    }
+
+    /// Returns the tasks for which the robot has a behavior, in ascending order.
+    pub(crate) fn own_tasks(&self) -> Vec<TaskId> {
+        let mut tasks: Vec<TaskId> = self.behaviors.iter().map(|own| own.task).collect();
+        tasks.sort_unstable();
+        tasks.dedup();
+        tasks
+    }
+
+    /// Returns whether a broadcast of that sender comes from another robot of the team.
+    pub(crate) fn is_teammate(&self, sender: RobotId) -> bool {
+        sender != self.robot && sender.index() < self.team
+    }
 }
 
 /// Data of a task that all robots have before the start.
@@ -336,6 +358,38 @@ pub struct Announcement {
     pub task: Option<TaskId>,
     /// The effects on the task so far; 0 for an idle robot.
     pub progress: u32,
+}
+
+impl Announcement {
+    /// Returns the announcement of a robot without a task.
+    pub(crate) fn idle(since: SimTime) -> Self {
+        Self {
+            state: TaskState::Idle,
+            since,
+            behavior: None,
+            task: None,
+            progress: 0,
+        }
+    }
+
+    /// Returns the heartbeat of a robot at `position`, m, that carries an object or not.
+    pub(crate) fn heartbeat(
+        &self,
+        position: Option<Vec2>,
+        carrying: bool,
+        shared_knowledge: SharedKnowledge,
+    ) -> Heartbeat {
+        Heartbeat {
+            state: self.state,
+            since: self.since,
+            set: self.behavior,
+            task: self.task,
+            progress: self.progress,
+            position,
+            carrying,
+            shared_knowledge,
+        }
+    }
 }
 
 /// The complete result of a step, with heartbeats and log rows.

@@ -1,27 +1,28 @@
 //! Tests of the laws for all allocators (docs/ALLOCATORS.md, "The laws") and of the baselines.
 
-use scenario::testkit::default_setup;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use proptest::prelude::*;
 use proto::allocation::{AllocationMessage, OpenMessage};
-use proto::mission::SharedKnowledge;
-use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
+use proto::team::{Broadcast, BroadcastContent, TaskState};
 use proto::telemetry::Reason;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::testkit::default_setup;
 use scenario::time::SimTime;
+use terminal::panics;
 
 use super::utility::DISCOUNT_PER_S;
 use super::{
-    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RunningAllocator,
-    SelfState, StepOutcome, TaskBrief, assignment,
+    Allocator, AllocatorRunner, Announcement, Choice, Decision, Input, RunningAllocator, SelfState,
+    StepOutcome, assignment,
 };
 use crate::agent::TeamConfig;
 use crate::allocators::first_come::FirstCome;
 use crate::allocators::nearest::{Nearest, NearestSilent};
 use crate::allocators::random::{self, Random};
 use crate::allocators::static_assignment::Fixed;
+use crate::fixtures::{self, STEP};
 use crate::registry::AgentRegistry;
 use crate::testkit;
 
@@ -34,103 +35,72 @@ fn every_baseline_satisfies_the_laws() {
     testkit::check_allocator::<Random>(&random::Config { redraw_s: 2.0 });
 }
 
-/// An allocator that keeps a behavior that is not applicable.
-#[test]
-#[should_panic(expected = "not applicable")]
-fn the_testkit_finds_a_choice_that_is_not_applicable() {
-    #[derive(Clone, Debug)]
-    struct Stubborn(BehaviorId);
-    impl Allocator for Stubborn {
-        type Config = ();
-        fn new(me: &SelfState, (): &()) -> Self {
-            Self(me.behaviors[0].id)
-        }
-        fn step(&mut self, _: &Input<'_>, decision: &mut super::Decision) {
-            decision.active = Some(self.0);
-        }
-    }
-    testkit::check_allocator::<Stubborn>(&());
+/// An allocator that breaks a law.
+#[derive(Clone, Debug)]
+struct Faulty {
+    first: BehaviorId,
+    received: usize,
+    /// The number of steps of all clones.
+    steps: Arc<AtomicUsize>,
+    rule: Rule,
 }
 
-/// An allocator that counts messages, so that a copy has an effect.
-#[test]
-#[should_panic(expected = "a second copy changes nothing")]
-fn the_testkit_finds_an_effect_of_copies() {
-    #[derive(Clone, Debug)]
-    struct Counts(usize);
-    impl Allocator for Counts {
-        type Config = ();
-        fn new(_: &SelfState, (): &()) -> Self {
-            Self(0)
-        }
-        fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
-            self.0 += input.received.len();
-            let mut applicable = input.choices.iter().filter(|choice| choice.applicable);
-            decision.active = (self.0 % 3 == 1)
-                .then(|| applicable.next().map(|choice| choice.behavior))
-                .flatten();
+type Rule = fn(&mut Faulty, &Input<'_>, &mut Decision);
+
+impl Allocator for Faulty {
+    type Config = Rule;
+    fn new(me: &SelfState, rule: &Rule) -> Self {
+        Self {
+            first: me.behaviors[0].id,
+            received: 0,
+            steps: Arc::default(),
+            rule: *rule,
         }
     }
-    testkit::check_allocator::<Counts>(&());
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        (self.rule)(self, input, decision);
+    }
 }
 
-/// An allocator with state outside its value.
-#[test]
-#[should_panic(expected = "G1, the same inputs give the same decisions")]
-fn the_testkit_finds_state_in_a_static() {
-    static SEEN: AtomicU32 = AtomicU32::new(0);
-    #[derive(Clone, Debug)]
-    struct UsesStatic;
-    impl Allocator for UsesStatic {
-        type Config = ();
-        fn new(_: &SelfState, (): &()) -> Self {
-            Self
-        }
-        fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
-            // All instances share the largest step so far.
-            SEEN.fetch_max((input.now.0 / 50) as u32, Relaxed);
-            let mut applicable = input.choices.iter().filter(|choice| choice.applicable);
-            decision.active = (SEEN.load(Relaxed) > 300)
-                .then(|| applicable.next().map(|choice| choice.behavior))
-                .flatten();
-        }
-    }
-    testkit::check_allocator::<UsesStatic>(&());
+/// Returns the first applicable behavior if `acts`.
+fn first_if(acts: bool, input: &Input<'_>) -> Option<BehaviorId> {
+    let mut applicable = input.choices.iter().filter(|choice| choice.applicable);
+    applicable
+        .next()
+        .filter(|_| acts)
+        .map(|choice| choice.behavior)
 }
 
 #[test]
-#[should_panic(expected = "a step that does not count leaves no trace")]
-fn the_testkit_finds_state_that_clones_share() {
-    #[derive(Clone, Debug)]
-    struct Shares(Arc<AtomicU32>);
-    impl Allocator for Shares {
-        type Config = ();
-        fn new(_: &SelfState, (): &()) -> Self {
-            Self(Arc::default())
-        }
-        fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
-            let steps = self.0.fetch_add(1, Relaxed);
-            let mut applicable = input.choices.iter().filter(|choice| choice.applicable);
-            decision.active = (steps % 3 == 1)
-                .then(|| applicable.next().map(|choice| choice.behavior))
-                .flatten();
-        }
-    }
-    testkit::check_allocator::<Shares>(&());
-}
-
-/// An allocator that does not validate messages under its own schema.
-#[test]
-#[should_panic(expected = "G3, no message makes it panic")]
-fn the_testkit_finds_a_panic_on_a_malformed_message() {
-    #[derive(Clone, Debug)]
-    struct Trusts;
-    impl Allocator for Trusts {
-        type Config = ();
-        fn new(_: &SelfState, (): &()) -> Self {
-            Self
-        }
-        fn step(&mut self, input: &Input<'_>, decision: &mut super::Decision) {
+fn the_testkit_finds_each_violation() {
+    static LATEST: AtomicUsize = AtomicUsize::new(0);
+    let violations: [(&str, Rule); 5] = [
+        ("not applicable", |faulty, _, decision| {
+            decision.active = Some(faulty.first);
+        }),
+        (
+            "a second copy changes nothing",
+            |faulty, input, decision| {
+                faulty.received += input.received.len();
+                decision.active = first_if(faulty.received % 3 == 1, input);
+            },
+        ),
+        (
+            "G1, the same inputs give the same decisions",
+            |_, input, decision| {
+                // All instances share the largest step so far.
+                LATEST.fetch_max((input.now.0 / 50) as usize, Relaxed);
+                decision.active = first_if(LATEST.load(Relaxed) > 300, input);
+            },
+        ),
+        (
+            "a step that does not count leaves no trace",
+            |faulty, input, decision| {
+                let steps = faulty.steps.fetch_add(1, Relaxed);
+                decision.active = first_if(steps % 3 == 1, input);
+            },
+        ),
+        ("G3, no message makes it panic", |_, input, decision| {
             for broadcast in input.received {
                 if let BroadcastContent::Allocation(AllocationMessage::Open(message)) =
                     &broadcast.body
@@ -144,52 +114,28 @@ fn the_testkit_finds_a_panic_on_a_malformed_message() {
                 bytes: vec![1, 2, 3],
             };
             decision.say.push(AllocationMessage::Open(message));
-        }
+        }),
+    ];
+    for (law, rule) in violations {
+        let found = panics::catch(|| testkit::check_allocator::<Faulty>(&rule));
+        let text = found.expect_err(law).to_string();
+        assert!(text.contains(law), "{law}: {text}");
     }
-    testkit::check_allocator::<Trusts>(&());
 }
 
-fn me(robot: u16, tasks: u16) -> SelfState {
+fn me(robot: u16, tasks: usize) -> SelfState {
+    let briefs = vec![fixtures::brief(3, 10.0); tasks];
     SelfState {
-        robot: RobotId(robot),
-        incarnation: 1,
-        team: 3,
-        tasks: usize::from(tasks),
-        briefs: (0..tasks)
-            .map(|_| TaskBrief {
-                max_robots: 1,
-                priority: 0,
-                unit_s: 10.0,
-                robots: (0..3).map(RobotId).collect(),
-            })
-            .collect(),
-        behaviors: (0..tasks)
-            .map(|task| OwnBehavior {
-                id: BehaviorId(task),
-                task: TaskId(task),
-                max_robots: 1,
-                priority: 0,
-            })
-            .collect(),
-        step_s: 0.05,
-        heartbeat_period: SimTime(1000),
-        ceased_after: SimTime(5000),
         assigned: [TaskId(1)].into(),
+        ..fixtures::self_state(RobotId(robot), 3, briefs.into())
     }
 }
 
 fn choices(costs: &[f64]) -> Vec<Choice> {
-    let choice = |(task, &cost_s): (usize, &f64)| Choice {
-        behavior: BehaviorId(task as u16),
-        task: TaskId(task as u16),
-        round: SimTime::ZERO,
-        applicable: true,
-        cost_s: Some(cost_s),
-        reward: 1.0,
-        priority: 0,
-        max_robots: 1,
-    };
-    costs.iter().enumerate().map(choice).collect()
+    let costs = costs.iter().zip(0..);
+    costs
+        .map(|(&cost_s, task)| fixtures::choice(task, cost_s))
+        .collect()
 }
 
 fn step(
@@ -202,45 +148,31 @@ fn step(
     let applicable: Vec<bool> = choices.iter().map(|choice| choice.applicable).collect();
     let mut outcome = StepOutcome::default();
     let input = Input {
-        now: SimTime(50 * tick),
-        step_s: 0.05,
-        position: None,
-        is_laden: false,
         applicable: &applicable,
         choices,
         progressed,
         received,
-        seconds: &|_, _| None,
-        ground_truth: &[],
-        draws: RandomDraws::new(7, RobotId(0), tick),
+        ..fixtures::input(SimTime(STEP.0 * tick), RobotId(0))
     };
     allocator.step(&input, &mut outcome);
     outcome
 }
 
 fn executes(sender: u16, seq: u64, since_ms: u64, task: Option<u16>) -> Arc<Broadcast> {
-    Arc::new(Broadcast {
-        sender: RobotId(sender),
-        incarnation: 1,
-        tick: 0,
-        index: 0,
-        seq,
-        sent: SimTime::ZERO,
-        body: BroadcastContent::Heartbeat(Heartbeat {
-            state: if task.is_some() {
-                TaskState::Executing
-            } else {
-                TaskState::Idle
-            },
-            since: SimTime(since_ms),
-            set: task.map(BehaviorId),
-            task: task.map(TaskId),
-            progress: 0,
-            position: None,
-            carrying: false,
-            shared_knowledge: SharedKnowledge::default(),
-        }),
-    })
+    let idle = Announcement::idle(SimTime(since_ms));
+    let announcement = task.map_or(idle, |task| Announcement {
+        state: TaskState::Executing,
+        behavior: Some(BehaviorId(task)),
+        task: Some(TaskId(task)),
+        ..idle
+    });
+    let body = fixtures::heartbeat(&announcement);
+    Arc::new(fixtures::broadcast(
+        RobotId(sender),
+        (1, seq),
+        SimTime::ZERO,
+        body,
+    ))
 }
 
 /// u = r·λ^cost: with λ = 0.98/s, a cost of 10 s takes 18.3 % of the reward.
@@ -253,14 +185,10 @@ fn utility_matches_hand_calculation() {
     assert!((outcome.rows[0].utility - 0.817_07).abs() < 1e-5);
     // A unit in progress keeps its full reward for a minute at any distance; afterwards the cost counts.
     let far = choices(&[90.0, 20.0]);
-    assert_eq!(
-        step(&mut nearest, 1, &far, &[], &[]).active,
-        Some(BehaviorId(0))
-    );
-    assert_eq!(
-        step(&mut nearest, 1199, &far, &[], &[]).active,
-        Some(BehaviorId(0))
-    );
+    for tick in [1, 1199] {
+        let outcome = step(&mut nearest, tick, &far, &[], &[]);
+        assert_eq!(outcome.active, Some(BehaviorId(0)));
+    }
     let outcome = step(&mut nearest, 1200, &far, &[], &[]);
     assert_eq!(outcome.active, Some(BehaviorId(1)));
     assert_eq!(outcome.changes[0].reason, Reason::Reassigned);
@@ -278,10 +206,7 @@ fn heartbeats_follow_changes_at_once_and_then_each_period() {
             let progressed = [TaskId(1)];
             let progressed = if tick == 30 { &progressed[..] } else { &[] };
             let announcements = step(&mut nearest, tick, &now, &[], progressed).announcements;
-            let states: Vec<_> = announcements
-                .iter()
-                .map(|announcement| announcement.state)
-                .collect();
+            let states: Vec<_> = announcements.iter().map(|sent| sent.state).collect();
             match tick {
                 7 => assert_eq!(states, [TaskState::Released, TaskState::Executing]),
                 30 => assert_eq!(announcements[0].progress, 1),
@@ -300,14 +225,10 @@ fn first_come_leaves_one_executor() {
     let mut low = AllocatorRunner::<FirstCome>::new(me(0, 2), &Default::default());
     let mut high = AllocatorRunner::<FirstCome>::new(me(2, 2), &Default::default());
     let both = choices(&[10.0, 20.0]);
-    assert_eq!(
-        step(&mut low, 0, &both, &[], &[]).active,
-        Some(BehaviorId(0))
-    );
-    assert_eq!(
-        step(&mut high, 0, &both, &[], &[]).active,
-        Some(BehaviorId(0))
-    );
+    for robot in [&mut low, &mut high] {
+        let outcome = step(robot, 0, &both, &[], &[]);
+        assert_eq!(outcome.active, Some(BehaviorId(0)));
+    }
     let outcome = step(&mut low, 1, &both, &[executes(2, 1, 0, Some(0))], &[]);
     assert_eq!(outcome.active, Some(BehaviorId(0)));
     let outcome = step(&mut high, 1, &both, &[executes(0, 1, 0, Some(0))], &[]);
@@ -317,17 +238,14 @@ fn first_come_leaves_one_executor() {
     // The robot of lower rank falls silent: its task is free after τ, exact to the step.
     let first_only = choices(&[10.0]);
     let mut idle = AllocatorRunner::<FirstCome>::new(me(2, 1), &Default::default());
-    assert_eq!(
-        step(
-            &mut idle,
-            1,
-            &first_only,
-            &[executes(0, 1, 0, Some(0))],
-            &[]
-        )
-        .active,
-        None
+    let outcome = step(
+        &mut idle,
+        1,
+        &first_only,
+        &[executes(0, 1, 0, Some(0))],
+        &[],
     );
+    assert_eq!(outcome.active, None);
     assert_eq!(step(&mut idle, 100, &first_only, &[], &[]).active, None);
     let outcome = step(&mut idle, 101, &first_only, &[], &[]);
     assert_eq!(outcome.active, Some(BehaviorId(0)));
@@ -335,10 +253,8 @@ fn first_come_leaves_one_executor() {
     // A late older heartbeat has no effect, and a newer one frees the task at once.
     let mut late = AllocatorRunner::<FirstCome>::new(me(2, 1), &Default::default());
     let heartbeats = [executes(0, 5, 0, None), executes(0, 4, 0, Some(0))];
-    assert_eq!(
-        step(&mut late, 1, &first_only, &heartbeats, &[]).active,
-        Some(BehaviorId(0))
-    );
+    let outcome = step(&mut late, 1, &first_only, &heartbeats, &[]);
+    assert_eq!(outcome.active, Some(BehaviorId(0)));
 }
 
 #[test]

@@ -42,10 +42,7 @@ impl WorkUnit {
         active: Option<BehaviorId>,
     ) -> bool {
         self.under_way.record_progress(me, input);
-        let mut behaviors = me.behaviors.iter();
-        let task = active
-            .and_then(|active| behaviors.find(|behavior| behavior.id == active))
-            .map(|behavior| behavior.task);
+        let task = active.and_then(|active| me.task_of(active));
         self.is_done = task.is_some_and(|task| input.progressed.contains(&task));
         let age = |since| input.now.since(since);
         std::mem::swap(&mut self.before, &mut self.now);

@@ -26,8 +26,8 @@ impl WorkInProgress {
     /// Records the progress of a step, at its start.
     pub fn record_progress(&mut self, me: &SelfState, input: &Input<'_>) {
         if let Some((behavior, since)) = &mut self.0
-            && let Some(own) = me.behaviors.iter().find(|own| own.id == *behavior)
-            && input.progressed.contains(&own.task)
+            && let Some(task) = me.task_of(*behavior)
+            && input.progressed.contains(&task)
         {
             *since = input.now;
         }
@@ -133,23 +133,32 @@ impl WorkInProgress {
         decision: &mut Decision,
         holder: impl Fn(TaskId) -> Option<RobotId>,
     ) {
-        for choice in input.choices.iter().filter(|choice| choice.applicable) {
-            let is_active = decision.active == Some(choice.behavior);
-            decision.rows.push(AllocationRow {
-                task: choice.task,
-                behavior: choice.behavior,
-                utility: self.utility(choice, input).unwrap_or(0.0),
-                holder: if is_active {
-                    Some(me.robot)
-                } else {
-                    holder(choice.task)
-                },
-                state: if is_active {
-                    BehaviorState::Active
-                } else {
-                    BehaviorState::Hibernating
-                },
-            });
-        }
+        let utility = |choice: &Choice| self.utility(choice, input).unwrap_or(0.0);
+        log_choices(me, input, decision, utility, holder);
+    }
+}
+
+/// Writes one row per applicable choice, like [`WorkInProgress::log`], with a utility of any kind.
+pub(crate) fn log_choices(
+    me: &SelfState,
+    input: &Input<'_>,
+    decision: &mut Decision,
+    utility: impl Fn(&Choice) -> f64,
+    holder: impl Fn(TaskId) -> Option<RobotId>,
+) {
+    for choice in input.choices.iter().filter(|choice| choice.applicable) {
+        let is_active = decision.active == Some(choice.behavior);
+        let (holder, state) = if is_active {
+            (Some(me.robot), BehaviorState::Active)
+        } else {
+            (holder(choice.task), BehaviorState::Hibernating)
+        };
+        decision.rows.push(AllocationRow {
+            task: choice.task,
+            behavior: choice.behavior,
+            utility: utility(choice),
+            holder,
+            state,
+        });
     }
 }

@@ -33,7 +33,7 @@ impl FirstCome {
     fn receive(&mut self, input: &Input<'_>) {
         for broadcast in input.received {
             let (sender, stamp) = (broadcast.sender, (broadcast.incarnation, broadcast.seq));
-            if sender == self.me.robot || sender.index() >= self.me.team {
+            if !self.me.is_teammate(sender) {
                 continue;
             }
             let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body else {

@@ -1,6 +1,8 @@
 //! The `nearest` allocator: the applicable task of highest utility, independent of claims. Mission knowledge still
 //! arrives in heartbeats; `nearest-silent` switches the radio off.
 
+use scenario::ids::{RobotId, TaskId};
+
 use crate::allocator::utility::{WorkInProgress, best};
 use crate::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
 
@@ -21,10 +23,25 @@ impl Allocator for Nearest {
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        self.step_among(input, decision, |_| true, |_| None);
+    }
+}
+
+impl Nearest {
+    /// Selects the best task for which `may` is true. `holder` returns the robot that holds a task, for the log.
+    pub(super) fn step_among(
+        &mut self,
+        input: &Input<'_>,
+        decision: &mut Decision,
+        may: impl Fn(TaskId) -> bool,
+        holder: impl Fn(TaskId) -> Option<RobotId>,
+    ) {
         self.under_way.record_progress(&self.me, input);
-        let chosen = best(&self.under_way, self.me.robot, input, |_| true);
+        let chosen = best(&self.under_way, self.me.robot, input, |choice| {
+            may(choice.task)
+        });
         decision.active = chosen.map(|(choice, _)| choice.behavior);
-        self.under_way.log(&self.me, input, decision, |_| None);
+        self.under_way.log(&self.me, input, decision, holder);
         self.under_way.record_active(decision.active, input.now);
     }
 }

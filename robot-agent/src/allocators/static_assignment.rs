@@ -1,13 +1,18 @@
 //! The `static` allocator: an assignment that never changes. A robot executes its assigned tasks by priority and
 //! utility, and never those of a crashed teammate.
 
-use crate::allocator::utility::{WorkInProgress, best};
+use std::sync::Arc;
+
+use scenario::ids::{RobotId, TaskId};
+
+use super::nearest::Nearest;
 use crate::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
 
 #[derive(Clone, Debug)]
 pub struct Fixed {
-    me: SelfState,
-    under_way: WorkInProgress,
+    me: RobotId,
+    assigned: Arc<[TaskId]>,
+    nearest: Nearest,
 }
 
 impl Allocator for Fixed {
@@ -17,22 +22,18 @@ impl Allocator for Fixed {
         true
     }
 
-    fn new(me: &SelfState, _: &NoParameters) -> Self {
+    fn new(me: &SelfState, config: &NoParameters) -> Self {
         Self {
-            me: me.clone(),
-            under_way: WorkInProgress::default(),
+            me: me.robot,
+            assigned: Arc::clone(&me.assigned),
+            nearest: Nearest::new(me, config),
         }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        self.under_way.record_progress(&self.me, input);
-        let is_assigned = |task| self.me.assigned.contains(&task);
-        let chosen = best(&self.under_way, self.me.robot, input, |choice| {
-            is_assigned(choice.task)
-        });
-        decision.active = chosen.map(|(choice, _)| choice.behavior);
-        let holder = |task| is_assigned(task).then_some(self.me.robot);
-        self.under_way.log(&self.me, input, decision, holder);
-        self.under_way.record_active(decision.active, input.now);
+        let is_assigned = |task| self.assigned.contains(&task);
+        let holder = |task| is_assigned(task).then_some(self.me);
+        self.nearest
+            .step_among(input, decision, is_assigned, holder);
     }
 }

@@ -5,28 +5,29 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use proto::allocation::AllocationMessage;
-use proto::mission::SharedKnowledge;
-use proto::team::{Broadcast, BroadcastContent, Heartbeat};
+use proto::team::{Broadcast, BroadcastContent};
 use proto::tick::TaskOffer;
-use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
+use crate::allocator::utility::DISCOUNT_PER_S;
 use crate::allocator::{
-    Allocator, AllocatorRunner, Choice, Input, OwnBehavior, RandomDraws, RunningAllocator,
-    SelfState, StepOutcome, TaskBrief,
+    Allocator, AllocatorRunner, Choice, Input, RunningAllocator, SelfState, StepOutcome, TaskBrief,
 };
+use crate::fixtures;
 
-pub const STEP: SimTime = SimTime(50);
-
-/// The interval 1/ρ between two heartbeats, ms.
-pub const PERIOD: SimTime = SimTime(1000);
-pub const TAU: SimTime = SimTime(5000);
+pub use crate::fixtures::{PERIOD, STEP, TAU};
 
 #[derive(Clone, Debug)]
 pub struct Situation {
     pub tasks: Vec<Task>,
     /// The time for a unit, s, by robot and task; `None` if the robot lacks the behavior.
     pub cost_s: Vec<Vec<Option<f64>>>,
+    /// The time for a unit of the second task after one of the first, s; `None` if it does not depend on the first.
+    after_s: Option<Vec<Vec<f64>>>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -54,12 +55,52 @@ impl Default for Task {
 impl Situation {
     /// Creates exclusive tasks without an end.
     pub fn from_costs(cost_s: &[&[f64]]) -> Self {
+        let row = |row: &&[f64]| row.iter().copied().map(Some).collect();
         Self {
             tasks: vec![Task::default(); cost_s[0].len()],
-            cost_s: cost_s
-                .iter()
-                .map(|row| row.iter().copied().map(Some).collect())
+            cost_s: cost_s.iter().map(row).collect(),
+            after_s: None,
+        }
+    }
+
+    /// Creates a situation in which each robot is nearest to the task of its own rank, and second nearest to the next one.
+    pub fn spread(robots: usize, tasks: usize) -> Self {
+        let away = |robot: usize, task: usize| {
+            10.0 + 5.0 * ((tasks * robots + task - robot) % tasks) as f64
+        };
+        let row = |robot| (0..tasks).map(|task| Some(away(robot, task))).collect();
+        Self {
+            tasks: vec![Task::default(); tasks],
+            cost_s: (0..robots).map(row).collect(),
+            after_s: Some(vec![vec![10.0; tasks]; tasks]),
+        }
+    }
+
+    /// Creates random tasks that lead from one place of a grid to another. Some costs are therefore equal, and a direct
+    /// way is never longer than one with a stop.
+    pub fn on_grid(chance: &mut ChaCha8Rng, robots: usize, tasks: usize) -> Self {
+        let mut places = |count: usize| -> Vec<(i32, i32)> {
+            let mut place = || (chance.random_range(0..30), chance.random_range(0..30));
+            (0..count).map(|_| place()).collect()
+        };
+        let (starts, from, to) = (places(robots), places(tasks), places(tasks));
+        let way = |a: (i32, i32), b: (i32, i32)| f64::from((a.0 - b.0).abs() + (a.1 - b.1).abs());
+        let units_from = |start| {
+            from.iter()
+                .zip(&to)
+                .map(move |(&a, &b)| way(start, a) + way(a, b))
+        };
+        let task = |_| Task {
+            reward: f64::from(chance.random_range(1..4_u8)),
+            ..Task::default()
+        };
+        let starts = starts.into_iter();
+        Self {
+            tasks: (0..tasks).map(task).collect(),
+            cost_s: starts
+                .map(|start| units_from(start).map(Some).collect())
                 .collect(),
+            after_s: Some(to.iter().map(|&end| units_from(end).collect()).collect()),
         }
     }
 
@@ -72,14 +113,49 @@ impl Situation {
                 reward: f64::from(reward),
                 ..Task::default()
             });
-            let cost_s = prop::option::weighted(
-                0.8,
-                (0..400_u32).prop_map(|quarters| f64::from(quarters) / 4.0),
-            );
+            let cost_s = (0..400_u32).prop_map(|quarters| f64::from(quarters) / 4.0);
+            let cost_s = prop::option::weighted(0.8, cost_s);
             let cost_s = prop::collection::vec(prop::collection::vec(cost_s, tasks), robots);
             let tasks = prop::collection::vec(task, tasks);
-            (tasks, cost_s).prop_map(|(tasks, cost_s)| Self { tasks, cost_s })
+            (tasks, cost_s).prop_map(|(tasks, cost_s)| Self {
+                tasks,
+                cost_s,
+                after_s: None,
+            })
         })
+    }
+
+    /// Changes some costs to others below `most_s`, and sets some tasks due or done, with probability `share`.
+    pub fn change(&mut self, chance: &mut ChaCha8Rng, most_s: f64, share: f64) {
+        for cost_s in self.cost_s.iter_mut().flatten().flatten() {
+            if chance.random_bool(0.3) {
+                *cost_s = chance.random_range(0.1..most_s);
+            }
+        }
+        for task in &mut self.tasks {
+            if chance.random_bool(share) {
+                task.units = if task.units.is_none() { Some(0) } else { None };
+            }
+        }
+    }
+
+    /// Returns the time for a unit of `task` after one of each of other tasks, s.
+    fn seconds(&self, rank: usize, after: &[TaskId], task: TaskId) -> Option<f64> {
+        match (&self.after_s, after.last()) {
+            (Some(after_s), Some(last)) => Some(after_s[last.index()][task.index()]),
+            _ => self.cost_s[rank][task.index()],
+        }
+    }
+
+    /// Returns the sum of r·λ^t of a path, with t the time at which each unit is done.
+    pub fn score(&self, rank: usize, path: &[usize]) -> f64 {
+        let path: Vec<TaskId> = path.iter().map(|&task| TaskId(task as u16)).collect();
+        let (mut time_s, mut score) = (0.0, 0.0);
+        for (place, &task) in path.iter().enumerate() {
+            time_s += self.seconds(rank, &path[..place], task).unwrap();
+            score += self.tasks[task.index()].reward * libm::pow(DISCOUNT_PER_S, time_s);
+        }
+        score
     }
 }
 
@@ -87,9 +163,17 @@ impl Situation {
 pub struct Team<A: Allocator> {
     pub situation: Situation,
     pub robots: Vec<Robot<A>>,
-    config: A::Config,
-    tick: u64,
+    /// The possible tasks, as `applicable[rank][task]`.
+    pub applicable: Vec<Vec<bool>>,
+    /// The delivery of messages in [`Team::step`], as `links[from][to]`.
+    pub links: Vec<Vec<bool>>,
+    /// The probability of message loss in [`Team::step`].
+    pub loss: f64,
     pub in_flight: Vec<Arc<Broadcast>>,
+    config: A::Config,
+    tau: SimTime,
+    tick: u64,
+    chance: ChaCha8Rng,
 }
 
 pub struct Robot<A> {
@@ -102,19 +186,48 @@ pub struct Robot<A> {
     /// True if the robot makes progress. A robot that does not still reports its task.
     pub makes_progress: bool,
     worked_s: f64,
-    progressed: Vec<TaskId>,
+    pub progressed: Vec<TaskId>,
     pub outcome: StepOutcome,
 }
 
 impl<A: Allocator> Team<A> {
     pub fn new(situation: Situation, config: A::Config) -> Self {
-        let robots = situation.cost_s.len();
+        Self::with_tau(0, TAU, situation, config)
+    }
+
+    /// Creates a team that makes no progress, in which a teammate counts as lost after `tau`. The seed determines the
+    /// message losses and the random links.
+    pub fn still(seed: u64, tau: SimTime, situation: Situation, config: A::Config) -> Self {
+        let mut team = Self::with_tau(seed, tau, situation, config);
+        for robot in &mut team.robots {
+            robot.makes_progress = false;
+        }
+        team
+    }
+
+    /// Creates a team in which each robot can do all tasks. Each task has two units, of `costs` seconds.
+    pub fn with_work(robots: usize, costs: &[u32], config: A::Config) -> Self {
+        let costs: Vec<f64> = costs.iter().copied().map(f64::from).collect();
+        let mut situation = Situation::from_costs(&vec![&costs[..]; robots]);
+        for task in &mut situation.tasks {
+            task.units = Some(2);
+        }
+        Self::new(situation, config)
+    }
+
+    fn with_tau(seed: u64, tau: SimTime, situation: Situation, config: A::Config) -> Self {
+        let (robots, tasks) = (situation.cost_s.len(), situation.tasks.len());
         let mut team = Self {
             situation,
             robots: Vec::new(),
-            config,
-            tick: 0,
+            applicable: vec![vec![true; tasks]; robots],
+            links: vec![vec![true; robots]; robots],
+            loss: 0.0,
             in_flight: Vec::new(),
+            config,
+            tau,
+            tick: 0,
+            chance: ChaCha8Rng::seed_from_u64(seed),
         };
         for rank in 0..robots {
             let controller = AllocatorRunner::new(team.me(rank, 1), &team.config);
@@ -133,27 +246,43 @@ impl<A: Allocator> Team<A> {
     }
 
     fn me(&self, rank: usize, incarnation: Incarnation) -> SelfState {
-        let tasks = || self.situation.tasks.iter().zip(0..);
-        let able = tasks().filter(|&(_, task)| self.cost_s(rank, TaskId(task)).is_some());
-        SelfState {
-            robot: RobotId(rank as u16),
-            incarnation,
-            team: self.situation.cost_s.len(),
-            tasks: self.situation.tasks.len(),
-            briefs: self.briefs(),
-            behaviors: able
-                .map(|(spec, task)| OwnBehavior {
-                    id: BehaviorId(task),
-                    task: TaskId(task),
-                    max_robots: spec.max_robots,
-                    priority: spec.priority,
-                })
-                .collect(),
-            step_s: STEP.as_secs_f64(),
-            heartbeat_period: PERIOD,
-            ceased_after: TAU,
-            assigned: [].into(),
+        let robots = self.situation.cost_s.len();
+        let mut me = fixtures::self_state(RobotId(rank as u16), robots, self.briefs());
+        me.behaviors
+            .retain(|own| self.cost_s(rank, own.task).is_some());
+        (me.incarnation, me.ceased_after) = (incarnation, self.tau);
+        me
+    }
+
+    /// Links the robots along a line, with a share `more` of random additional links.
+    pub fn connect_as_line(&mut self, more: f64) {
+        for from in 0..self.links.len() {
+            for to in 0..from {
+                let linked = from - to == 1 || self.chance.random_bool(more);
+                self.links[from][to] = linked;
+                self.links[to][from] = linked;
+            }
         }
+    }
+
+    /// Returns the largest distance between two robots, in links.
+    pub fn diameter(&self) -> usize {
+        let count = self.links.len();
+        let distance = |from: usize, to: usize| match self.links[from][to] {
+            _ if from == to => 0,
+            true => 1,
+            false => count,
+        };
+        let row = |from| (0..count).map(|to| distance(from, to)).collect();
+        let mut away: Vec<Vec<usize>> = (0..count).map(row).collect();
+        for by in 0..count {
+            for from in 0..count {
+                for to in 0..count {
+                    away[from][to] = away[from][to].min(away[from][by] + away[by][to]);
+                }
+            }
+        }
+        away.into_iter().flatten().max().unwrap()
     }
 
     pub fn briefs(&self) -> Arc<[TaskBrief]> {
@@ -186,9 +315,14 @@ impl<A: Allocator> Team<A> {
         SimTime(self.tick * STEP.0)
     }
 
-    /// Makes one step in which each broadcast reaches all robots.
+    /// Makes one step in which broadcasts reach the linked robots, except those that are lost.
     pub fn step(&mut self) {
-        self.step_with(|_, _| true);
+        let (links, loss) = (self.links.clone(), self.loss);
+        let mut chance = self.chance.clone();
+        self.step_with(|broadcast, receiver| {
+            links[broadcast.sender.index()][receiver.index()] && !chance.random_bool(loss)
+        });
+        self.chance = chance;
     }
 
     pub fn run(&mut self, steps: u64) {
@@ -212,19 +346,15 @@ impl<A: Allocator> Team<A> {
             let Some(controller) = &mut robot.controller else {
                 continue;
             };
+            let situation = &self.situation;
             let input = Input {
-                now,
-                step_s: STEP.as_secs_f64(),
-                position: None,
-                is_laden: false,
                 applicable: &applicable,
                 choices: &choices,
                 progressed: &std::mem::take(&mut robot.progressed),
                 received: &received,
-                // The cost does not depend on the previous task.
-                seconds: &|_, task| choices.iter().find(|choice| choice.task == task)?.cost_s,
+                seconds: &|after, task| situation.seconds(rank, after, task),
                 ground_truth: &ground_truth,
-                draws: RandomDraws::new(7, me, tick),
+                ..fixtures::input(now, me)
             };
             controller.step(&input, &mut robot.outcome);
             let active = robot.outcome.active.map(|behavior| TaskId(behavior.0));
@@ -260,14 +390,12 @@ impl<A: Allocator> Team<A> {
             .filter_map(|(task, id)| {
                 let cost_s = self.cost_s(rank, TaskId(id))?;
                 Some(Choice {
-                    behavior: BehaviorId(id),
-                    task: TaskId(id),
                     round: task.round,
-                    applicable: task.units != Some(0),
-                    cost_s: Some(cost_s),
+                    applicable: task.units != Some(0) && self.applicable[rank][usize::from(id)],
                     reward: task.reward,
                     priority: task.priority,
                     max_robots: task.max_robots,
+                    ..fixtures::choice(id, cost_s)
                 })
             })
             .collect()
@@ -296,18 +424,13 @@ impl<A: Allocator> Team<A> {
 
     /// Sends a message in a robot's name, for delivery in the next step.
     pub fn inject(&mut self, rank: usize, message: AllocationMessage) {
+        let now = self.now();
         let robot = &mut self.robots[rank];
-        let seq = robot.seq;
+        let number = (robot.incarnation, robot.seq);
         robot.seq += 1;
-        self.in_flight.push(Arc::new(Broadcast {
-            sender: RobotId(rank as u16),
-            incarnation: robot.incarnation,
-            tick: self.tick,
-            index: 0,
-            seq,
-            sent: self.now(),
-            body: BroadcastContent::Allocation(message),
-        }));
+        let body = BroadcastContent::Allocation(message);
+        let broadcast = fixtures::broadcast(RobotId(rank as u16), number, now, body);
+        self.in_flight.push(Arc::new(broadcast));
     }
 
     /// Crashes a robot. Its broadcasts of the latest step are still delivered.
@@ -325,6 +448,16 @@ impl<A: Allocator> Team<A> {
         let robot = &mut self.robots[rank];
         (robot.controller, robot.incarnation, robot.seq) = (Some(controller), incarnation, 0);
         robot.outcome = StepOutcome::default();
+    }
+
+    /// Returns the task that each robot executes, by rank.
+    pub fn active(&self) -> Vec<Option<usize>> {
+        let active = |robot: &Robot<A>| robot.active.map(TaskId::index);
+        self.robots.iter().map(active).collect()
+    }
+
+    pub fn is_running(&self, rank: usize) -> bool {
+        self.robots[rank].controller.is_some()
     }
 
     pub fn executors(&self, task: usize) -> Vec<usize> {
@@ -346,34 +479,13 @@ impl<A: Allocator> Team<A> {
 impl<A> Robot<A> {
     fn broadcasts(&mut self, sender: RobotId, tick: u64) -> impl Iterator<Item = Broadcast> {
         let sent = SimTime(tick * STEP.0);
-        let heartbeats = self.outcome.announcements.iter().map(|announcement| {
-            BroadcastContent::Heartbeat(Heartbeat {
-                state: announcement.state,
-                since: announcement.since,
-                set: announcement.behavior,
-                task: announcement.task,
-                progress: announcement.progress,
-                position: None,
-                carrying: false,
-                shared_knowledge: SharedKnowledge::default(),
-            })
-        });
+        let heartbeats = self.outcome.announcements.iter().map(fixtures::heartbeat);
         let messages = self.outcome.say.drain(..).map(BroadcastContent::Allocation);
         let (incarnation, first) = (self.incarnation, self.seq);
         let bodies: Vec<BroadcastContent> = heartbeats.chain(messages).collect();
         self.seq += bodies.len() as u64;
-        bodies
-            .into_iter()
-            .zip(0..)
-            .map(move |(body, index)| Broadcast {
-                sender,
-                incarnation,
-                tick,
-                index,
-                seq: first + u64::from(index),
-                sent,
-                body,
-            })
+        let numbered = bodies.into_iter().zip(first..);
+        numbered.map(move |(body, seq)| fixtures::broadcast(sender, (incarnation, seq), sent, body))
     }
 }
 

@@ -11,6 +11,10 @@ use proto::tick::ManifestEntry;
 
 use super::*;
 
+use Verdict::{Counted, SilenceEnded, Stale};
+
+use StepOrder::{InOrder, Simultaneous};
+
 /// A team of this size in which all robots receive each other.
 struct All(u16);
 
@@ -54,7 +58,7 @@ fn action() -> impl Strategy<Value = Action> {
 }
 
 fn order() -> impl Strategy<Value = StepOrder> {
-    prop_oneof![Just(StepOrder::Simultaneous), Just(StepOrder::InOrder)]
+    prop_oneof![Just(Simultaneous), Just(InOrder)]
 }
 
 fn report(robot: RobotId, incarnation: Incarnation, tick: Tick, broadcasts: u16) -> Report {
@@ -213,11 +217,7 @@ impl Watched {
         let counts = self.awaited.contains(&robot) && correct && broadcasts <= MAX_BROADCASTS;
         let report = report(RobotId(robot), incarnation, tick, broadcasts);
         let verdict = self.barrier.report(&report);
-        assert_eq!(
-            verdict == Verdict::Counted,
-            counts,
-            "{report:?} is {verdict:?}"
-        );
+        assert_eq!(verdict == Counted, counts, "{report:?} is {verdict:?}");
         if counts {
             let earlier = self.counted.insert((tick, robot), report);
             assert_eq!(earlier, None, "counted twice");
@@ -234,7 +234,7 @@ impl Watched {
             self.barrier.take_manifest(question.robot, &mut manifest);
             let robot = question.robot.0;
             assert!(!self.asked.contains(&robot), "asked twice in a tick");
-            if self.order == StepOrder::InOrder {
+            if self.order == InOrder {
                 assert!(
                     self.awaited.is_empty(),
                     "asked while another robot's answer is due"
@@ -265,8 +265,8 @@ impl Watched {
         let now = self.barrier.tick();
         let counted_before = now > 0 && self.last_counted(robot, incarnation) == Some(now - 1);
         let receives = |tick: Tick, sender: u16| match self.order {
-            StepOrder::Simultaneous => counted_before && tick + 1 == now,
-            StepOrder::InOrder => {
+            Simultaneous => counted_before && tick + 1 == now,
+            InOrder => {
                 (counted_before && tick + 1 == now && sender > robot)
                     || (tick == now && sender < robot)
             }
@@ -361,7 +361,7 @@ proptest! {
 #[test]
 fn the_clock_starts_when_the_last_robot_arrives_in_any_order() {
     for arrivals in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
-        let mut watched = Watched::new(3, StepOrder::Simultaneous);
+        let mut watched = Watched::new(3, Simultaneous);
         for (already, robot) in arrivals.into_iter().enumerate() {
             assert!(!watched.barrier.started(), "with {already} of 3");
             assert_eq!(watched.ask(), []);
@@ -370,7 +370,7 @@ fn the_clock_starts_when_the_last_robot_arrives_in_any_order() {
         }
         assert_eq!(watched.ask().len(), 3);
         for robot in arrivals {
-            assert_eq!(watched.report(robot, 1, 0, 0), Verdict::Counted);
+            assert_eq!(watched.report(robot, 1, 0, 0), Counted);
         }
         // The order of arrival does not change the log.
         let joined = |rank: u16| Input::Join {
@@ -385,7 +385,7 @@ fn the_clock_starts_when_the_last_robot_arrives_in_any_order() {
 
 #[test]
 fn an_unknown_robot_and_a_taken_one_are_refused() {
-    let mut watched = Watched::running(2, StepOrder::Simultaneous);
+    let mut watched = Watched::running(2, Simultaneous);
     assert_eq!(
         watched.barrier.invite("robot-7"),
         Err(Refusal::UnknownRobot {
@@ -403,60 +403,8 @@ fn an_unknown_robot_and_a_taken_one_are_refused() {
 }
 
 #[test]
-fn in_order_a_later_robot_receives_an_earlier_one_in_the_same_tick() {
-    let mut watched = Watched::running(2, StepOrder::InOrder);
-    assert_eq!(watched.ask()[0].0.robot, RobotId(0));
-    assert_eq!(watched.ask(), [], "the first has not answered");
-    watched.report(0, 1, 0, 2);
-    let second = watched.ask();
-    assert_eq!(second[0].0.robot, RobotId(1));
-    assert_eq!((second[0].1[0].tick, second[0].1[0].count), (0, 2));
-}
-
-#[test]
-fn broadcasts_of_a_dead_agent_are_delivered_only_if_it_reported() {
-    for reported in [true, false] {
-        let mut watched = Watched::running(2, StepOrder::Simultaneous);
-        watched.ask();
-        watched.report(0, 1, 0, 0);
-        if reported {
-            watched.report(1, 1, 0, 3);
-        }
-        watched.gone(1, 0);
-        assert_eq!(watched.finish().dead, [RobotId(1)]);
-        assert_eq!(watched.ask()[0].1.len(), usize::from(reported));
-    }
-}
-
-#[test]
-fn a_restart_within_the_tick_of_the_death_is_a_new_incarnation_in_the_next_tick() {
-    let mut watched = Watched::running(2, StepOrder::Simultaneous);
-    watched.ask();
-    watched.report(1, 1, 0, 3);
-    watched.gone(1, 0);
-    watched.invite(1);
-    watched.arrive(1, 0);
-    assert_eq!(watched.report(1, 1, 0, 0), Verdict::Superseded);
-    watched.report(0, 1, 0, 1);
-    let gathered = watched.finish();
-    assert_eq!(
-        gathered.dead,
-        [RobotId(1)],
-        "the item of the old incarnation falls"
-    );
-    assert!(
-        gathered.counted[1],
-        "the report of the old incarnation counts"
-    );
-    let questions = watched.ask();
-    assert_eq!(questions[1].0.incarnation, 2);
-    assert_eq!(questions[1].0.last_counted, None);
-    assert_eq!(questions[1].1, [], "it was not present to receive");
-}
-
-#[test]
 fn a_silent_robot_receives_nothing_until_it_takes_part_again() {
-    let mut watched = Watched::running(2, StepOrder::Simultaneous);
+    let mut watched = Watched::running(2, Simultaneous);
     watched.ask();
     watched.report(0, 1, 0, 1);
     watched.stall(1);
@@ -464,7 +412,7 @@ fn a_silent_robot_receives_nothing_until_it_takes_part_again() {
     watched.ask();
     assert_eq!(
         watched.report(1, 1, 0, 5),
-        Verdict::SilenceEnded,
+        SilenceEnded,
         "late, and not counted"
     );
     watched.report(0, 1, 1, 1);
@@ -480,7 +428,7 @@ fn a_silent_robot_receives_nothing_until_it_takes_part_again() {
 
 #[test]
 fn without_agents_the_clock_stands_and_a_new_agent_enters_the_current_tick() {
-    let mut watched = Watched::running(1, StepOrder::Simultaneous);
+    let mut watched = Watched::running(1, Simultaneous);
     watched.ask();
     watched.gone(0, 0);
     watched.finish();
@@ -495,15 +443,15 @@ fn without_agents_the_clock_stands_and_a_new_agent_enters_the_current_tick() {
 
 #[test]
 fn a_replayed_report_does_not_end_a_silence() {
-    let mut watched = Watched::running(2, StepOrder::Simultaneous);
+    let mut watched = Watched::running(2, Simultaneous);
     watched.ask();
     watched.report(0, 1, 0, 0);
     watched.report(1, 1, 0, 0);
     watched.finish();
     watched.ask();
     watched.stall(1);
-    assert_eq!(watched.report(1, 1, 0, 0), Verdict::Stale);
-    assert_eq!(watched.report(1, 1, 1, 0), Verdict::SilenceEnded);
+    assert_eq!(watched.report(1, 1, 0, 0), Stale);
+    assert_eq!(watched.report(1, 1, 1, 0), SilenceEnded);
 }
 
 /// Sends the tick to all robots and answers for them with one broadcast each. Returns the senders in each robot's manifest.
@@ -515,7 +463,7 @@ fn step_all(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
         let senders = manifest.iter().map(|entry| entry.sender);
         received.push((question.robot, senders.collect()));
         let answer = report(question.robot, question.incarnation, barrier.tick(), 1);
-        assert_eq!(barrier.report(&answer), Verdict::Counted);
+        assert_eq!(barrier.report(&answer), Counted);
     }
     received
 }
@@ -528,14 +476,10 @@ fn finish(barrier: &mut Barrier) -> TickResult {
 
 #[test]
 fn an_agent_that_was_given_up_may_arrive_unless_another_has_the_place() {
-    let robots = ["robot-0", "robot-1"].map(|name| Robot {
-        name: name.to_owned(),
-        ..Robot::default()
-    });
     for is_taken in [false, true] {
-        let mut barrier = Barrier::new(&robots, StepOrder::Simultaneous);
-        for robot in &robots {
-            barrier.invite(&robot.name).unwrap();
+        let mut barrier = Watched::new(2, Simultaneous).barrier;
+        for name in ["robot-0", "robot-1"] {
+            barrier.invite(name).unwrap();
         }
         barrier.arrive(RobotId(0), 1);
         barrier.give_up(RobotId(1), 1);
@@ -561,11 +505,7 @@ fn an_agent_that_was_given_up_may_arrive_unless_another_has_the_place() {
 
 #[test]
 fn the_clock_starts_without_robots_that_died_before_they_arrived_if_any_is_present() {
-    let robots = ["robot-0", "robot-1"].map(|name| Robot {
-        name: name.to_owned(),
-        ..Robot::default()
-    });
-    let mut barrier = Barrier::new(&robots, StepOrder::Simultaneous);
+    let mut barrier = Watched::new(2, Simultaneous).barrier;
     barrier.start_without(RobotId(0));
     barrier.start_without(RobotId(1));
     assert!(!barrier.start_if_all_arrived(), "no robot is present");

@@ -159,6 +159,8 @@ mod tests {
     use crate::drill::DRILL;
     use crate::world::World;
 
+    use ActuatorMode::{Dead, OneWheel, Slowed, TurnBias};
+
     const BLUE: RobotId = RobotId(0);
 
     /// Returns the actual speed and turn rate in degrees/s, and the faults that changed them. The limits are 0.5 m/s and
@@ -201,28 +203,23 @@ mod tests {
 
     #[test]
     fn a_dead_drive_neither_turns_nor_moves() {
-        assert_drive(drive(&[ActuatorMode::Dead], 0.5, 90.0), 0.0, 0.0, true);
-        assert_drive(drive(&[ActuatorMode::Dead], 0.0, 0.0), 0.0, 0.0, false);
+        assert_drive(drive(&[Dead], 0.5, 90.0), 0.0, 0.0, true);
+        assert_drive(drive(&[Dead], 0.0, 0.0), 0.0, 0.0, false);
         // An intact drive does not reverse either.
-        assert_drive(drive(&[ActuatorMode::Dead], -1.0, 0.0), 0.0, 0.0, false);
+        assert_drive(drive(&[Dead], -1.0, 0.0), 0.0, 0.0, false);
     }
 
     #[test]
     fn a_slow_drive_gives_its_share_of_what_an_intact_one_would() {
-        let slow = [ActuatorMode::Slowed(0.2)];
+        let slow = [Slowed(0.2)];
         assert_drive(drive(&slow, 0.4, -30.0), 0.08, -6.0, true);
         assert_drive(drive(&slow, 9.0, 900.0), 0.1, 18.0, true);
-        assert_drive(
-            drive(&[ActuatorMode::Slowed(1.0)], 0.4, 9.0),
-            0.4,
-            9.0,
-            false,
-        );
+        assert_drive(drive(&[Slowed(1.0)], 0.4, 9.0), 0.4, 9.0, false);
     }
 
     #[test]
     fn a_turn_bias_acts_while_the_robot_drives() {
-        let bias = [ActuatorMode::TurnBias(-10.0)];
+        let bias = [TurnBias(-10.0)];
         assert_drive(drive(&bias, 0.4, 0.0), 0.4, -10.0, true);
         assert_drive(drive(&bias, 0.0, 30.0), 0.0, 20.0, true);
         assert_drive(drive(&bias, 0.0, 0.0), 0.0, 0.0, false);
@@ -232,8 +229,8 @@ mod tests {
 
     #[test]
     fn a_robot_with_one_wheel_circles_the_other() {
-        let left = [ActuatorMode::OneWheel(Side::Left)];
-        let right = [ActuatorMode::OneWheel(Side::Right)];
+        let left = [OneWheel(Side::Left)];
+        let right = [OneWheel(Side::Right)];
         // The center circles the wheel at the edge: speed = turn rate · radius.
         let round = (0.25_f32 / 0.2).to_degrees();
         assert_drive(drive(&left, 0.5, 0.0), 0.25, round, true);
@@ -247,11 +244,11 @@ mod tests {
 
     #[test]
     fn faults_act_in_the_order_of_arming() {
-        let slow = ActuatorMode::Slowed(0.5);
-        let bias = ActuatorMode::TurnBias(10.0);
+        let slow = Slowed(0.5);
+        let bias = TurnBias(10.0);
         assert_drive(drive(&[slow, bias], 0.4, 20.0), 0.2, 20.0, true);
         assert_drive(drive(&[bias, slow], 0.4, 20.0), 0.2, 15.0, true);
-        assert_eq!(drive(&[ActuatorMode::Dead, slow], 0.4, 0.0).2, [0]);
+        assert_eq!(drive(&[Dead, slow], 0.4, 0.0).2, [0]);
     }
 
     #[test]

@@ -258,6 +258,8 @@ impl Schedule {
 mod tests {
     use super::*;
 
+    use Transition::{Apply, Heal};
+
     fn order(json: &str) -> Order {
         serde_json::from_str(json).unwrap()
     }
@@ -277,10 +279,10 @@ mod tests {
         assert_eq!(schedule.due(A), Some(SimTime(100)));
         assert!(turns(&mut schedule, 50).is_empty());
         assert_eq!(schedule.in_force().count(), 0);
-        assert_eq!(turns(&mut schedule, 100), [Transition::Apply(A)]);
+        assert_eq!(turns(&mut schedule, 100), [Apply(A)]);
         assert_eq!(schedule.in_force().count(), 1);
         assert!(turns(&mut schedule, 250).is_empty());
-        assert_eq!(turns(&mut schedule, 300), [Transition::Heal(A)]);
+        assert_eq!(turns(&mut schedule, 300), [Heal(A)]);
         let status = schedule.status(A);
         assert_eq!(status.phase, Phase::Over);
         assert_eq!(status.applied_ms, Some(SimTime(100)));
@@ -296,10 +298,7 @@ mod tests {
         schedule
             .arm(order(r#"{"fault":{"deaf":"blue"}}"#), SimTime(5000))
             .unwrap();
-        assert_eq!(
-            turns(&mut schedule, 5000),
-            [Transition::Apply(A), Transition::Apply(B)]
-        );
+        assert_eq!(turns(&mut schedule, 5000), [Apply(A), Apply(B)]);
     }
 
     #[test]
@@ -309,11 +308,8 @@ mod tests {
         let heals = order(r#"{"fault":{"deaf":"blue"},"for_s":1}"#);
         schedule.arm(begins, SimTime(0)).unwrap();
         schedule.arm(heals, SimTime(0)).unwrap();
-        assert_eq!(turns(&mut schedule, 0), [Transition::Apply(B)]);
-        assert_eq!(
-            turns(&mut schedule, 1000),
-            [Transition::Heal(B), Transition::Apply(A)]
-        );
+        assert_eq!(turns(&mut schedule, 0), [Apply(B)]);
+        assert_eq!(turns(&mut schedule, 1000), [Heal(B), Apply(A)]);
     }
 
     #[test]
@@ -322,24 +318,18 @@ mod tests {
         let again = order(r#"{"fault":{"mute":"blue"},"at_s":1,"every_s":2,"for_s":0.5}"#);
         schedule.arm(again, SimTime(0)).unwrap();
         for round in 0..3 {
-            assert_eq!(
-                turns(&mut schedule, 1000 + round * 2000),
-                [Transition::Apply(A)]
-            );
+            assert_eq!(turns(&mut schedule, 1000 + round * 2000), [Apply(A)]);
             assert!(schedule.hit(A, 2));
             assert!(!schedule.hit(A, 1));
-            assert_eq!(
-                turns(&mut schedule, 1500 + round * 2000),
-                [Transition::Heal(A)]
-            );
+            assert_eq!(turns(&mut schedule, 1500 + round * 2000), [Heal(A)]);
             assert_eq!(schedule.status(A).phase, Phase::Armed);
         }
         assert_eq!(schedule.status(A).hits, 9);
         let waste = order(r#"{"fault":{"waste":{"x_m":1,"y_m":1}},"every_s":1}"#);
         schedule.arm(waste, SimTime(5500)).unwrap();
-        assert_eq!(turns(&mut schedule, 5500), [Transition::Apply(B)]);
+        assert_eq!(turns(&mut schedule, 5500), [Apply(B)]);
         assert_eq!(schedule.status(B).phase, Phase::Armed);
-        assert_eq!(turns(&mut schedule, 6500), [Transition::Apply(B)]);
+        assert_eq!(turns(&mut schedule, 6500), [Apply(B)]);
     }
 
     #[test]
@@ -355,38 +345,23 @@ mod tests {
         };
         let no_robot = |_: Role<'_>| None;
         // No robot has the role, so the next fault has its turn.
-        assert_eq!(
-            schedule.next(SimTime(1000), no_robot),
-            Some(Transition::Apply(B))
-        );
+        assert_eq!(schedule.next(SimTime(1000), no_robot), Some(Apply(B)));
         assert_eq!(schedule.next(SimTime(1000), no_robot), None);
         assert_eq!(schedule.status(A).phase, Phase::Armed);
-        assert_eq!(
-            schedule.next(SimTime(1050), by("gold")),
-            Some(Transition::Apply(A))
-        );
+        assert_eq!(schedule.next(SimTime(1050), by("gold")), Some(Apply(A)));
         let target =
             |schedule: &Schedule| schedule.status(A).order.fault.robot().map(str::to_owned);
         assert_eq!(target(&schedule).as_deref(), Some("gold"));
         assert_eq!(schedule.status(A).applied_ms, Some(SimTime(1050)));
-        assert_eq!(
-            schedule.next(SimTime(2050), no_robot),
-            Some(Transition::Heal(A))
-        );
-        assert_eq!(
-            schedule.next(SimTime(3050), by("green")),
-            Some(Transition::Apply(A))
-        );
+        assert_eq!(schedule.next(SimTime(2050), no_robot), Some(Heal(A)));
+        assert_eq!(schedule.next(SimTime(3050), by("green")), Some(Apply(A)));
         assert_eq!(target(&schedule).as_deref(), Some("green"));
         // A fault of an idle robot works in the same way.
         let idle = order(r#"{"fault":{"deaf":"idle"}}"#);
         let idle = schedule.arm(idle, SimTime(3100)).unwrap();
         assert_eq!(schedule.next(SimTime(3100), by("green")), None);
         let rests = |role: Role<'_>| (role == Role::Idle).then_some("blue");
-        assert_eq!(
-            schedule.next(SimTime(3150), rests),
-            Some(Transition::Apply(idle))
-        );
+        assert_eq!(schedule.next(SimTime(3150), rests), Some(Apply(idle)));
         assert_eq!(schedule.status(idle).order.fault.robot(), Some("blue"));
     }
 
@@ -399,8 +374,8 @@ mod tests {
         assert_eq!(schedule.waiting().count(), 1);
         schedule.trigger(A, SimTime(300));
         assert_eq!(schedule.waiting().count(), 0);
-        assert_eq!(turns(&mut schedule, 300), [Transition::Apply(A)]);
-        assert_eq!(turns(&mut schedule, 1300), [Transition::Heal(A)]);
+        assert_eq!(turns(&mut schedule, 300), [Apply(A)]);
+        assert_eq!(turns(&mut schedule, 1300), [Heal(A)]);
         assert_eq!(schedule.waiting().count(), 0);
     }
 
@@ -411,7 +386,7 @@ mod tests {
         let waits = order(r#"{"fault":{"mute":"blue"},"when":"gold dies"}"#);
         schedule.arm(again, SimTime(0)).unwrap();
         schedule.arm(waits, SimTime(0)).unwrap();
-        assert_eq!(turns(&mut schedule, 0), [Transition::Apply(A)]);
+        assert_eq!(turns(&mut schedule, 0), [Apply(A)]);
         assert_eq!(schedule.clear(A, SimTime(100)), Some(true));
         assert_eq!(schedule.clear(A, SimTime(100)), None);
         assert_eq!(schedule.clear(B, SimTime(100)), Some(false));

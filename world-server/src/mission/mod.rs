@@ -5,7 +5,7 @@
 //!
 //! # One step
 //! A step calls [`MissionWorld::begin`]. For each robot in rank order it calls [`MissionWorld::act`], moves the body, and
-//! calls [`MissionWorld::handle_push`] if the body meets a bar. Then follow [`MissionWorld::settle`], the aspects and the clock.
+//! calls [`MissionWorld::handle_push`] if the body meets a bar. Then follow [`MissionWorld::settle`], the batteries and the clock.
 //!
 //! # Repeatable runs
 //! A mission depends only on its setup, the actions, the faults and its own state: not on a clock, an address or the order

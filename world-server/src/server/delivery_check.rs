@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use proto::link::{IncomingMessages, StepMessages};
-use proto::team::Broadcast;
+use proto::team::{Broadcast, BroadcastKey};
 use proto::telemetry::{Delivery, Reception};
 use proto::tick::{ManifestEntry, Report, TickMessage};
 use scenario::Setup;
@@ -22,13 +22,11 @@ const TICKS: Tick = 4;
 /// The maximum number of stored broadcasts. A team does not send more.
 const CAPACITY: usize = 65_536;
 
-type Key = (Tick, RobotId, Incarnation, u16);
-
 #[derive(Default)]
 pub(super) struct DeliveryCheck {
     /// The incarnation and the links of each receiver, with messages in flight; `None` if the state is no longer known.
     links: BTreeMap<RobotId, (Incarnation, Option<IncomingMessages>)>,
-    broadcasts: BTreeMap<Key, Arc<Broadcast>>,
+    broadcasts: BTreeMap<BroadcastKey, Arc<Broadcast>>,
 }
 
 /// The state of the receiver's links after a checked report, if the report counts; `None` if the state is unknown.
@@ -43,14 +41,8 @@ impl DeliveryCheck {
         {
             self.broadcasts.pop_first();
         }
-        let key = (
-            broadcast.tick,
-            broadcast.sender,
-            broadcast.incarnation,
-            broadcast.index,
-        );
         self.broadcasts
-            .entry(key)
+            .entry(broadcast.key())
             .or_insert_with(|| Arc::new(broadcast));
     }
 
@@ -78,7 +70,7 @@ impl DeliveryCheck {
         // A reported real loss is accepted, because the controller cannot have received the message.
         let mut reported = report.receptions.iter();
         let mut arrived: Vec<Option<Arc<Broadcast>>> = Vec::new();
-        for key in message.manifest.iter().flat_map(keys) {
+        for key in message.manifest.iter().flat_map(ManifestEntry::keys) {
             let is_lost = reported
                 .next()
                 .is_some_and(|reception| reception.delivery == Delivery::Lost);
@@ -102,11 +94,6 @@ impl DeliveryCheck {
         self.links
             .insert(report.robot, (report.incarnation, checked.0));
     }
-}
-
-fn keys(entry: &ManifestEntry) -> impl Iterator<Item = Key> {
-    let (tick, sender, incarnation) = (entry.tick, entry.sender, entry.incarnation);
-    (0..entry.count).map(move |index| (tick, sender, incarnation, index))
 }
 
 fn compare(reported: &[Reception], expected: &[Reception], setup: &Setup) -> Result<(), String> {

@@ -6,7 +6,7 @@ use glam::Vec2;
 use proto::readings::Pose;
 use scenario::ids::RobotId;
 
-use super::{Aspect, Outline};
+use super::Outline;
 
 /// The number of a rectangle on the floor, in the order of placement. The rectangles of the scenario come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,8 +69,6 @@ pub struct Component {
     pub shape: Shape,
     /// The effect on bodies that move over the component.
     pub penetrability: Penetrability,
-    /// The properties that evolve each step.
-    pub aspects: Vec<Aspect>,
 }
 
 impl Component {

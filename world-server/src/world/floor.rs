@@ -6,15 +6,14 @@ use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use scenario::{Body, Robot as RobotSpec, Scenario, Sensors};
 
+use super::battery::Battery;
 use super::grid::Grid;
 use super::neighbor_cache::{Drift, NeighborCache};
 use super::radio::RadioRange;
 use super::readings_cache::ReadingsCache;
 use super::space::{Space, nearest_place};
 use super::step_events::StepEvents;
-use super::{
-    Aspect, Bar, Battery, Component, ComponentId, Outline, Penetrability, Shape, start_poses,
-};
+use super::{Bar, Component, ComponentId, Outline, Penetrability, Shape, start_poses};
 use run_log::recorder::{Event, EventKind};
 
 /// The space, bodies and time that every mission has.
@@ -27,8 +26,8 @@ pub struct Floor {
     pub(super) space: Space,
     /// The bodies, indexed by rank.
     pub(super) robots: Vec<Robot>,
-    /// True if any robot has aspects.
-    pub(super) has_aspects: bool,
+    /// True if energy is simulated.
+    pub(super) has_energy: bool,
     /// The ranks of the present robots, by their centers.
     pub(super) bodies: Grid,
     pub(super) drift: Drift,
@@ -60,6 +59,8 @@ pub(super) struct Robot {
     pub present: bool,
     /// True if the robot's power is switched on.
     pub powered: bool,
+    /// The energy; `None` if energy is not simulated.
+    pub battery: Option<Battery>,
     /// The unit vector of the heading.
     pub ahead: Vec2,
     /// The mean speed over the last step.
@@ -84,8 +85,7 @@ impl Robot {
     }
 
     pub fn can_act(&self) -> bool {
-        let aspects = &self.component.aspects;
-        self.present && self.powered && aspects.iter().all(Aspect::is_powered)
+        self.present && self.powered && self.battery.is_none_or(|battery| !battery.is_empty())
     }
 }
 
@@ -115,17 +115,13 @@ impl Floor {
                     radius_m: body.radius_m,
                 },
                 penetrability: Penetrability(body.robot_penetrability),
-                aspects: scenario
-                    .energy
-                    .iter()
-                    .map(|energy| Aspect::Energy(Battery::full(energy)))
-                    .collect(),
             };
             let mut robot = Robot {
                 component,
                 start: pose,
                 present: !robot.absent,
                 powered: true,
+                battery: scenario.energy.as_ref().map(Battery::full),
                 ahead: Vec2::X,
                 speed_m_s: 0.0,
                 body: scenario.body_of(robot),
@@ -157,9 +153,7 @@ impl Floor {
             step: SimTime(scenario.step_ms),
             body,
             sensors: scenario.sensors,
-            has_aspects: robots
-                .iter()
-                .any(|robot| !robot.component.aspects.is_empty()),
+            has_energy: scenario.energy.is_some(),
             robots,
             bodies,
             drift: Drift::new(space.size),
@@ -167,8 +161,11 @@ impl Floor {
         }
     }
 
-    pub(super) fn evolve_aspects(&mut self, happened: &mut StepEvents) {
+    pub(super) fn draw_energy(&mut self, happened: &mut StepEvents) {
         for (rank, robot) in self.robots.iter_mut().enumerate() {
+            let Some(battery) = &mut robot.battery else {
+                continue;
+            };
             if !robot.present || !robot.powered {
                 continue;
             }
@@ -177,13 +174,11 @@ impl Floor {
             } else {
                 0.0
             };
-            for aspect in &mut robot.component.aspects {
-                let was_powered = aspect.is_powered();
-                aspect.evolve(drive, self.step);
-                if was_powered && !aspect.is_powered() {
-                    let robot = Some(RobotId(rank as u16));
-                    happened.add(Event::new(EventKind::EnergyOut, robot));
-                }
+            let was_empty = battery.is_empty();
+            battery.draw(drive, self.step);
+            if !was_empty && battery.is_empty() {
+                let robot = Some(RobotId(rank as u16));
+                happened.add(Event::new(EventKind::EnergyOut, robot));
             }
         }
     }
@@ -215,11 +210,8 @@ impl Floor {
     /// Returns the remaining energy of a robot, J; `None` if energy is not simulated.
     #[must_use]
     pub fn energy_j(&self, robot: RobotId) -> Option<f32> {
-        let aspects = &self.robots[robot.index()].component.aspects;
-        aspects
-            .iter()
-            .map(|Aspect::Energy(battery)| battery.charge_j())
-            .next()
+        let battery = self.robots[robot.index()].battery;
+        battery.map(|battery| battery.charge_j())
     }
 
     /// Returns all rectangles by id: obstacles and patches.

@@ -1,9 +1,8 @@
-//! The world: components, penetrability, aspects, physics and sensing (thesis §3.2 and §4.1). The code is pure: results
+//! The world: components, penetrability, energy, physics and sensing (thesis §3.2 and §4.1). The code is pure: results
 //! depend only on the setup and the commands.
 //!
 //! - [`outline`](Outline): geometry of one solid: distance, ray cast, and the sweep of a disc.
-//! - [`component`](Component): objects on the floor, with [`Penetrability`] and [aspects](Aspect), such as
-//!   [`Energy`](Battery).
+//! - [`component`](Component): objects on the floor, with [`Penetrability`]. `battery`: the energy of a robot, an aspect.
 //! - `space`: the border and the rectangles. [`start_poses`]: the start poses of the robots. [`Places`]: free places.
 //!   [`Regions`]: places with ways between them.
 //! - `grid`: neighbor search. `ground`: speed changes by the floor. `motion`: turning, then moving straight ahead.
@@ -15,7 +14,7 @@
 //!
 //! # One step
 //! Interruption handlers change the world between steps (`change`: [`Floor::add_obstacle`], [`Floor::move_robot`], …). In a
-//! step the components act in rank order, then the aspects evolve. A robot first acts on its mission at the position
+//! step the components act in rank order, then the batteries discharge. A robot first acts on its mission at the position
 //! where it read its sensors. Then it turns and moves. If a bar stops it, the mission may let the bar
 //! [give way](crate::mission::MissionWorld::handle_push), and the body continues. Robots of lower rank have moved by
 //! then, others have not.
@@ -26,8 +25,8 @@
 //! - Driving draws energy by the actual speed, so pushing against a wall draws none. A robot without energy ignores
 //!   commands, but its sensors still work.
 
-mod aspect;
 mod bar;
+mod battery;
 pub(crate) mod change;
 mod component;
 pub(crate) mod floor;
@@ -46,7 +45,6 @@ pub(crate) mod start;
 mod state;
 pub(crate) mod step_events;
 
-pub use aspect::{Aspect, Battery};
 pub use bar::{Bar, Push};
 pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};

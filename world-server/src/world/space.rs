@@ -53,7 +53,6 @@ impl Space {
             },
             shape: Shape::Rectangle { half_size_m },
             penetrability: Penetrability(obstacle.penetrability),
-            aspects: Vec::new(),
         });
         id
     }

@@ -71,8 +71,8 @@ impl World {
             }
         }
         mission.settle(floor, &mut happened);
-        if floor.has_aspects {
-            floor.evolve_aspects(&mut happened);
+        if floor.has_energy {
+            floor.draw_energy(&mut happened);
         }
         floor.now = floor.now + floor.step;
         happened.into_events()
@@ -91,7 +91,7 @@ impl World {
     pub fn write_readings(&self, robot: RobotId, readings: &mut Readings) {
         let validity = self.read_sensors(robot, readings);
         // Energy changes without any event.
-        let lasts = validity == Validity::UntilChange && !self.floor.has_aspects;
+        let lasts = validity == Validity::UntilChange && !self.floor.has_energy;
         self.floor.set_readings_valid(robot, lasts);
     }
 

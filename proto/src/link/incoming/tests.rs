@@ -12,6 +12,8 @@ use proptest::prelude::*;
 
 use super::*;
 
+use Delivery::{Cut, Delayed, Dropped, Duplicate, Lost, Pending, Received};
+
 const RECEIVER: RobotId = RobotId(2);
 const STEP: SimTime = SimTime(50);
 
@@ -128,7 +130,7 @@ fn a_missing_broadcast_is_logged_as_lost_with_its_sender() {
     assert!(messages.inbox.is_empty());
     assert_eq!(
         deliveries(&messages),
-        [(1, u64::MAX, Delivery::Lost, 5), (1, 41, Delivery::Cut, 5)]
+        [(1, u64::MAX, Lost, 5), (1, 41, Cut, 5)]
     );
     assert_eq!(messages.receptions[0].sent, SimTime(200));
     assert_eq!(messages.receptions[0].content, None);
@@ -144,12 +146,7 @@ fn a_clear_link_delivers_at_once_in_order_of_rank_and_number() {
         &[],
     );
     assert_eq!(inbox(&messages), [(0, 40), (0, 41), (1, 40)]);
-    assert!(
-        messages
-            .receptions
-            .iter()
-            .all(|r| r.delivery == Delivery::Received)
-    );
+    assert!(messages.receptions.iter().all(|r| r.delivery == Received));
     assert!(links.kept.is_empty() && links.copies.is_empty());
 }
 
@@ -170,10 +167,7 @@ fn probabilities_0_and_1_are_exact() {
         let seq = (tick - 1) * 10;
         assert_eq!(
             deliveries(&messages)[..2],
-            [
-                (0, seq, Delivery::Dropped, tick),
-                (1, seq, Delivery::Received, tick)
-            ]
+            [(0, seq, Dropped, tick), (1, seq, Received, tick)]
         );
         let copies = if tick == 1 { 0 } else { 1 };
         assert_eq!(deliveries(&messages).len(), 2 + copies);
@@ -186,18 +180,12 @@ fn a_delay_is_rounded_up_to_whole_steps() {
         let mut links = links(1);
         let late = state(|link| link.delay = SimTime(delay_ms));
         let messages = receive(&mut links, 5, &[(1, 1, late)], &[]);
-        assert_eq!(
-            deliveries(&messages),
-            [(1, 40, Delivery::Pending, 5 + steps)]
-        );
+        assert_eq!(deliveries(&messages), [(1, 40, Pending, 5 + steps)]);
         for tick in 6..5 + steps {
             assert_eq!(receive(&mut links, tick, &[], &[]), StepMessages::default());
         }
         let messages = receive(&mut links, 5 + steps, &[], &[]);
-        assert_eq!(
-            deliveries(&messages),
-            [(1, 40, Delivery::Delayed, 5 + steps)]
-        );
+        assert_eq!(deliveries(&messages), [(1, 40, Delayed, 5 + steps)]);
         assert_eq!(inbox(&messages), [(1, 40)]);
     }
 }
@@ -249,9 +237,9 @@ fn held_messages_arrive_together_when_their_sender_is_released() {
     assert_eq!(
         deliveries(&messages),
         [
-            (0, 40, Delivery::Pending, 5),
-            (1, 40, Delivery::Pending, 5),
-            (1, 41, Delivery::Pending, 5)
+            (0, 40, Pending, 5),
+            (1, 40, Pending, 5),
+            (1, 41, Pending, 5)
         ]
     );
     assert_eq!(inbox(&receive(&mut links, 6, &[(1, 1, hold)], &[0, 1])), []);
@@ -260,9 +248,9 @@ fn held_messages_arrive_together_when_their_sender_is_released() {
     assert_eq!(
         deliveries(&messages)[1..],
         [
-            (1, 40, Delivery::Delayed, 7),
-            (1, 41, Delivery::Delayed, 7),
-            (1, 50, Delivery::Delayed, 7)
+            (1, 40, Delayed, 7),
+            (1, 41, Delayed, 7),
+            (1, 50, Delayed, 7)
         ]
     );
     assert_eq!(inbox(&receive(&mut links, 8, &[], &[])), [(0, 40)]);
@@ -275,7 +263,7 @@ fn an_overtaken_message_arrives_one_step_after_the_next_message_of_its_sender() 
     let messages = receive(&mut links, 5, &[(0, 1, reorder), (1, 1, reorder)], &[]);
     assert_eq!(
         deliveries(&messages),
-        [(0, 40, Delivery::Pending, 5), (1, 40, Delivery::Pending, 5)]
+        [(0, 40, Pending, 5), (1, 40, Pending, 5)]
     );
     // A message of another sender overtakes nothing. The next message of the same sender overtakes, for any draw.
     assert_eq!(
@@ -286,7 +274,7 @@ fn an_overtaken_message_arrives_one_step_after_the_next_message_of_its_sender() 
     assert_eq!(inbox(&messages), [(1, 40)]);
     assert_eq!(
         deliveries(&messages),
-        [(1, 60, Delivery::Pending, 7), (1, 40, Delivery::Delayed, 7)]
+        [(1, 60, Pending, 7), (1, 40, Delayed, 7)]
     );
     assert_eq!(
         inbox(&receive(&mut links, 8, &[(0, 1, None)], &[])),
@@ -321,11 +309,11 @@ fn a_second_copy_arrives_one_step_later_and_is_ignored() {
     let messages = receive(&mut links, 5, &[(0, 1, twice), (1, 1, late)], &[]);
     assert_eq!(inbox(&messages), [(0, 40)]);
     let messages = receive(&mut links, 6, &[], &[]);
-    assert_eq!(deliveries(&messages), [(0, 40, Delivery::Duplicate, 6)]);
+    assert_eq!(deliveries(&messages), [(0, 40, Duplicate, 6)]);
     assert!(messages.inbox.is_empty());
     assert_eq!(inbox(&receive(&mut links, 7, &[], &[])), [(1, 40)]);
     let messages = receive(&mut links, 8, &[], &[]);
-    assert_eq!(deliveries(&messages), [(1, 40, Delivery::Duplicate, 8)]);
+    assert_eq!(deliveries(&messages), [(1, 40, Duplicate, 8)]);
     assert!(messages.inbox.is_empty());
 }
 
@@ -342,7 +330,7 @@ fn a_message_that_is_due_while_the_robot_is_absent_is_cut() {
     let messages = receive(&mut links, 8, &[], &[]);
     assert_eq!(
         deliveries(&messages),
-        [(1, 40, Delivery::Cut, 7), (1, 50, Delivery::Delayed, 8)]
+        [(1, 40, Cut, 7), (1, 50, Delayed, 8)]
     );
     assert_eq!(inbox(&messages), [(1, 50)]);
     // The robot is absent again, so the copy is dropped.
@@ -358,7 +346,7 @@ fn the_number_of_kept_messages_is_limited() {
     }
     let tick = CAPACITY as u64 + 1;
     let messages = receive(&mut links, tick, &[(1, 1, hold)], &[1]);
-    assert_eq!(deliveries(&messages)[0].2, Delivery::Dropped);
+    assert_eq!(deliveries(&messages)[0].2, Dropped);
     assert_eq!(
         receive(&mut links, tick + 1, &[], &[]).inbox.len(),
         CAPACITY
@@ -476,32 +464,32 @@ proptest! {
                 let key = (sender, seq);
                 let is_listed = place < listed;
                 prop_assert_eq!(is_listed, seq / 10 == tick - 1);
-                if is_listed && delivery != Delivery::Received {
+                if is_listed && delivery != Received {
                     let (_, link, hold) = input.senders[usize::from(sender)];
                     let effect = LinkState { hold, ..link }.effect_behind(delivery);
                     prop_assert!(effect.is_some(), "no effect explains {:?}", delivery);
                 }
                 match delivery {
-                    Delivery::Pending => {
+                    Pending => {
                         prop_assert!(is_listed && at >= tick);
                         prop_assert!(in_flight.insert(key, at).is_none());
                     }
-                    Delivery::Received | Delivery::Dropped => {
+                    Received | Dropped => {
                         prop_assert!(is_listed && at == tick && settled.insert(key));
                     }
-                    Delivery::Cut => {
+                    Cut => {
                         prop_assert!(is_listed || (at < tick && in_flight.remove(&key).is_some()));
                         prop_assert!(settled.insert(key));
                     }
-                    Delivery::Delayed => {
+                    Delayed => {
                         prop_assert_eq!(at, tick);
                         prop_assert!(in_flight.remove(&key).is_some_and(|due| due <= at));
                         prop_assert!(settled.insert(key));
                     }
-                    Delivery::Duplicate => prop_assert_eq!(audible.remove(&key), Some(tick - 1)),
-                    Delivery::Lost => prop_assert!(false, "everything has arrived"),
+                    Duplicate => prop_assert_eq!(audible.remove(&key), Some(tick - 1)),
+                    Lost => prop_assert!(false, "everything has arrived"),
                 }
-                if matches!(delivery, Delivery::Received | Delivery::Delayed) {
+                if matches!(delivery, Received | Delayed) {
                     audible.insert(key, tick);
                     expected.insert(key);
                 }
@@ -532,7 +520,7 @@ proptest! {
             let senders = [(1, link, false), (0, LinkState::default(), false)];
             let script = vec![TickInput { senders, present: true }; 200];
             let deliveries = of_sender(0, &play(9, &script)).into_iter();
-            let dropped = deliveries.filter(|delivery| delivery.2 == Delivery::Dropped);
+            let dropped = deliveries.filter(|delivery| delivery.2 == Dropped);
             dropped.map(|delivery| delivery.1).collect::<BTreeSet<_>>()
         };
         let lossy = LinkState { drop: Probability::from_share(drop), ..LinkState::default() };

@@ -1,12 +1,10 @@
 //! One step of ALLIANCE in a robot: receive, evaluate, choose, announce.
 
 use std::cmp::Reverse;
-use std::sync::Arc;
 
-use proto::team::Broadcast;
 use proto::telemetry::{Motivation, Reason, StateChange};
 use scenario::Setup;
-use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::ids::{BehaviorId, RobotId};
 use scenario::time::SimTime;
 use smallvec::SmallVec;
 
@@ -17,7 +15,7 @@ use super::motivation::{self, Factors};
 use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
 use super::values::LearnedTerms;
-use crate::allocator::{Input, RandomDraws, RunningAllocator, StepOutcome};
+use crate::allocator::{Input, RunningAllocator, StepOutcome};
 
 /// The motivational behaviors of one robot.
 ///
@@ -43,35 +41,13 @@ pub struct Engine {
     pub(super) learned: Vec<LearnedTerms>,
 }
 
-/// The part of a robot's [`Input`] that ALLIANCE uses.
-#[derive(Clone, Copy, Debug)]
-pub struct StepInput<'a> {
-    /// The time of the step; later than the previous step.
-    pub now: SimTime,
-    /// The broadcasts received in this step, by (rank of the sender, sequence number).
-    pub received: &'a [Arc<Broadcast>],
-    /// sensory_feedback (eq. 2.1) of each set, in the order of [`Engine::sets`].
-    pub applicable: &'a [bool],
-    /// The tasks on which the robot itself made progress since its last step, one entry per effect.
-    pub progressed: &'a [TaskId],
-}
-
 impl Engine {
     /// Creates the engine of a robot at the start of an incarnation: all motivations are 0.
     ///
     /// # Panics
     /// Panics if `setup` is not resolved: it must name the robot and contain values for each of its sets and teammates.
     #[must_use]
-    pub fn new(robot: RobotId, setup: &Setup) -> Self {
-        Self::with_shared(robot, setup, &Parameters::from_setup(setup))
-    }
-
-    /// Creates an engine that shares its parameters with other robots.
-    ///
-    /// # Panics
-    /// See [`Engine::new`].
-    #[must_use]
-    pub fn with_shared(robot: RobotId, setup: &Setup, parameters: &Parameters) -> Self {
+    pub fn new(robot: RobotId, setup: &Setup, parameters: &Parameters) -> Self {
         Self::from_config(Config::new(robot, setup, parameters))
     }
 
@@ -93,43 +69,9 @@ impl Engine {
         }
     }
 
-    /// Returns the robot's behavior sets, in the catalog's order.
-    pub fn sets(&self) -> impl Iterator<Item = BehaviorId> + '_ {
-        self.config.sets.iter().map(|set| set.id)
-    }
-
     #[must_use]
     pub fn active(&self) -> Option<BehaviorId> {
         self.awake.active.map(|index| self.behaviors[index].set)
-    }
-
-    /// Returns the number of effects on a task in this incarnation.
-    #[must_use]
-    pub fn progress(&self, task: TaskId) -> u32 {
-        let index = self.config.own_task(task);
-        index.map_or(0, |index| self.progress[index])
-    }
-
-    /// Makes one step and writes its results to `output`. A step adds one step length of impatience, independent of the
-    /// time since the previous step. A stopped robot therefore does not return with a higher motivation.
-    ///
-    /// # Panics
-    /// If `applicable` has fewer entries than the robot has sets.
-    pub fn step(&mut self, input: &StepInput<'_>, output: &mut StepOutcome) {
-        let input = Input {
-            now: input.now,
-            step_s: self.config.step_s,
-            position: None,
-            is_laden: false,
-            applicable: input.applicable,
-            choices: &[],
-            progressed: input.progressed,
-            received: input.received,
-            seconds: &|_, _| None,
-            ground_truth: &[],
-            draws: RandomDraws::new(0, self.config.robot, 0),
-        };
-        RunningAllocator::step(self, &input, output);
     }
 
     /// Evaluates (A) and (B) of docs/ALLIANCE.md §2: the active set first, then the others, suppressed if it is still
@@ -340,6 +282,8 @@ enum Next {
     Activate(Reason),
 }
 
+/// A step adds one step length of impatience, independent of the time since the previous step. A stopped robot therefore
+/// does not return with a higher motivation.
 impl RunningAllocator for Engine {
     fn checkpoint(&self) -> Box<dyn RunningAllocator> {
         Box::new(self.clone())

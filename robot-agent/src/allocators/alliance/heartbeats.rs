@@ -118,13 +118,7 @@ impl Heartbeats {
             return None;
         }
         self.idle = Some(Idle { since, sent: now });
-        Some(Announcement {
-            state: TaskState::Idle,
-            since,
-            behavior: None,
-            task: None,
-            progress: 0,
-        })
+        Some(Announcement::idle(since))
     }
 }
 

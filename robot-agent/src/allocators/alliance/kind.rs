@@ -13,9 +13,7 @@ pub fn kind() -> AllocatorKind {
     AllocatorKind::from_parts(AllocatorSpec::alliance(), |setup| {
         let parameters = Parameters::from_setup(setup);
         Ok(ConfiguredAllocator {
-            start: Arc::new(move |me, setup| {
-                Box::new(Engine::with_shared(me.robot, setup, &parameters))
-            }),
+            start: Arc::new(move |me, setup| Box::new(Engine::new(me.robot, setup, &parameters))),
             controller: None,
         })
     })

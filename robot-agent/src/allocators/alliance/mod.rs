@@ -1,7 +1,7 @@
 //! ALLIANCE (Parker, IEEE T-RO 14(2), 1998, eqs. 2.1 to 2.7; docs/ALLIANCE.md): the motivational behaviors of one
 //! robot.
 //!
-//! [`Engine::step`] reads the received messages and the sensory feedback, and returns motivations, state changes with
+//! [`Engine`] reads the received messages and the sensory feedback, and returns motivations, state changes with
 //! reasons, and heartbeats. It uses no clock, no I/O and no random numbers: equal inputs give equal outputs on every
 //! machine.
 //!
@@ -48,7 +48,7 @@ mod teammates;
 mod tests;
 mod values;
 
-pub use engine::{Engine, StepInput};
+pub use engine::Engine;
 pub use kind::kind;
 pub use params::Parameters;
 pub(super) use params::TowardTeammate;

@@ -209,7 +209,7 @@ impl Ble {
                 continue;
             };
             let robot = broadcast.sender;
-            if robot == self.me.robot || robot.index() >= self.me.team {
+            if !self.me.is_teammate(robot) {
                 continue;
             }
             let entries = eligibility.entries.iter().copied().take(ELIGIBLE_MAX);

@@ -20,6 +20,10 @@ use crate::testkit;
 
 type Rows = BTreeMap<RobotId, Vec<EligibleTask>>;
 
+fn team(cost_s: &[&[f64]]) -> Team<Ble> {
+    Team::new(Situation::from_costs(cost_s), Config::default())
+}
+
 fn opportunist() -> Config {
     Config {
         commit: false,
@@ -67,22 +71,6 @@ fn note(rows: &mut Rows, team: &Team<Ble>) -> bool {
     *rows != before
 }
 
-/// Changes some costs, and sets some tasks due or done.
-fn change(situation: &mut Situation, chance: &mut ChaCha8Rng) {
-    for row in &mut situation.cost_s {
-        for cost_s in row.iter_mut().flatten() {
-            if chance.random_bool(0.3) {
-                *cost_s = chance.random_range(0.0..100.0);
-            }
-        }
-    }
-    for task in &mut situation.tasks {
-        if chance.random_bool(0.2) {
-            task.units = if task.units.is_none() { Some(0) } else { None };
-        }
-    }
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -100,7 +88,7 @@ proptest! {
         let mut settled = 0;
         for step in 0..300_u64 {
             if chance.random_bool(0.04) {
-                change(&mut team.situation, &mut chance);
+                team.situation.change(&mut chance, 100.0, 0.2);
             }
             team.step();
             if note(&mut rows, &team) {
@@ -161,7 +149,7 @@ proptest! {
         let mut compared = 0;
         for _ in 0..400 {
             if chance.random_bool(0.02) {
-                change(&mut team.situation, &mut chance);
+                team.situation.change(&mut chance, 100.0, 0.2);
             }
             let now = team.now();
             team.step_with(|broadcast, receiver| {
@@ -254,14 +242,12 @@ proptest! {
 
     /// G5: without any messages, a robot that can do all tasks completes them.
     #[test]
-    fn g5_all_tasks_are_done_with_all_links_cut(robots in 1..4_usize, costs in prop::collection::vec(1..8_u32, 1..5)) {
-        let costs: Vec<f64> = costs.into_iter().map(f64::from).collect();
-        let mut situation = Situation::from_costs(&vec![&costs[..]; robots]);
-        for task in &mut situation.tasks {
-            task.units = Some(2);
-        }
-        let mut team = Team::<Ble>::new(situation, Config::default());
-        let limit_s = 2.0 * costs.iter().sum::<f64>() + 1.0;
+    fn g5_all_tasks_are_done_with_all_links_cut(
+        robots in 1..4_usize,
+        costs in prop::collection::vec(1..8_u32, 1..5),
+    ) {
+        let mut team = Team::<Ble>::with_work(robots, &costs, Config::default());
+        let limit_s = f64::from(2 * costs.iter().sum::<u32>() + 1);
         while team.now().as_secs_f64() < limit_s {
             team.step_with(|_, _| false);
         }
@@ -273,10 +259,7 @@ proptest! {
 /// next best task one step later.
 #[test]
 fn the_nearer_of_two_that_start_at_once_stays() {
-    let mut team = Team::<Ble>::new(
-        Situation::from_costs(&[&[20.0, 30.0], &[10.0, 80.0]]),
-        Config::default(),
-    );
+    let mut team = team(&[&[20.0, 30.0], &[10.0, 80.0]]);
     team.step();
     assert_eq!(team.executors(0), [0, 1]);
     team.step();
@@ -292,10 +275,7 @@ fn the_nearer_of_two_that_start_at_once_stays() {
 /// A row is received one step after it was sent and is valid for τ; checked to the step.
 #[test]
 fn the_task_of_a_crashed_robot_is_claimed_exactly_after_tau() {
-    let mut team = Team::<Ble>::new(
-        Situation::from_costs(&[&[80.0], &[90.0]]),
-        Config::default(),
-    );
+    let mut team = team(&[&[80.0], &[90.0]]);
     // Both robots have answered each other's first rows, and broadcast again after 1/ρ.
     team.run(2 + PERIOD.0 / STEP.0);
     let last_message = team.now() - STEP;
@@ -319,10 +299,7 @@ fn the_task_of_a_crashed_robot_is_claimed_exactly_after_tau() {
 /// Entries with an invalid number, a future round or an unknown task take no task away.
 #[test]
 fn forged_rows_change_nothing() {
-    let mut team = Team::<Ble>::new(
-        Situation::from_costs(&[&[80.0], &[90.0]]),
-        Config::default(),
-    );
+    let mut team = team(&[&[80.0], &[90.0]]);
     team.run(5);
     let sound = EligibleTask {
         task: TaskId(0),

@@ -8,6 +8,7 @@ use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
 use super::bundle::Bundle;
+use super::known::Known;
 use super::records::Records;
 use super::winners::Winners;
 use super::{Consensus, Rules};
@@ -20,8 +21,7 @@ pub struct Deltas {
     last_repeat: Option<SimTime>,
     /// The known bids of all robots, by index of the entry.
     places: Vec<Place>,
-    /// The teammates with news younger than τ, by rank.
-    known: Vec<Teammate>,
+    known: Known<Latest>,
     /// The entry that is sent first, so that all entries get a turn.
     next: usize,
 }
@@ -32,10 +32,9 @@ struct Place {
     records: Records,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Teammate {
-    robot: RobotId,
-    sent: SimTime,
+/// The latest messages of a teammate.
+#[derive(Clone, Copy, Debug, Default)]
+struct Latest {
     /// The latest incarnation; `None` if only other robots have reported the teammate.
     incarnation: Option<Incarnation>,
     /// The sequence number of its latest allocator message in that incarnation.
@@ -43,64 +42,35 @@ struct Teammate {
 }
 
 impl Deltas {
-    fn known(&self, robot: RobotId) -> Result<usize, usize> {
-        self.known.binary_search_by_key(&robot, |known| known.robot)
-    }
-
     /// Records a sign of life of the sender. Returns whether the sender is new.
     fn note(&mut self, broadcast: &Broadcast, beliefs: &mut Winners) -> bool {
         let (robot, sent) = (broadcast.sender, broadcast.sent);
+        let is_new = self.known.note(robot, sent);
         let incarnation = Some(broadcast.incarnation);
-        match self.known(robot) {
-            Ok(at) => {
-                let known = &mut self.known[at];
-                known.sent = known.sent.max(sent);
-                if known.incarnation < incarnation {
-                    let is_restarted = known.incarnation.is_some();
-                    known.incarnation = incarnation;
-                    known.seq = None;
-                    if is_restarted {
-                        self.strike(robot, sent, beliefs);
-                    }
-                }
-                false
-            }
-            Err(at) => {
-                let known = Teammate {
-                    robot,
-                    sent,
-                    incarnation,
-                    seq: None,
-                };
-                self.known.insert(at, known);
-                true
-            }
-        }
-    }
-
-    /// Records a bidder that another robot reports.
-    fn note_bidder(&mut self, robot: RobotId, sent: SimTime) {
-        if let Err(at) = self.known(robot) {
-            let known = Teammate {
-                robot,
-                sent,
-                incarnation: None,
+        if let Some(latest) = self.known.get_mut(robot)
+            && latest.incarnation < incarnation
+        {
+            let is_restarted = latest.incarnation.is_some();
+            *latest = Latest {
+                incarnation,
                 seq: None,
             };
-            self.known.insert(at, known);
+            if is_restarted {
+                self.strike(robot, sent, beliefs);
+            }
         }
+        is_new
     }
 
     /// Checks that a broadcast is newer than the sender's last one, and stores its number.
     fn is_new(&mut self, broadcast: &Broadcast) -> bool {
-        let Ok(at) = self.known(broadcast.sender) else {
+        let Some(latest) = self.known.get_mut(broadcast.sender) else {
             return false;
         };
-        let known = &mut self.known[at];
-        let is_new = known.incarnation == Some(broadcast.incarnation)
-            && known.seq.is_none_or(|seq| seq < broadcast.seq);
+        let is_new = latest.incarnation == Some(broadcast.incarnation)
+            && latest.seq.is_none_or(|seq| seq < broadcast.seq);
         if is_new {
-            known.seq = Some(broadcast.seq);
+            latest.seq = Some(broadcast.seq);
         }
         is_new
     }
@@ -132,8 +102,9 @@ impl Deltas {
         // Reports about the robot itself are not applied. If one is wrong, the robot's current bid gets a new time.
         if records.receive(claim, delta.made) && claim.robot != me.robot {
             beliefs.set_others(place, records.best_except(me.robot));
-            if claim.value > 0.0 {
-                self.note_bidder(claim.robot, broadcast.sent);
+            // The report of another robot is a sign of life only of an unknown bidder.
+            if claim.value > 0.0 && self.known.sent(claim.robot).is_none() {
+                self.known.note(claim.robot, broadcast.sent);
             }
         }
     }
@@ -177,10 +148,8 @@ impl Deltas {
 
     /// Withdraws the bids of robots silent for τ. Returns whether there were any.
     fn forget(&mut self, me: &SelfState, now: SimTime, beliefs: &mut Winners) -> bool {
-        let is_silent = |known: &Teammate| now.since(known.sent) >= me.ceased_after;
         let mut any_lost = false;
-        while let Some(at) = self.known.iter().position(is_silent) {
-            let lost = self.known.remove(at).robot;
+        while let Some(lost) = self.known.remove_silent(now, me.ceased_after) {
             self.strike(lost, now, beliefs);
             any_lost = true;
         }
@@ -195,7 +164,7 @@ impl Consensus for Deltas {
             repeat: rules.refresh,
             last_repeat: None,
             places: vec![Place::default(); beliefs.entries().len()],
-            known: Vec::new(),
+            known: Known::default(),
             next: 0,
         }
     }
@@ -213,9 +182,8 @@ impl Consensus for Deltas {
             self.renew(place, entry.round);
         }
         for broadcast in input.received {
-            let is_of_team = broadcast.sender.index() < me.team && broadcast.sender != me.robot;
             let is_fresh = broadcast.sent <= now && now.since(broadcast.sent) < me.ceased_after;
-            if !is_of_team || !is_fresh {
+            if !me.is_teammate(broadcast.sender) || !is_fresh {
                 continue;
             }
             has_changed |= self.note(broadcast, beliefs);

@@ -11,6 +11,7 @@ use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
 use super::bundle::Bundle;
+use super::known::Known;
 use super::rules::{Action, Stamps, merge_action};
 use super::winners::{Entry, Winners};
 use super::{Consensus, Rules};
@@ -27,17 +28,9 @@ struct Part {
     block: u16,
     slot: u16,
     last_sent: Option<SimTime>,
-    /// The teammates with news younger than τ, by rank.
-    known: Vec<Teammate>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Teammate {
-    robot: RobotId,
-    /// s_im, the send time of its latest news that has arrived, directly or through others.
-    sent: SimTime,
-    /// The incarnation and sequence number of its latest message that arrived directly.
-    number: Option<(Incarnation, u64)>,
+    /// The send times s_im of the latest news, directly or through others, with the incarnation and sequence number of
+    /// each robot's latest message that arrived directly.
+    known: Known<Option<(Incarnation, u64)>>,
 }
 
 impl Part {
@@ -45,42 +38,15 @@ impl Part {
         (self.block, self.slot) == (entry.task.0 / BLOCK_TASKS, entry.slot)
     }
 
-    fn known(&self, robot: RobotId) -> Result<usize, usize> {
-        self.known.binary_search_by_key(&robot, |known| known.robot)
-    }
-
-    /// Records news of a robot. Returns whether it is the first.
-    fn note(&mut self, robot: RobotId, sent: SimTime) -> bool {
-        match self.known(robot) {
-            Ok(at) => {
-                let known = &mut self.known[at];
-                known.sent = known.sent.max(sent);
-                false
-            }
-            Err(at) => {
-                let number = None;
-                self.known.insert(
-                    at,
-                    Teammate {
-                        robot,
-                        sent,
-                        number,
-                    },
-                );
-                true
-            }
-        }
-    }
-
     fn table(&self, beliefs: &Winners, now: SimTime) -> BidTable {
         let entries = || beliefs.entries().iter().filter(|entry| self.has(entry));
         let mut all_news: Vec<TimeStamp> = self
             .known
             .iter()
-            .map(|known| TimeStamp {
-                robot: known.robot,
+            .map(|(robot, sent)| TimeStamp {
+                robot,
                 // News older than τ has been removed.
-                age_ms: u32::try_from(now.since(known.sent).0).unwrap_or(u32::MAX),
+                age_ms: u32::try_from(now.since(sent).0).unwrap_or(u32::MAX),
             })
             .collect();
         if all_news.len() > TIME_STAMPS_MAX {
@@ -117,8 +83,7 @@ struct Both<'a> {
 
 impl Stamps for Both<'_> {
     fn own_news(&self, robot: RobotId) -> Option<SimTime> {
-        let at = self.part.known(robot).ok()?;
-        Some(self.part.known[at].sent)
+        self.part.known.sent(robot)
     }
 
     fn sender_news(&self, robot: RobotId) -> Option<SimTime> {
@@ -158,10 +123,8 @@ impl Tables {
             return false;
         }
         let number = (broadcast.incarnation, broadcast.seq);
-        if let Ok(at) = part.known(sender)
-            && let Some(latest) = part.known[at].number
-        {
-            if latest >= number {
+        if let Some(Some(latest)) = part.known.get_mut(sender) {
+            if *latest >= number {
                 return false;
             }
             if latest.0 < number.0 {
@@ -193,9 +156,9 @@ impl Tables {
                 Action::Reset => beliefs.set(place, None),
             }
         }
-        let mut is_first = part.note(sender, sent);
-        if let Ok(at) = part.known(sender) {
-            part.known[at].number = Some(number);
+        let mut is_first = part.known.note(sender, sent);
+        if let Some(latest) = part.known.get_mut(sender) {
+            *latest = Some(number);
         }
         for news in &table.news {
             if let Some(sent) = stamp(news, sent)
@@ -203,7 +166,7 @@ impl Tables {
                 && is_of_team(news.robot)
                 && is_fresh(sent)
             {
-                is_first |= part.note(news.robot, sent);
+                is_first |= part.known.note(news.robot, sent);
             }
         }
         is_first
@@ -211,11 +174,9 @@ impl Tables {
 
     /// Removes the claims of robots silent for τ. Returns whether there were any.
     fn forget(&mut self, me: &SelfState, now: SimTime, beliefs: &mut Winners) -> bool {
-        let is_silent = |known: &Teammate| now.since(known.sent) >= me.ceased_after;
         let mut any_lost = false;
         for part in &mut self.parts {
-            while let Some(at) = part.known.iter().position(is_silent) {
-                let lost = part.known.remove(at).robot;
+            while let Some(lost) = part.known.remove_silent(now, me.ceased_after) {
                 beliefs.remove_claims_of(lost, |entry| part.has(entry));
                 any_lost = true;
             }
@@ -237,7 +198,7 @@ impl Consensus for Tables {
             block,
             slot,
             last_sent: None,
-            known: Vec::new(),
+            known: Known::default(),
         };
         Self {
             refresh: rules.refresh,

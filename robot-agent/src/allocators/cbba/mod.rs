@@ -4,18 +4,19 @@
 //! How, AIAA 2010).
 //!
 //! - `bundle`: the choice of tasks and bids (BUILD, REPLAN).
-//! - `beliefs`: the winner of each task.
-//! - `table`: the rules that merge a teammate's list (Table I).
-//! - `tables`: messages, and the removal of silent robots (FORGET).
+//! - `winners`: the winner of each task.
+//! - `rules`: the rules that merge a teammate's list (Table I).
+//! - `messages`: messages, and the removal of silent robots (FORGET). `known`: the robots that are not silent.
 //! - `deltas`, `records`: the same for ACBBA, without a table.
 
 mod bundle;
 mod deltas;
+mod known;
 mod messages;
 mod records;
 mod rules;
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;
 mod winners;
 
 use proto::allocation::AllocationMessage;

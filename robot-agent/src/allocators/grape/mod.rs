@@ -59,7 +59,7 @@ impl Grape {
         for broadcast in input.received {
             let (sender, sent) = (broadcast.sender, broadcast.sent);
             let is_fresh = sent <= now && now.since(sent) < self.me.ceased_after;
-            if sender == self.me.robot || sender.index() >= self.me.team || !is_fresh {
+            if !self.me.is_teammate(sender) || !is_fresh {
                 continue;
             }
             if let Err(at) = self.met.binary_search(&sender) {

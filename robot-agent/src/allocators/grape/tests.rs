@@ -11,11 +11,10 @@ use scenario::time::SimTime;
 
 use super::partition::{PartReceiver, Partition, Version};
 use super::{Config, Grape};
-use crate::allocators::cbba::tests::team::{Team, Work};
+use crate::allocators::team::{STEP, Situation, TAU, Team};
 use crate::testkit;
 
 const NEVER: SimTime = SimTime(1_000_000_000);
-const TAU: SimTime = SimTime(5000);
 
 #[test]
 fn grape_keeps_the_properties_of_all_allocators() {
@@ -26,12 +25,12 @@ fn grape_keeps_the_properties_of_all_allocators() {
 fn random_team(seed: u64, refresh_s: f64) -> Team<Grape> {
     let mut chance = ChaCha8Rng::seed_from_u64(seed);
     let (robots, tasks) = (chance.random_range(1..7), chance.random_range(1..7));
-    let mut work = Work::random(&mut chance, robots, tasks);
-    for task in 0..tasks {
-        work.max_robots[task] = chance.random_range(1..=robots);
-        work.priority[task] = i32::from(chance.random_bool(0.1));
+    let mut situation = Situation::on_grid(&mut chance, robots, tasks);
+    for task in &mut situation.tasks {
+        task.max_robots = chance.random_range(1..=robots);
+        task.priority = i32::from(chance.random_bool(0.1));
     }
-    let mut team = Team::new(seed, work, &Config { refresh_s }, NEVER);
+    let mut team = Team::still(seed, NEVER, situation, Config { refresh_s });
     if chance.random_bool(0.7) {
         team.connect_as_line(0.2);
     }
@@ -42,18 +41,19 @@ fn random_team(seed: u64, refresh_s: f64) -> Team<Grape> {
 #[track_caller]
 fn check_stable(team: &Team<Grape>, seed: u64) {
     let active = team.active();
-    let work = &team.work;
     for (robot, current) in active.iter().enumerate() {
         let worth = |task: usize| {
             let others =
                 (0..active.len()).filter(|&other| other != robot && active[other] == Some(task));
             let members = 1 + others.count();
-            let utility = work.reward[task] * libm::pow(0.98, work.first_s[robot][task]);
-            let worth = (work.priority[task], utility / members as f64);
-            (members <= work.max_robots[task]).then_some(worth)
+            let spec = &team.situation.tasks[task];
+            let cost_s = team.situation.cost_s[robot][task].unwrap();
+            let utility = spec.reward * libm::pow(0.98, cost_s);
+            let worth = (spec.priority, utility / members as f64);
+            (members <= spec.max_robots).then_some(worth)
         };
         let mine = current.map(|task| worth(task).expect("no coalition exceeds its limit"));
-        for task in 0..work.tasks() {
+        for task in 0..team.situation.tasks.len() {
             assert!(
                 worth(task) <= mine || worth(task).is_none(),
                 "seed {seed}: {robot} {task}"
@@ -68,30 +68,32 @@ fn check_stable(team: &Team<Grape>, seed: u64) {
 fn all_robots_agree_on_a_stable_partition() {
     for seed in 0..300 {
         let mut team = random_team(seed, [1e6, 0.05][seed as usize % 2]);
-        let robots = team.members.len();
+        let robots = team.robots.len();
         let rounds = (robots * robots + 1) * (team.diameter() + 1);
         let mut evolution = vec![0; robots];
         for _ in 0..rounds {
             team.step();
-            for (member, before) in team.members.iter().zip(&mut evolution) {
-                let now = member.allocator.partition.version.evolution;
+            for (rank, before) in evolution.iter_mut().enumerate() {
+                let now = team.allocator(rank).partition.version.evolution;
                 assert!(now >= *before);
                 *before = now;
             }
         }
         check_stable(&team, seed);
-        let tasks_of = |partition: &Partition| {
-            let members = partition.message(0).members.into_iter();
-            members
-                .map(|member| (member.robot, member.task))
-                .collect::<Vec<_>>()
+        let tasks_of = |team: &Team<Grape>, rank| -> Vec<_> {
+            let members = team
+                .allocator(rank)
+                .partition
+                .message(0)
+                .members
+                .into_iter();
+            members.map(|member| (member.robot, member.task)).collect()
         };
-        let agreed = tasks_of(&team.members[0].allocator.partition);
+        let agreed = tasks_of(&team, 0);
         for _ in 0..10 {
             team.step();
-            for member in &team.members {
-                let tasks = tasks_of(&member.allocator.partition);
-                assert_eq!(tasks, agreed, "seed {seed}");
+            for rank in 0..robots {
+                assert_eq!(tasks_of(&team, rank), agreed, "seed {seed}");
             }
         }
     }
@@ -103,9 +105,7 @@ fn the_partition_is_stable_despite_message_loss() {
         for seed in 0..80 {
             let mut team = random_team(seed, 0.05);
             team.loss = loss;
-            for _ in 0..600 {
-                team.step();
-            }
+            team.run(600);
             check_stable(&team, seed);
         }
     }
@@ -115,25 +115,25 @@ fn the_partition_is_stable_despite_message_loss() {
 #[test]
 fn crashed_robots_are_removed() {
     let mut chance = ChaCha8Rng::seed_from_u64(1);
-    let work = Work::random(&mut chance, 3, 1);
-    let mut team = Team::<Grape>::new(1, work, &Config::default(), TAU);
+    let situation = Situation::on_grid(&mut chance, 3, 1);
+    let mut team = Team::<Grape>::still(1, TAU, situation, Config::default());
+    let mut last_message = [SimTime::ZERO; 3];
     for _ in 0..30 {
+        let now = team.now();
         team.step();
+        for broadcast in &team.in_flight {
+            last_message[broadcast.sender.index()] = now;
+        }
     }
     let holder = team.active().iter().position(Option::is_some).unwrap();
-    team.crashed[holder] = true;
-    let last_message = SimTime(1000);
-    while team.active().iter().flatten().count() < 2 {
+    team.kill(holder);
+    while team.executors(0).is_empty() {
         team.step();
-        assert!(team.tick < 1000);
+        assert!(team.now() < SimTime(50_000));
     }
-    let taken = SimTime(team.now().0 - 50);
-    assert_eq!(taken, last_message + TAU);
-    for _ in 0..200 {
-        team.step();
-    }
-    // The crashed robot's last decision is still recorded; one of the running robots has the task.
-    assert_eq!(team.active().iter().flatten().count(), 2);
+    assert_eq!(team.now() - STEP, last_message[holder] + TAU);
+    team.run(200);
+    assert_eq!(team.executors(0).len(), 1);
 }
 
 /// Robots in between report the signs of life of a distant robot. No robot is removed, and the partition stays the
@@ -142,23 +142,16 @@ fn crashed_robots_are_removed() {
 fn a_robot_that_moves_out_of_range_keeps_its_task() {
     for seed in 0..20 {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
-        let work = Work::random(&mut chance, 4, 4);
-        let mut team = Team::<Grape>::new(seed, work, &Config::default(), TAU);
-        for _ in 0..60 {
-            team.step();
-        }
+        let situation = Situation::on_grid(&mut chance, 4, 4);
+        let mut team = Team::<Grape>::still(seed, TAU, situation, Config::default());
+        team.run(60);
         team.connect_as_line(0.0);
-        let versions = |team: &Team<Grape>| {
-            let versions = team
-                .members
-                .iter()
-                .map(|member| member.allocator.partition.version);
-            versions.collect::<Vec<_>>()
+        let versions = |team: &Team<Grape>| -> Vec<_> {
+            let version = |rank| team.allocator(rank).partition.version;
+            (0..4).map(version).collect()
         };
         let before = versions(&team);
-        for _ in 0..600 {
-            team.step();
-        }
+        team.run(600);
         assert_eq!(versions(&team), before, "seed {seed}");
     }
 }

@@ -15,7 +15,7 @@ mod rates;
 mod tests;
 
 use rand::RngExt;
-use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{LearnedTimes, Setup, Switches};
 
@@ -70,9 +70,7 @@ impl Learner {
     /// Creates a robot at the start of an incarnation, with θ and the switches of `[alliance]`.
     #[must_use]
     pub fn new(me: &SelfState, config: &Config, threshold: f64, switches: Switches) -> Self {
-        let mut tasks: Vec<TaskId> = me.behaviors.iter().map(|behavior| behavior.task).collect();
-        tasks.sort_unstable();
-        tasks.dedup();
+        let tasks = me.own_tasks();
         let wishes_at_work = switches.wish_when_suppressed;
         Self {
             engine: Engine::to_be_learned(me, threshold, switches),
@@ -102,13 +100,6 @@ impl Learner {
                 }
             }
         }
-    }
-
-    fn task_of(&self, behavior: BehaviorId) -> Option<TaskId> {
-        let mut behaviors = self.me.behaviors.iter();
-        behaviors
-            .find(|known| known.id == behavior)
-            .map(|known| known.task)
     }
 
     /// Updates the boredom, and draws a new order when the robot becomes free.
@@ -336,7 +327,7 @@ impl RunningAllocator for Learner {
         self.plan_learning(input);
         self.apply();
         RunningAllocator::step(&mut self.engine, input, outcome);
-        let active = outcome.active.and_then(|active| self.task_of(active));
+        let active = outcome.active.and_then(|active| self.me.task_of(active));
         self.monitor.note_active(input.now, active);
     }
 }

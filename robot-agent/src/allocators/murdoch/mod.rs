@@ -200,10 +200,7 @@ impl Allocator for Murdoch {
     }
 
     fn new(me: &SelfState, config: &Config) -> Self {
-        let mut tasks: SmallVec<[TaskId; 6]> =
-            me.behaviors.iter().map(|behavior| behavior.task).collect();
-        tasks.sort_unstable();
-        tasks.dedup();
+        let tasks: SmallVec<[TaskId; 6]> = me.own_tasks().into();
         let settings = Settings::of(config, me);
         Self {
             under_way: WorkInProgress::default(),
@@ -226,7 +223,7 @@ impl Allocator for Murdoch {
 
         for broadcast in input.received {
             let sender = broadcast.sender;
-            if sender == self.me.robot || sender.index() >= self.me.team {
+            if !self.me.is_teammate(sender) {
                 continue;
             }
             let teammate = self.teammates.get_or_insert_with(sender, Teammate::default);

@@ -17,8 +17,16 @@ use super::{Config, Monitor, Murdoch};
 use crate::allocators::team::{STEP, Situation, TAU, Task, Team, allocator_messages};
 use crate::testkit;
 
+use ContractStatus::{Abort, Done, Ongoing};
+
+use NegotiationKind::{Ack, Announce, Bid, Renew};
+
 const LEASE: SimTime = SimTime(6000);
 const AUCTION: SimTime = SimTime(500);
+
+fn team(cost_s: &[&[f64]]) -> Team<Murdoch> {
+    Team::new(Situation::from_costs(cost_s), Config::default())
+}
 
 fn watchful() -> Config {
     Config {
@@ -58,22 +66,6 @@ fn until_taken(team: &mut Team<Murdoch>, task: usize) {
     }
 }
 
-/// Changes some costs, and sets some tasks due or done.
-fn change(situation: &mut Situation, chance: &mut ChaCha8Rng) {
-    for row in &mut situation.cost_s {
-        for cost_s in row.iter_mut().flatten() {
-            if chance.random_bool(0.3) {
-                *cost_s = chance.random_range(0.1..100.0);
-            }
-        }
-    }
-    for task in &mut situation.tasks {
-        if chance.random_bool(0.3) {
-            task.units = if task.units.is_none() { Some(0) } else { None };
-        }
-    }
-}
-
 #[test]
 fn murdoch_keeps_the_properties_of_all_allocators() {
     testkit::check_allocator::<Murdoch>(&Config::default());
@@ -93,10 +85,7 @@ fn murdoch_keeps_the_properties_of_all_allocators() {
 /// later.
 #[test]
 fn an_auction_from_announcement_to_work() {
-    let mut team = Team::<Murdoch>::new(
-        Situation::from_costs(&[&[30.0], &[20.0], &[40.0]]),
-        Config::default(),
-    );
+    let mut team = team(&[&[30.0], &[20.0], &[40.0]]);
     until_taken(&mut team, 0);
     assert_eq!(team.executors(0), [1]);
     let change = &team.robots[1].outcome.changes[0];
@@ -126,7 +115,7 @@ proptest! {
         for _ in 0..wait {
             let now = team.now();
             team.step();
-            if negotiations(&team).iter().any(|(_, message)| matches!(message.word, NegotiationKind::Ack { .. })) {
+            if negotiations(&team).iter().any(|(_, message)| matches!(message.word, Ack { .. })) {
                 answered = now;
             }
         }
@@ -143,7 +132,7 @@ proptest! {
             prop_assert!(now < answered + SimTime(60_000));
             team.step();
             let mut sent = negotiations(&team).into_iter();
-            if announced.is_none() && sent.any(|(_, message)| matches!(message.word, NegotiationKind::Announce { .. })) {
+            if announced.is_none() && sent.any(|(_, message)| matches!(message.word, Announce { .. })) {
                 announced = Some(now);
             }
         }
@@ -182,7 +171,7 @@ proptest! {
         let mut awards = 0;
         for _ in 0..1200 {
             if chance.random_bool(0.02) {
-                change(&mut team.situation, &mut chance);
+                team.situation.change(&mut chance, 100.0, 0.3);
             }
             if chance.random_bool(0.004) {
                 let rank = chance.random_range(0..team.robots.len());
@@ -198,7 +187,7 @@ proptest! {
             let mut winners = BTreeSet::new();
             for (robot, message) in negotiations(&team) {
                 match message.word {
-                    NegotiationKind::Renew { winner } if awarded.insert(key_of(&message)) => {
+                    Renew { winner } if awarded.insert(key_of(&message)) => {
                         awards += 1;
                         prop_assert!(winners.insert(winner), "M3: one award at a time");
                         let bids = bids.remove(&key_of(&message)).unwrap_or_default();
@@ -210,7 +199,7 @@ proptest! {
                         // The winner may return the award, which is received two steps later.
                         busy[winner.index()] = now;
                     }
-                    NegotiationKind::Bid { utility } => {
+                    Bid { utility } => {
                         let active = team.robots[robot.index()].active;
                         // The robot may win another auction in the step in which it bids.
                         let began = team.robots[robot.index()].outcome.changes.iter().any(|change| change.reason == Reason::Awarded);
@@ -238,7 +227,7 @@ proptest! {
             team.step();
             for (robot, message) in negotiations(&team) {
                 let is_news = match message.word {
-                    NegotiationKind::Ack { progress, .. } => reported.insert((robot, message.task), progress) < Some(progress),
+                    Ack { progress, .. } => reported.insert((robot, message.task), progress) < Some(progress),
                     _ => false,
                 };
                 count += usize::from(!is_news);
@@ -259,15 +248,15 @@ proptest! {
         let mut held: Vec<BTreeSet<AuctionKey>> = vec![BTreeSet::new(); team.robots.len()];
         for _ in 0..1200 {
             if chance.random_bool(0.01) {
-                change(&mut team.situation, &mut chance);
+                team.situation.change(&mut chance, 100.0, 0.3);
             }
             team.step_with(|_, _| !chance.random_bool(loss));
             for (robot, message) in negotiations(&team) {
-                if let NegotiationKind::Ack { status, .. } = message.word {
+                if let Ack { status, .. } = message.word {
                     let held = &mut held[robot.index()];
                     match status {
-                        ContractStatus::Ongoing => held.insert(key_of(&message)),
-                        ContractStatus::Done | ContractStatus::Abort => held.remove(&key_of(&message)),
+                        Ongoing => held.insert(key_of(&message)),
+                        Done | Abort => held.remove(&key_of(&message)),
                     };
                 }
             }
@@ -320,15 +309,14 @@ proptest! {
 
     /// G5: without any messages, a robot that can do all tasks completes them.
     #[test]
-    fn g5_all_tasks_are_done_with_all_links_cut(robots in 1..4_usize, costs in prop::collection::vec(1..8_u32, 1..5)) {
-        let costs: Vec<f64> = costs.into_iter().map(f64::from).collect();
-        let mut situation = Situation::from_costs(&vec![&costs[..]; robots]);
-        for task in &mut situation.tasks {
-            task.units = Some(2);
-        }
-        let mut team = Team::<Murdoch>::new(situation, Config::default());
+    fn g5_all_tasks_are_done_with_all_links_cut(
+        robots in 1..4_usize,
+        costs in prop::collection::vec(1..8_u32, 1..5),
+    ) {
+        let mut team = Team::<Murdoch>::with_work(robots, &costs, Config::default());
         // Each robot acts as auctioneer after a lease without messages, and an auction precedes each task.
-        let limit_s = 6.0 + 2.0 * costs.iter().sum::<f64>() + 0.7 * costs.len() as f64 + 1.0;
+        let work_s = f64::from(2 * costs.iter().sum::<u32>());
+        let limit_s = 6.0 + work_s + 0.7 * costs.len() as f64 + 1.0;
         while team.now().as_secs_f64() < limit_s {
             team.step_with(|_, _| false);
         }
@@ -361,10 +349,7 @@ proptest! {
 /// within a renewal and two steps.
 #[test]
 fn a_partition_that_heals_leaves_the_contract_of_the_lower_rank() {
-    let mut team = Team::<Murdoch>::new(
-        Situation::from_costs(&[&[50.0], &[90.0], &[10.0]]),
-        Config::default(),
-    );
+    let mut team = team(&[&[50.0], &[90.0], &[10.0]]);
     let cut =
         |broadcast: &Broadcast, receiver: RobotId| (broadcast.sender.0 < 2) == (receiver.0 < 2);
     for _ in 0..300 {
@@ -378,10 +363,7 @@ fn a_partition_that_heals_leaves_the_contract_of_the_lower_rank() {
 /// The auctioneer crashes and the winner continues. The next auctioneer has the contract and renews it.
 #[test]
 fn a_new_auctioneer_adopts_running_contracts() {
-    let mut team = Team::<Murdoch>::new(
-        Situation::from_costs(&[&[70.0], &[60.0], &[50.0]]),
-        Config::default(),
-    );
+    let mut team = team(&[&[70.0], &[60.0], &[50.0]]);
     until_taken(&mut team, 0);
     team.run(25);
     team.kill(0);
@@ -421,10 +403,7 @@ fn a_task_without_announcements_is_auctioned_by_the_next_robot() {
 /// Invalid bids, awards and answers change nothing: invalid numbers, future times, unknown robots and unknown tasks.
 #[test]
 fn forged_messages_change_nothing() {
-    let mut team = Team::<Murdoch>::new(
-        Situation::from_costs(&[&[30.0], &[20.0], &[40.0]]),
-        Config::default(),
-    );
+    let mut team = team(&[&[30.0], &[20.0], &[40.0]]);
     let mut open = None;
     while open.is_none() {
         team.step();
@@ -437,7 +416,7 @@ fn forged_messages_change_nothing() {
         forge(
             &mut team,
             Negotiation {
-                word: NegotiationKind::Bid { utility },
+                word: Bid { utility },
                 ..announced
             },
         );
@@ -449,17 +428,17 @@ fn forged_messages_change_nothing() {
         },
         Negotiation {
             round: SimTime(u64::MAX),
-            word: NegotiationKind::Renew { winner: RobotId(2) },
+            word: Renew { winner: RobotId(2) },
             ..announced
         },
         Negotiation {
-            word: NegotiationKind::Renew {
+            word: Renew {
                 winner: RobotId(999),
             },
             ..announced
         },
         Negotiation {
-            word: NegotiationKind::Announce {
+            word: Announce {
                 closes: SimTime::ZERO,
             },
             ..announced
@@ -475,10 +454,7 @@ fn forged_messages_change_nothing() {
 /// A restarted robot has no contract and reports that, so that the task is auctioned at once.
 #[test]
 fn a_new_incarnation_returns_its_old_contract() {
-    let mut team = Team::<Murdoch>::new(
-        Situation::from_costs(&[&[90.0], &[10.0], &[50.0]]),
-        Config::default(),
-    );
+    let mut team = team(&[&[90.0], &[10.0], &[50.0]]);
     until_taken(&mut team, 0);
     team.run(5);
     assert_eq!(team.executors(0), [1]);
@@ -486,7 +462,7 @@ fn a_new_incarnation_returns_its_old_contract() {
     while renewed.is_none() {
         team.step();
         let mut sent = negotiations(&team).into_iter();
-        renewed = sent.find(|(_, message)| matches!(message.word, NegotiationKind::Renew { .. }));
+        renewed = sent.find(|(_, message)| matches!(message.word, Renew { .. }));
     }
     team.restart(1);
     let back = team.now();
@@ -495,13 +471,7 @@ fn a_new_incarnation_returns_its_old_contract() {
     team.step();
     assert!(team.executors(0).is_empty());
     assert!(negotiations(&team).iter().any(|(robot, message)| {
-        let returns_contract = matches!(
-            message.word,
-            NegotiationKind::Ack {
-                status: ContractStatus::Abort,
-                ..
-            }
-        );
+        let returns_contract = matches!(message.word, Ack { status: Abort, .. });
         *robot == RobotId(1) && returns_contract && message.auction == renewed.auction
     }));
     until_taken(&mut team, 0);
@@ -512,10 +482,7 @@ fn a_new_incarnation_returns_its_old_contract() {
 /// An overtaken or repeated answer is ignored.
 #[test]
 fn old_messages_restore_no_contract() {
-    let mut team = Team::<Murdoch>::new(
-        Situation::from_costs(&[&[90.0], &[10.0]]),
-        Config::default(),
-    );
+    let mut team = team(&[&[90.0], &[10.0]]);
     until_taken(&mut team, 0);
     let answer = team.in_flight.iter().find(|broadcast| {
         broadcast.sender == RobotId(1) && matches!(broadcast.body, BroadcastContent::Allocation(_))

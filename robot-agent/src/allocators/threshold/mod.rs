@@ -5,13 +5,14 @@
 #[cfg(test)]
 mod tests;
 
-use proto::telemetry::{AllocationRow, BehaviorState, Reason};
+use proto::telemetry::Reason;
 use rand::RngExt;
 use scenario::ids::{BehaviorId, TaskId};
 use scenario::time::SimTime;
 use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
+use crate::allocator::utility::log_choices;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
 
 #[derive(Clone, Debug)]
@@ -225,13 +226,10 @@ impl Allocator for Threshold {
             threshold: Response::within(config, config.theta_start),
             round: SimTime::ZERO,
         };
-        let mut tasks: Vec<TaskId> = me.behaviors.iter().map(|behavior| behavior.task).collect();
-        tasks.sort_unstable();
-        tasks.dedup();
         Self {
             me: me.clone(),
             config: *config,
-            tasks: tasks.into_iter().map(response).collect(),
+            tasks: me.own_tasks().into_iter().map(response).collect(),
         }
     }
 
@@ -255,29 +253,12 @@ impl Allocator for Threshold {
             let performs = performed.is_some_and(|choice| choice.task == response.task);
             response.learn(&self.config, performs, input.step_s);
         }
-        self.log(input, decision);
-    }
-}
-
-impl Threshold {
-    /// Logs a row per applicable choice, with P as the utility.
-    fn log(&self, input: &Input<'_>, decision: &mut Decision) {
-        for choice in input.choices.iter().filter(|choice| choice.applicable) {
-            let place = self
-                .tasks
-                .binary_search_by_key(&choice.task, |response| response.task);
-            let is_active = decision.active == Some(choice.behavior);
-            decision.rows.push(AllocationRow {
-                task: choice.task,
-                behavior: choice.behavior,
-                utility: place.map_or(0.0, |at| self.tasks[at].probability()),
-                holder: is_active.then_some(self.me.robot),
-                state: if is_active {
-                    BehaviorState::Active
-                } else {
-                    BehaviorState::Hibernating
-                },
-            });
-        }
+        // A row contains P as the utility.
+        let probability = |choice: &Choice| {
+            let key = |response: &Response| response.task;
+            let place = self.tasks.binary_search_by_key(&choice.task, key);
+            place.map_or(0.0, |at| self.tasks[at].probability())
+        };
+        log_choices(&self.me, input, decision, probability, |_| None);
     }
 }

@@ -8,7 +8,7 @@ use scenario::time::SimTime;
 use super::{Config, Response, Threshold};
 use crate::allocator::{Allocator, Choice, Decision, Input, RandomDraws};
 use crate::allocators::team::{STEP, Situation, Team};
-use crate::testkit;
+use crate::{fixtures, testkit};
 
 #[test]
 fn thresholds_keep_the_properties_of_all_allocators() {
@@ -143,28 +143,20 @@ impl Solo {
 
     fn step(&mut self, progressed: &[TaskId]) -> Option<BehaviorId> {
         let choice = |task: u16| Choice {
-            behavior: BehaviorId(task),
-            task: TaskId(task),
             round: self.rounds[usize::from(task)],
             applicable: self.due[usize::from(task)],
-            cost_s: Some(10.0),
-            reward: 1.0,
-            priority: 0,
-            max_robots: 1,
+            ..fixtures::choice(task, 10.0)
         };
         let choices = [choice(0), choice(1)];
+        let now = SimTime((self.tick as f64 * self.step_s * 1000.0) as u64);
         let input = Input {
-            now: SimTime((self.tick as f64 * self.step_s * 1000.0) as u64),
             step_s: self.step_s,
-            position: None,
             is_laden: self.is_laden,
             applicable: &self.due,
             choices: &choices,
             progressed,
-            received: &[],
-            seconds: &|_, _| None,
-            ground_truth: &[],
             draws: RandomDraws::new(self.seed, RobotId(0), self.tick),
+            ..fixtures::input(now, RobotId(0))
         };
         self.decision.rows.clear();
         self.allocator.step(&input, &mut self.decision);

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn a_robot_that_is_killed_after_a_tick_counts_once_more_without_broadcasts() {
-    for order in [StepOrder::Simultaneous, StepOrder::InOrder] {
+    for order in [Simultaneous, InOrder] {
         let mut barrier = Watched::running(3, order).barrier;
         step_all(&mut barrier);
         finish(&mut barrier);
@@ -38,7 +38,7 @@ fn a_robot_that_is_killed_after_a_tick_counts_once_more_without_broadcasts() {
 
 #[test]
 fn a_suspended_robot_is_out_until_it_is_readmitted() {
-    let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
+    let mut barrier = Watched::running(2, Simultaneous).barrier;
     step_all(&mut barrier);
     finish(&mut barrier);
     barrier.suspend(RobotId(1));
@@ -65,12 +65,30 @@ fn a_suspended_robot_is_out_until_it_is_readmitted() {
     assert_eq!(finish(&mut barrier).inputs, [back]);
 }
 
-#[test]
-fn an_agent_that_has_already_arrived_is_admitted_when_it_is_expected() {
-    let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
+/// Returns a barrier at tick 1 after the death of the second of two robots.
+fn after_a_death() -> Barrier {
+    let mut barrier = Watched::running(2, Simultaneous).barrier;
     step_all(&mut barrier);
     barrier.agent_lost(RobotId(1), 1, true);
     finish(&mut barrier);
+    barrier
+}
+
+/// Ends a tick in which the scenario has started the second robot again.
+#[track_caller]
+fn check_join(barrier: &mut Barrier) {
+    let joined = Input::Join {
+        robot: "robot-1".to_owned(),
+        incarnation: 2,
+        moment: None,
+        scripted: true,
+    };
+    assert_eq!(finish(barrier).inputs, [joined]);
+}
+
+#[test]
+fn an_agent_that_has_already_arrived_is_admitted_when_it_is_expected() {
+    let mut barrier = after_a_death();
     let (robot, incarnation, first) = barrier.invite("robot-1").unwrap();
     barrier.arrive(robot, incarnation);
     assert!(barrier.is_joining(robot));
@@ -78,21 +96,12 @@ fn an_agent_that_has_already_arrived_is_admitted_when_it_is_expected() {
     barrier.expect(robot);
     assert_eq!(barrier.presence(robot), Presence::Present);
     assert_eq!(step_all(&mut barrier).len(), 2);
-    let joined = Input::Join {
-        robot: "robot-1".to_owned(),
-        incarnation: 2,
-        moment: None,
-        scripted: true,
-    };
-    assert_eq!(finish(&mut barrier).inputs, [joined]);
+    check_join(&mut barrier);
 }
 
 #[test]
 fn a_tick_waits_for_an_agent_that_is_expected() {
-    let mut barrier = Watched::running(2, StepOrder::Simultaneous).barrier;
-    step_all(&mut barrier);
-    barrier.agent_lost(RobotId(1), 1, true);
-    finish(&mut barrier);
+    let mut barrier = after_a_death();
     barrier.expect(RobotId(1));
     assert!(barrier.next_recipient(&All(2)).is_none() && !barrier.is_complete());
     let (robot, incarnation, first) = barrier.invite("robot-1").unwrap();
@@ -103,11 +112,5 @@ fn a_tick_waits_for_an_agent_that_is_expected() {
     );
     barrier.arrive(robot, incarnation);
     assert_eq!(step_all(&mut barrier).len(), 2);
-    let joined = Input::Join {
-        robot: "robot-1".to_owned(),
-        incarnation: 2,
-        moment: None,
-        scripted: true,
-    };
-    assert_eq!(finish(&mut barrier).inputs, [joined]);
+    check_join(&mut barrier);
 }

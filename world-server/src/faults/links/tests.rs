@@ -8,6 +8,8 @@ use scenario::testkit::default_setup;
 
 use super::*;
 
+use Delivery::{Cut, Delayed, Dropped, Duplicate, Lost, Pending, Received};
+
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
 const GREEN: RobotId = RobotId(2);
@@ -305,16 +307,16 @@ fn each_delivery_is_attributed_to_its_possible_faults() {
         Fault::Mute("gold".to_owned()),
         Fault::Deaf("gold".to_owned()),
     ]);
-    assert_eq!(causes(&links, GOLD, 9, Delivery::Dropped), [0]);
-    assert_eq!(causes(&links, GREEN, 9, Delivery::Dropped), [1]);
-    assert_eq!(causes(&links, GOLD, 9, Delivery::Pending), [2, 3]);
-    assert_eq!(causes(&links, GREEN, 9, Delivery::Pending), [2]);
-    assert_eq!(causes(&links, GOLD, 9, Delivery::Cut), [5, 6]);
-    for delivery in [Delivery::Received, Delivery::Lost, Delivery::Delayed] {
+    assert_eq!(causes(&links, GOLD, 9, Dropped), [0]);
+    assert_eq!(causes(&links, GREEN, 9, Dropped), [1]);
+    assert_eq!(causes(&links, GOLD, 9, Pending), [2, 3]);
+    assert_eq!(causes(&links, GREEN, 9, Pending), [2]);
+    assert_eq!(causes(&links, GOLD, 9, Cut), [5, 6]);
+    for delivery in [Received, Lost, Delayed] {
         assert_eq!(causes(&links, GOLD, 9, delivery), NONE);
     }
     // The message was sent earlier and kept; it is due while the receiver is out.
-    assert_eq!(causes(&links, GOLD, 7, Delivery::Cut), NONE);
+    assert_eq!(causes(&links, GOLD, 7, Cut), NONE);
 }
 
 #[test]
@@ -325,9 +327,9 @@ fn burst_losses_are_attributed_to_the_burst_and_holds_precede_delays() {
         delaying(1.0, 0.0),
         hold("gold", "blue"),
     ]);
-    assert_eq!(causes(&links, GOLD, 9, Delivery::Dropped), [0]);
-    assert_eq!(causes(&links, GOLD, 9, Delivery::Pending), [3]);
-    assert_eq!(causes(&links, GREEN, 9, Delivery::Pending), [2]);
+    assert_eq!(causes(&links, GOLD, 9, Dropped), [0]);
+    assert_eq!(causes(&links, GOLD, 9, Pending), [3]);
+    assert_eq!(causes(&links, GREEN, 9, Pending), [2]);
 }
 
 #[test]
@@ -340,7 +342,7 @@ fn a_duplicate_is_attributed_to_the_faults_in_force_when_its_message_was_listed(
     begin(&mut links, 20, &faults[..1]);
     begin(&mut links, 30, &[]);
     let copy = |links: &LinkFaults, sent_tick| {
-        let mut causes = causes(links, GOLD, sent_tick, Delivery::Duplicate);
+        let mut causes = causes(links, GOLD, sent_tick, Duplicate);
         causes.sort_unstable();
         causes
     };
@@ -365,7 +367,7 @@ fn in_order_stepping_delivers_to_later_robots_in_the_same_tick() {
     let mut links = LinkFaults::new(&setup);
     begin(&mut links, 10, &[Fault::Deaf("gold".to_owned())]);
     let causes = |sender, sent_tick| {
-        let reception = reception(sender, sent_tick, Delivery::Cut);
+        let reception = reception(sender, sent_tick, Cut);
         links.causes(GOLD, &reception).count()
     };
     assert_eq!(causes(BLUE, 10), 1);
@@ -391,13 +393,10 @@ fn a_periodic_fault_needs_bounded_memory_and_its_latest_duplicates_are_attribute
     assert_eq!((links.healed.len(), ranges), (1, MAX_RANGES));
     // A message is listed in the tick after its own.
     let last = 10 * (PERIODS - 1);
-    assert_eq!(causes(&links, GOLD, last, Delivery::Duplicate), [0]);
+    assert_eq!(causes(&links, GOLD, last, Duplicate), [0]);
+    assert_eq!(causes(&links, GOLD, last - 10 * 200, Duplicate), [0]);
     assert_eq!(
-        causes(&links, GOLD, last - 10 * 200, Delivery::Duplicate),
-        [0]
-    );
-    assert_eq!(
-        causes(&links, GOLD, last + 5, Delivery::Duplicate),
+        causes(&links, GOLD, last + 5, Duplicate),
         NONE,
         "between two periods"
     );

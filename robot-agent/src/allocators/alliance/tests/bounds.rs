@@ -38,10 +38,7 @@ fn setup_of(preset: Preset, teammates: usize, values: Values) -> Setup {
         set.ceased_after_s = values.tau_s;
         set.before_yielding_s = values.psi_s;
         set.before_giving_up_s = values.lambda_s;
-        let slow = set.slow_impatience.values_mut();
-        slow.for_each(|rate| *rate = values.slow);
-        let phi = set.willing_to_affect_s.values_mut();
-        phi.for_each(|time| *time = values.phi_s);
+        toward_all(set, values.slow, values.phi_s);
     });
     setup
 }

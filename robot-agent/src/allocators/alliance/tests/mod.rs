@@ -13,8 +13,7 @@ mod waiting;
 use scenario::testkit::default_scenario;
 use std::sync::Arc;
 
-use proto::mission::SharedKnowledge;
-use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
+use proto::team::{Broadcast, BroadcastContent, TaskState};
 use proto::telemetry::{BehaviorState, Reason, StateChange};
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -22,8 +21,9 @@ use scenario::{
     BehaviorParams, Catalog, Preset, Robot, Scenario, Setup, StepOrder, Switches, TaskSection,
 };
 
-use super::{Engine, StepInput};
-use crate::allocator::{Announcement, StepOutcome};
+use super::{Engine, Parameters};
+use crate::allocator::{Announcement, Input, RunningAllocator, StepOutcome};
+use crate::fixtures;
 
 /// The index of each set of the default mission for a robot without a side sensor. The tasks have the same numbers.
 const FIND: usize = 0;
@@ -74,25 +74,15 @@ fn setup(preset: Preset, count: usize, step_ms: u64) -> Setup {
         set.broadcast_rate_hz = 1.0;
         set.ceased_after_s = 5.0;
         set.fast_impatience = 5.0;
-        set.slow_impatience
-            .values_mut()
-            .for_each(|slow| *slow = 1.0);
-        set.willing_to_affect_s
-            .values_mut()
-            .for_each(|phi| *phi = 30.0);
+        toward_all(set, 1.0, 30.0);
         set.before_yielding_s = 10_000.0;
         set.before_giving_up_s = 10_000.0;
     });
     setup
 }
 
-/// Wraps broadcasts as the engine receives them.
-fn shared(broadcasts: &[Broadcast]) -> Vec<Arc<Broadcast>> {
-    broadcasts.iter().cloned().map(Arc::new).collect()
-}
-
 fn engine(robot: RobotId, setup: &Setup) -> Engine {
-    Engine::new(robot, setup)
+    Engine::new(robot, setup, &Parameters::from_setup(setup))
 }
 
 /// Changes the section of one task in the scenario.
@@ -107,6 +97,14 @@ fn every_set(setup: &mut Setup, edit: impl FnMut(&mut BehaviorParams)) {
     robots
         .flat_map(|robot| robot.sets.values_mut())
         .for_each(edit);
+}
+
+/// Sets δ_slow and φ toward all teammates.
+fn toward_all(set: &mut BehaviorParams, slow: f64, phi_s: f64) {
+    let rates = set.slow_impatience.values_mut();
+    rates.for_each(|rate| *rate = slow);
+    let times = set.willing_to_affect_s.values_mut();
+    times.for_each(|time_s| *time_s = phi_s);
 }
 
 /// Edits all sets of one robot.
@@ -135,24 +133,7 @@ fn heartbeat(
 }
 
 fn broadcast(sender: RobotId, seq: u64, sent: SimTime, announcement: &Announcement) -> Broadcast {
-    Broadcast {
-        sender,
-        incarnation: 1,
-        tick: 0,
-        index: 0,
-        seq,
-        sent,
-        body: BroadcastContent::Heartbeat(Heartbeat {
-            state: announcement.state,
-            since: announcement.since,
-            set: announcement.behavior,
-            task: announcement.task,
-            progress: announcement.progress,
-            position: None,
-            carrying: false,
-            shared_knowledge: SharedKnowledge::default(),
-        }),
-    }
+    fixtures::broadcast(sender, (1, seq), sent, fixtures::heartbeat(announcement))
 }
 
 /// An engine with scripted teammates.
@@ -175,16 +156,7 @@ impl Solo {
 
     /// Makes one step at `now` and advances the time.
     fn step(&mut self, applicable: [bool; 4], messages: &[Broadcast]) -> StepOutcome {
-        let received = &shared(messages);
-        let output = step_of(
-            &mut self.engine,
-            &StepInput {
-                now: self.now,
-                received,
-                applicable: &applicable,
-                progressed: &[],
-            },
-        );
+        let output = step_of(&mut self.engine, self.now, messages, &applicable, &[]);
         self.now = self.now + ms(self.step_ms);
         output
     }
@@ -203,9 +175,22 @@ impl Solo {
     }
 }
 
-fn step_of(engine: &mut Engine, input: &StepInput<'_>) -> StepOutcome {
+fn step_of(
+    engine: &mut Engine,
+    now: SimTime,
+    received: &[Broadcast],
+    applicable: &[bool],
+    progressed: &[TaskId],
+) -> StepOutcome {
+    let received: Vec<_> = received.iter().cloned().map(Arc::new).collect();
     let mut output = StepOutcome::default();
-    engine.step(input, &mut output);
+    let input = Input {
+        received: &received,
+        applicable,
+        progressed,
+        ..fixtures::input(now, engine.config.robot)
+    };
+    RunningAllocator::step(engine, &input, &mut output);
     output
 }
 
@@ -263,15 +248,8 @@ impl Team {
                 .filter(|(actor, _)| *actor == robot)
                 .map(|&(_, task)| task)
                 .collect();
-            let output = step_of(
-                &mut self.engines[rank],
-                &StepInput {
-                    now: self.now,
-                    received: &shared(&received),
-                    applicable,
-                    progressed: &tasks,
-                },
-            );
+            let engine = &mut self.engines[rank];
+            let output = step_of(engine, self.now, &received, applicable, &tasks);
             for announcement in &output.announcements {
                 self.seq += 1;
                 let message = broadcast(robot, self.seq, self.now, announcement);

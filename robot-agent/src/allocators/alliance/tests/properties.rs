@@ -12,9 +12,7 @@ fn brisk(preset: Preset, count: usize) -> Setup {
     every_set(&mut setup, |set| {
         set.broadcast_rate_hz = 2.0;
         set.ceased_after_s = 1.5;
-        set.willing_to_affect_s
-            .values_mut()
-            .for_each(|phi| *phi = 3.0);
+        toward_all(set, 1.0, 3.0);
         set.before_yielding_s = 4.0;
         set.before_giving_up_s = 9.0;
     });
@@ -79,6 +77,19 @@ struct Step {
     received: Vec<Broadcast>,
     applicable: [bool; 4],
     progressed: Vec<TaskId>,
+}
+
+impl Step {
+    fn make(&self, engine: &mut Engine, number: u64) -> StepOutcome {
+        let now = ms(200 * number);
+        step_of(
+            engine,
+            now,
+            &self.received,
+            &self.applicable,
+            &self.progressed,
+        )
+    }
 }
 
 prop_compose! {
@@ -160,15 +171,7 @@ fn compare_with_full_evaluation(switches: Switches, steps: &[Step]) -> Result<()
     let mut engines = [engine(GOLD, &setup), engine(GOLD, &setup)];
     for (number, step) in (0..).zip(steps) {
         engines[0].weigh_anew();
-        let [evaluated, skipped] = engines.each_mut().map(|engine| {
-            let input = StepInput {
-                now: ms(200 * number),
-                received: &shared(&step.received),
-                applicable: &step.applicable,
-                progressed: &step.progressed,
-            };
-            super::step_of(engine, &input)
-        });
+        let [evaluated, skipped] = engines.each_mut().map(|engine| step.make(engine, number));
         prop_assert_eq!(evaluated, skipped, "at step {}", number);
     }
     Ok(())
@@ -199,12 +202,7 @@ proptest! {
         let mut before = [0.0; 4];
         let mut states = [BehaviorState::Hibernating; 4];
         for (number, step) in (0..).zip(&steps) {
-            let output = super::step_of(&mut engine, &StepInput {
-                now: ms(200 * number),
-                received: &shared(&step.received),
-                applicable: &step.applicable,
-                progressed: &step.progressed,
-            });
+            let output = step.make(&mut engine, number);
             let active = output.motivations.iter().filter(|row| row.state == BehaviorState::Active);
             prop_assert!(active.count() <= 1);
             for (index, row) in output.motivations.iter().enumerate() {
@@ -333,12 +331,7 @@ proptest! {
         setup.alliance.switches = switches;
         let mut engine = engine(GOLD, &setup);
         for (number, step) in (0..).zip(&steps) {
-            super::step_of(&mut engine, &StepInput {
-                now: ms(200 * number),
-                received: &shared(&step.received),
-                applicable: &step.applicable,
-                progressed: &step.progressed,
-            });
+            step.make(&mut engine, number);
         }
         let printed = format!("{engine:?}");
         let (teammates, tasks) = (2, 4);

@@ -2,6 +2,8 @@
 
 use super::*;
 
+use Reason::{GaveUpLambda, Suppressed, Threshold};
+
 fn motivations(output: &StepOutcome) -> Vec<f64> {
     output
         .motivations
@@ -68,7 +70,7 @@ fn the_longest_at_threshold_activates() {
     assert_eq!(output.announcements[0].state, TaskState::Executing);
     let output = gold.step(both, &[]);
     assert_eq!(output.motivations[TOP].motivation, 0.0);
-    assert_eq!(output.changes[0].reason, Reason::Suppressed);
+    assert_eq!(output.changes[0].reason, Suppressed);
     assert_eq!(output.announcements[0].state, TaskState::Released);
 }
 
@@ -82,9 +84,9 @@ fn gives_up_after_lambda_and_starts_again() {
     assert_eq!(
         team.changes_of(BLUE, TOP),
         [
-            (20_000, BehaviorState::Active, Reason::Threshold),
-            (30_200, BehaviorState::Hibernating, Reason::GaveUpLambda),
-            (50_200, BehaviorState::Active, Reason::Threshold),
+            (20_000, BehaviorState::Active, Threshold),
+            (30_200, BehaviorState::Hibernating, GaveUpLambda),
+            (50_200, BehaviorState::Active, Threshold),
         ]
     );
 }

@@ -15,11 +15,7 @@ fn assert_within_a_step(actual: SimTime, expected_s: f64, step_ms: u64) {
 /// Returns the time from an incumbent's first heartbeat to θ. The incumbent sends every second for `sends_s`.
 fn takeover(step_ms: u64, phi_s: f64, sends_s: u64) -> SimTime {
     let mut setup = setup(Preset::Par98, 2, step_ms);
-    every_set(&mut setup, |set| {
-        set.willing_to_affect_s
-            .values_mut()
-            .for_each(|phi| *phi = phi_s);
-    });
+    every_set(&mut setup, |set| toward_all(set, 1.0, phi_s));
     let mut gold = Solo::new(GOLD, &setup);
     let first = ms(4000);
     gold.quiet_until(first, ONLY_TOP);
@@ -54,23 +50,20 @@ fn a_task_without_an_incumbent() {
 }
 
 #[test]
-fn incumbent_broadcasts_but_fails_and_patience_ends_first() {
+fn a_failing_or_silent_incumbent_is_replaced() {
+    let endless = u64::MAX / 1000;
+    let table = [
+        // The incumbent fails; φ ends before the slow rise does.
+        (30.0, endless, 44.0),
+        // The incumbent fails; the slow rise ends before φ does.
+        (300.0, endless, 100.0),
+        // The incumbent is silent from 12 s on.
+        (300.0, 12, 33.6),
+    ];
     for step_ms in STEPS_MS {
-        assert_within_a_step(takeover(step_ms, 30.0, u64::MAX / 1000), 44.0, step_ms);
-    }
-}
-
-#[test]
-fn incumbent_broadcasts_but_fails_and_patience_outlasts_the_slow_rise() {
-    for step_ms in STEPS_MS {
-        assert_within_a_step(takeover(step_ms, 300.0, u64::MAX / 1000), 100.0, step_ms);
-    }
-}
-
-#[test]
-fn incumbent_falls_silent() {
-    for step_ms in STEPS_MS {
-        assert_within_a_step(takeover(step_ms, 300.0, 12), 33.6, step_ms);
+        for (phi_s, sends_s, expected_s) in table {
+            assert_within_a_step(takeover(step_ms, phi_s, sends_s), expected_s, step_ms);
+        }
     }
 }
 
@@ -85,9 +78,7 @@ fn newcomer(preset: Preset, reset_stops_active: bool, step_ms: u64) -> (SimTime,
     behaviors_of(&mut setup, "blue", |set| set.before_yielding_s = 80.0);
     behaviors_of(&mut setup, "gold", |set| {
         set.fast_impatience = 4.0;
-        set.willing_to_affect_s
-            .values_mut()
-            .for_each(|phi| *phi = 60.0);
+        toward_all(set, 1.0, 60.0);
     });
     let mut team = Team::new(&setup);
     team.run_until(ms(110_000), &[ONLY_TOP; 2]);

@@ -28,13 +28,19 @@ fn the_latest_message_decides() {
     let executes = (true, false);
     let waits = (false, true);
     let neither = (false, false);
-    let table: [(&[Message], _); 15] = [
+    let table: [(&[Message], _); 18] = [
         (&[], neither),
         (&[(1, 0, Executing, TOP)], executes),
         (&[(1, 0, Executing, BOTTOM)], neither),
         (&[(1, 0, Waiting, TOP)], waits),
         (&[(1, 0, Waiting, BOTTOM)], neither),
         (&[(1, 0, Executing, TOP), (1, 1, Waiting, TOP)], waits),
+        (&[(1, 0, Executing, TOP), (1, 1, Waiting, BOTTOM)], neither),
+        (
+            &[(1, 0, Executing, TOP), (1, 1, Released, BOTTOM)],
+            executes,
+        ),
+        (&[(1, 0, Executing, TOP), (1, 1, Idle, TOP)], neither),
         (&[(1, 0, Waiting, TOP), (1, 1, Executing, TOP)], executes),
         (&[(1, 0, Waiting, TOP), (1, 1, Executing, BOTTOM)], neither),
         (&[(1, 0, Waiting, TOP), (1, 1, Waiting, BOTTOM)], waits),

@@ -5,4 +5,3 @@ mod life;
 mod records;
 mod reference;
 mod rows;
-pub(crate) mod team;

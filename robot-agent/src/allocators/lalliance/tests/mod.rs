@@ -6,21 +6,19 @@ mod trials;
 
 use std::sync::Arc;
 
-use glam::Vec2;
-use proto::mission::SharedKnowledge;
-use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
+use proto::team::{Broadcast, TaskState};
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Preset, Switches};
 
 use super::{Config, Learner, Ordering, Strategy};
 use crate::allocator::{
-    Input, OwnBehavior, RandomDraws, RunningAllocator, SelfState, StepOutcome, TaskBrief,
+    Announcement, Input, RandomDraws, RunningAllocator, SelfState, StepOutcome,
 };
+use crate::fixtures::{self, TAU};
 
 const THRESHOLD: f64 = 100.0;
 const STEP: SimTime = SimTime(100);
-const TAU: SimTime = SimTime(5000);
 const STRATEGIES: [Strategy; 4] = [Strategy::I, Strategy::II, Strategy::III, Strategy::IV];
 const ORDERINGS: [Ordering; 3] = [
     Ordering::LongestFirst,
@@ -30,29 +28,10 @@ const ORDERINGS: [Ordering; 3] = [
 
 /// Creates a robot of a team in which all robots can do all tasks; `unit_s` contains the work of each task.
 fn me(rank: u16, team: usize, unit_s: &[f64]) -> SelfState {
-    let brief = |unit_s: &f64| TaskBrief {
-        max_robots: 1,
-        priority: 0,
-        unit_s: *unit_s,
-        robots: (0..team as u16).map(RobotId).collect(),
-    };
-    let behaviors = (0..unit_s.len() as u16).map(|task| OwnBehavior {
-        id: BehaviorId(task),
-        task: TaskId(task),
-        max_robots: 1,
-        priority: 0,
-    });
+    let briefs = unit_s.iter().map(|&unit_s| fixtures::brief(team, unit_s));
     SelfState {
-        robot: RobotId(rank),
-        incarnation: 1,
-        team,
-        tasks: unit_s.len(),
-        briefs: unit_s.iter().map(brief).collect(),
-        behaviors: behaviors.collect(),
         step_s: STEP.as_secs_f64(),
-        heartbeat_period: SimTime(1000),
-        ceased_after: TAU,
-        assigned: [].into(),
+        ..fixtures::self_state(RobotId(rank), team, briefs.collect())
     }
 }
 
@@ -64,24 +43,14 @@ fn heartbeat(
     report: Report,
 ) -> Arc<Broadcast> {
     let (state, task, progress) = report;
-    Arc::new(Broadcast {
-        sender: RobotId(sender),
-        incarnation: stamp.0,
-        tick: 0,
-        index: 0,
-        seq: stamp.1,
-        sent,
-        body: BroadcastContent::Heartbeat(Heartbeat {
-            state,
-            since: sent,
-            set: task.map(BehaviorId),
-            task: task.map(TaskId),
-            progress,
-            position: Some(Vec2::ONE),
-            carrying: false,
-            shared_knowledge: SharedKnowledge::default(),
-        }),
-    })
+    let body = fixtures::heartbeat(&Announcement {
+        state,
+        since: sent,
+        behavior: task.map(BehaviorId),
+        task: task.map(TaskId),
+        progress,
+    });
+    Arc::new(fixtures::broadcast(RobotId(sender), stamp, sent, body))
 }
 
 /// The state, task and progress of a heartbeat.
@@ -114,17 +83,12 @@ impl Solo {
     fn step(&mut self, applicable: &[bool], received: &[Arc<Broadcast>], progressed: &[u16]) {
         let progressed: Vec<TaskId> = progressed.iter().copied().map(TaskId).collect();
         let input = Input {
-            now: self.now,
             step_s: STEP.as_secs_f64(),
-            position: None,
-            is_laden: false,
             applicable,
-            choices: &[],
             progressed: &progressed,
             received,
-            seconds: &|_, _| None,
-            ground_truth: &[],
             draws: RandomDraws::new(7, RobotId(0), self.now.0 / STEP.0),
+            ..fixtures::input(self.now, RobotId(0))
         };
         self.learner.step(&input, &mut self.outcome);
         self.now = self.now + STEP;
