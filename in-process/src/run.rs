@@ -4,10 +4,11 @@ use missions::Registry;
 use proto::process::ProcessAction;
 use proto::tick::Outcome;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
+use robot_agent::registry::AgentRegistry;
 use run_log::recorder::Record;
-use run_log::{Input, InputLine};
+use run_log::{Branch, Input, InputLine};
 use scenario::ids::{Incarnation, RobotId, Tick};
-use scenario::{Profile, Setup, Vocabulary};
+use scenario::{Problem, Profile, Setup, Vocabulary};
 use world_server::barrier::Presence;
 use world_server::simulation::Simulation;
 
@@ -55,6 +56,8 @@ pub(super) struct Run {
     pub traffic: Option<BroadcastCounts>,
     /// The known allocators, including which of them learn.
     vocabulary: Vocabulary,
+    /// The known allocators and controllers, for parameters that change during the run.
+    agents: AgentRegistry,
 }
 
 impl Run {
@@ -99,6 +102,7 @@ impl Run {
             driven: Vec::new(),
             traffic: None,
             vocabulary,
+            agents: registry.agents().clone(),
         };
         run.simulation.send_ground_truth_to(informed);
         // A run that is over at its start admits no robots.
@@ -259,6 +263,11 @@ impl Run {
                         tracing::warn!(%why, "a logged order was refused");
                     }
                 }
+                Input::Branch(branch) => {
+                    if let Err(why) = self.branch(branch) {
+                        tracing::warn!(%why, "a logged branch was refused");
+                    }
+                }
                 // All faults that one command clears are one input.
                 Input::Clear { ids, .. } => self.simulation.replay_clear(ids.clone()),
                 _ => self.admit_input(&input),
@@ -311,6 +320,32 @@ impl Run {
                 answer_source.end_incarnation(robot);
             }
             self.simulation.agent_lost(robot, incarnation);
+        }
+    }
+
+    /// Changes faults and parameters before anything else happens in the current tick.
+    pub fn branch(&mut self, branch: &Branch) -> Result<(), Problem> {
+        self.simulation.branch(branch)?;
+        if branch.parameters.is_empty() {
+            return Ok(());
+        }
+        self.briefing = self.simulation.setup().for_robots();
+        self.common = TeamConfig::new(&self.briefing, &self.agents)
+            .map_err(|error| Problem::of_value(error.to_string(), ""))?;
+        for seat in &mut self.seats {
+            if let Seat::Agent(agent) = seat {
+                // Only robots whose allocators can adopt them have other parameters.
+                let _ = agent.adopt(&self.briefing);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the agent of a robot, for another process; `None` if the robot has no agent in this process.
+    pub fn take_agent(&mut self, robot: RobotId) -> Option<Agent> {
+        match std::mem::replace(&mut self.seats[robot.index()], Seat::Empty) {
+            Seat::Agent(agent) => Some(agent),
+            Seat::Empty | Seat::Foreign => None,
         }
     }
 

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use anyhow::Context;
 use missions::Registry;
-use run_log::{Input, InputLine, RunLog};
+use run_log::{Branch, Input, InputLine, RunLog};
 use scenario::fault::{Fault, Order};
 use scenario::ids::Tick;
 use scenario::time::SimTime;
@@ -24,6 +24,7 @@ struct Done {
     notes: Vec<String>,
     /// The number of messages lost without a fault.
     lost: usize,
+    has_random_faults: bool,
 }
 
 /// Returns the scenario file, and notes about facts that it cannot express.
@@ -39,6 +40,7 @@ pub fn from_log(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
         orders: std::mem::take(&mut scenario.faults.timeline),
         notes: Vec::new(),
         lost: 0,
+        has_random_faults: scenario.faults.random.is_some(),
     };
     for line in log.inputs()? {
         done.take(line);
@@ -117,7 +119,42 @@ impl Done {
                 robot, incarnation, ..
             } if incarnation > 1 => self.happened(Fault::Restart(robot), tick),
             Input::Lost { .. } => self.lost += 1,
+            Input::Branch(branch) => self.branched(branch, tick),
             Input::Join { .. } | Input::Failed { .. } => {}
+        }
+    }
+
+    /// Replaces the faults that have not begun, as a branch does.
+    fn branched(&mut self, branch: Branch, tick: Tick) {
+        let now_s = self.at_s(tick);
+        if let Some(faults) = branch.faults {
+            let has_begun =
+                |order: &Order| order.when.is_some() || order.at_s.unwrap_or(0.0) < now_s;
+            let scenario_orders = self.orders[..self.scenario_orders].iter();
+            self.scenario_orders = scenario_orders.filter(|order| has_begun(order)).count();
+            self.orders.retain(has_begun);
+            let lasting = self.orders.iter();
+            let lasting = lasting.filter(|order| order.when.is_some() || order.every_s.is_some());
+            let notes = lasting.map(|order| {
+                format!(
+                    "'{}' was disarmed by a branch at {now_s} s: in the scenario it stays armed",
+                    order.fault
+                )
+            });
+            self.notes.extend(notes);
+            if self.has_random_faults {
+                self.notes.push(format!(
+                    "random faults ended with a branch at {now_s} s: in the scenario they go on"
+                ));
+            }
+            for order in faults {
+                self.ordered(order, tick);
+            }
+        }
+        for (key, value) in branch.parameters {
+            self.notes.push(format!(
+                "{key} = {value} from {now_s} s on is not in the scenario"
+            ));
         }
     }
 

@@ -82,6 +82,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             "alliance run # the default mission, at full speed",
             "alliance run --open # paused, with its page in a browser",
             "alliance run mine.toml --seed 7 --allocator cbba # your own scenario",
+            "alliance run --from runs/latest --at 60s --faults none # the run again, without faults from 60 s on",
         ],
         &[
             "0 The mission is complete.",

@@ -379,6 +379,12 @@ pub(crate) trait RunningAllocator: Debug + Send {
         Vec::new()
     }
 
+    /// Replaces the parameters by those of `setup` and keeps the state. Returns false if the parameters are fixed when the
+    /// robot starts.
+    fn adopt(&mut self, _setup: &Setup) -> bool {
+        false
+    }
+
     /// Runs one step and writes its result to `outcome`.
     fn step(&mut self, input: &Input<'_>, outcome: &mut StepOutcome);
 }

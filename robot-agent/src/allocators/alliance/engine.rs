@@ -349,6 +349,14 @@ impl RunningAllocator for Engine {
         false
     }
 
+    fn adopt(&mut self, setup: &Setup) -> bool {
+        let robot = self.config.robot;
+        let own = setup.for_robot(setup.roster.name(robot));
+        self.config = Config::new(robot, setup, &Parameters::from_setup(&own));
+        self.weigh_anew();
+        true
+    }
+
     fn step(&mut self, input: &Input<'_>, output: &mut StepOutcome) {
         let now = input.now;
         let own_task = |task| self.config.own_task(task);
