@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 use in_process::{AgentSnapshot, AnswerSource, LoggedAnswers, Team};
+use missions::Registry;
 use proto::tick::Outcome;
 use run_log::recorder::Sink;
 use run_log::{
@@ -20,7 +21,7 @@ use scenario::fault::{Faults, Order};
 use scenario::ids::Tick;
 use scenario::limits::TIME_OR_ZERO;
 use scenario::time::{SimTime, seconds};
-use scenario::{KeyPath, Problem, Setup, TomlFile, decode_text};
+use scenario::{KeyPath, Problem, Setup, TomlFile, Vocabulary, decode_text};
 use serde::{Deserialize, Serialize};
 use world_server::simulation::Simulation;
 
@@ -41,7 +42,7 @@ pub struct BranchArgs {
     /// Timeline after --at in place of all faults and events of the run: a TOML file, or 'none'
     #[arg(long, value_name = "FILE|none", requires = "from")]
     faults: Option<String>,
-    /// Value of an ALLIANCE parameter after --at, such as gold.fast_impatience=2; repeatable
+    /// Allocator parameter after --at: fast_impatience=2, gold.fast_impatience=2 or allocators.ble.rate_hz=2; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "from", value_parser = parameter)]
     parameters: Vec<(String, f64)>,
 }
@@ -114,8 +115,9 @@ impl BranchArgs {
             faults,
             parameters: self.parameters.iter().cloned().collect(),
         };
-        setup
-            .with_alliance_values(&changes.parameters)
+        let changed = setup.with_parameters(&changes.parameters);
+        changed
+            .and_then(|changed| changed.scenario.check_allocators(&vocabulary().allocators))
             .context("--set")?;
         if let Some(controller) = setup.scenario.external_controllers().first()
             && !changes.is_empty()
@@ -401,7 +403,7 @@ impl BranchPlan {
             let now = team.simulation().tick();
             if now == *tick && !changes.is_empty() {
                 self.check_ids(team.simulation())?;
-                team.branch(changes)?;
+                team.branch(changes).context("--set")?;
             }
             if now >= until || team.tick()?.is_some() {
                 return Ok(team);
@@ -445,6 +447,10 @@ impl BranchPlan {
         let agent = found.and_then(|robot| team.take_agent(robot));
         agent.with_context(|| format!("{robot} has no agent in tick {}", self.hand_over_tick()))
     }
+}
+
+fn vocabulary() -> Vocabulary {
+    Registry::current().vocabulary()
 }
 
 /// Returns whether an input says how the run began: the robots that joined, or that it began without.

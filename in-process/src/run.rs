@@ -324,21 +324,58 @@ impl Run {
     }
 
     /// Changes faults and parameters before anything else happens in the current tick.
+    ///
+    /// # Errors
+    /// If a fault or a parameter does not fit the state. Nothing has changed then.
     pub fn branch(&mut self, branch: &Branch) -> Result<(), Problem> {
-        self.simulation.branch(branch)?;
         if branch.parameters.is_empty() {
-            return Ok(());
+            return self.simulation.branch(branch);
         }
-        self.briefing = self.simulation.setup().for_robots();
-        self.common = TeamConfig::new(&self.briefing, &self.agents)
+        let setup = self
+            .simulation
+            .setup()
+            .with_parameters(&branch.parameters)?;
+        let briefing = setup.for_robots();
+        let common = TeamConfig::new(&briefing, &self.agents)
             .map_err(|error| Problem::of_value(error.to_string(), ""))?;
-        for seat in &mut self.seats {
-            if let Seat::Agent(agent) = seat {
-                // Only robots whose allocators can adopt them have other parameters.
-                let _ = agent.adopt(&self.briefing);
-            }
+        let agents = self.adopted(&briefing, &common)?;
+        self.simulation.branch(branch)?;
+        for (robot, agent) in agents {
+            self.seats[robot.index()] = Seat::Agent(agent);
         }
+        (self.briefing, self.common) = (briefing, common);
         Ok(())
+    }
+
+    /// Returns the agents whose parameters differ in `briefing`, with the new ones.
+    fn adopted(
+        &self,
+        briefing: &Setup,
+        common: &TeamConfig,
+    ) -> Result<Vec<(RobotId, Agent)>, Problem> {
+        let mut agents = Vec::new();
+        for (seat, robot) in self.seats.iter().zip(self.simulation.barrier().robots()) {
+            let Seat::Agent(agent) = seat else { continue };
+            let spec = &briefing.scenario.robots[robot.index()];
+            let allocator = briefing.scenario.decider_of(spec);
+            let values = |setup: &Setup| {
+                let alliance = setup.alliance.robots.get(&spec.name).cloned();
+                (setup.scenario.allocator_values(allocator), alliance)
+            };
+            if values(briefing) == values(&self.briefing) {
+                continue;
+            }
+            let mut agent = agent.clone();
+            if !agent.adopt(briefing, common) {
+                let what = format!(
+                    "the state of {} depends on this parameter of {allocator}",
+                    spec.name
+                );
+                return Err(Problem::of_value(what, "start the mission anew"));
+            }
+            agents.push((robot, agent));
+        }
+        Ok(agents)
     }
 
     /// Returns the agent of a robot, for another process; `None` if the robot has no agent in this process.

@@ -185,10 +185,11 @@ impl Agent {
         all
     }
 
-    /// Replaces the allocator's parameters by those of `setup` and keeps its state. Returns false if they are fixed when
-    /// the robot starts.
-    pub fn adopt(&mut self, setup: &Setup) -> bool {
-        self.allocator.adopt(setup)
+    /// Replaces the allocator's parameters by those of `setup`, for which `team` was created, and keeps its state. Returns
+    /// whether it did: nothing changes if the state depends on a changed parameter.
+    pub fn adopt(&mut self, setup: &Setup, team: &TeamConfig) -> bool {
+        let config = team.allocators[self.robot.index()].config.as_deref();
+        self.allocator.adopt(setup, config)
     }
 
     pub fn step(&mut self, tick: &TickMessage, space: &mut Workspace) {

@@ -99,7 +99,7 @@ pub struct Branch {
     /// The faults that replace those that have not begun; `None` keeps those.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub faults: Option<Vec<Order>>,
-    /// The new parameters of the allocator, by the keys of [`scenario::Setup::with_alliance_values`].
+    /// The new parameters of the allocator, by the keys of [`scenario::Setup::with_parameters`].
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, f64>,
 }

@@ -1,31 +1,60 @@
-//! Other values of ALLIANCE parameters for a resolved setup, by a short key.
+//! Other parameters of the allocators of a resolved setup, by a short key.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::Value;
 
 use super::alliance::BehaviorParams;
 use super::error::{Problem, name_remedy};
+use super::limits::check_known;
 use super::statement::Parameter;
 use super::{Scenario, Setup};
 
 impl Setup {
-    /// Returns the setup with other parameters of ALLIANCE. A key is `PARAMETER`, `ROBOT.PARAMETER` or
+    /// Returns the setup with other parameters. A key of ALLIANCE is `PARAMETER`, `ROBOT.PARAMETER` or
     /// `ROBOT.SET.PARAMETER`; a longer key has precedence. A value of `slow_impatience` or `willing_to_affect_s` is valid
-    /// toward every teammate.
+    /// toward every teammate. A key of another allocator is `allocators.NAME.PARAMETER`, whose name and range
+    /// [`Scenario::check_allocators`] checks.
     ///
     /// # Errors
     /// Returns the first unknown key, or the first value that violates a rule of ALLIANCE.md §1.
-    pub fn with_alliance_values(&self, values: &BTreeMap<String, f64>) -> Result<Self, Problem> {
+    pub fn with_parameters(&self, values: &BTreeMap<String, f64>) -> Result<Self, Problem> {
         let mut setup = self.clone();
         let mut ordered: Vec<(&String, f64)> =
             values.iter().map(|(key, value)| (key, *value)).collect();
         ordered.sort_by_key(|(key, _)| key.matches('.').count());
         for (key, value) in ordered {
-            setup.set_alliance_value(key, value)?;
+            match key.strip_prefix("allocators.") {
+                Some(key) => setup.set_allocator_value(key, value)?,
+                None => setup.set_alliance_value(key, value)?,
+            }
         }
         if !values.is_empty() {
             setup.check()?;
         }
         Ok(setup)
+    }
+
+    fn set_allocator_value(&mut self, key: &str, value: f64) -> Result<(), Problem> {
+        let Some((name, parameter)) = key.split_once('.') else {
+            let what = format!("'allocators.{key}' has too few parts");
+            return Err(Problem::of_value(what, "use allocators.NAME.PARAMETER"));
+        };
+        let scenario = &mut self.scenario;
+        let deciders: BTreeSet<&str> = scenario
+            .robots
+            .iter()
+            .map(|robot| scenario.decider_of(robot))
+            .collect();
+        check_known((), "no robot has the allocator", name, deciders)?;
+        let value = if value.fract() == 0.0 && value.abs() < 1e15 {
+            Value::from(value as i64)
+        } else {
+            Value::from(value)
+        };
+        let section = scenario.allocators.entry(name.to_owned()).or_default();
+        section.insert(parameter.to_owned(), value);
+        Ok(())
     }
 
     fn set_alliance_value(&mut self, key: &str, value: f64) -> Result<(), Problem> {
@@ -58,8 +87,8 @@ impl Setup {
         if let Some(other) = deciders.iter().find(|decider| !is_alliance(decider))
             && !deciders.iter().any(|decider| is_alliance(decider))
         {
-            let what = format!("the parameters of {other} are fixed when a robot starts");
-            let remedy = "only those of alliance can change during a run";
+            let what = format!("the allocator is {other}, not alliance");
+            let remedy = format!("use allocators.{other}.PARAMETER");
             return Err(Problem::of_value(what, remedy));
         }
         let followers: Vec<String> = std::iter::zip(&deciders, names)
@@ -112,7 +141,7 @@ mod tests {
             .iter()
             .map(|(key, value)| ((*key).to_owned(), *value));
         let setup = default_setup(1);
-        let changed = setup.with_alliance_values(&values.collect());
+        let changed = setup.with_parameters(&values.collect());
         changed.map_err(|problem| problem.to_string())
     }
 
@@ -145,13 +174,29 @@ mod tests {
         let mut setup = default_setup(1);
         setup.scenario.robots[0].allocator = Some("drill".to_owned());
         let values = |key: &str| BTreeMap::from([(key.to_owned(), 7.0)]);
-        let changed = setup.with_alliance_values(&values("gold.fast_impatience"));
+        let changed = setup.with_parameters(&values("gold.fast_impatience"));
         assert!(changed.is_ok(), "{changed:?}");
-        let refused = setup.with_alliance_values(&values("blue.fast_impatience"));
+        let refused = setup.with_parameters(&values("blue.fast_impatience"));
         assert_eq!(
             refused.unwrap_err().to_string(),
-            "the parameters of drill are fixed when a robot starts; only those of alliance can change during a run"
+            "the allocator is drill, not alliance; use allocators.drill.PARAMETER"
         );
+    }
+
+    #[test]
+    fn other_allocators_have_their_own_keys() {
+        let mut setup = default_setup(1);
+        setup.scenario.robots[0].allocator = Some("drill".to_owned());
+        let values = |key: &str| BTreeMap::from([(key.to_owned(), 7.0)]);
+        let changed = setup.with_parameters(&values("allocators.drill.pace"));
+        assert_eq!(changed.unwrap().scenario.allocators["drill"]["pace"], 7);
+        for (key, expected) in [
+            ("allocators.drill", "use allocators.NAME.PARAMETER"),
+            ("allocators.cbba.pace", "no robot has the allocator 'cbba'"),
+        ] {
+            let refusal = setup.with_parameters(&values(key)).unwrap_err().to_string();
+            assert!(refusal.contains(expected), "{refusal}");
+        }
     }
 
     #[test]

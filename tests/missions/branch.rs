@@ -167,12 +167,57 @@ fn each_change_of_a_scripted_run_takes_effect_after_the_branch_only() {
 }
 
 #[test]
+fn each_allocator_adopts_other_times_or_says_why_not() {
+    let lab = Lab::new();
+    let scenario = "limit_s = 40\n[service]\n[[faults.timeline]]\nat_s = 12.0\nfor_s = 15.0\nfault.kill = \"gold\"\n";
+    std::fs::write(lab.path("run.toml"), scenario).unwrap();
+    for (allocator, change) in [
+        ("cbba", "refresh_s=0.3"),
+        ("cbaa", "refresh_s=0.3"),
+        ("acbba", "repeat_s=0.3"),
+        ("ble", "rate_hz=4"),
+        ("grape", "refresh_s=0.3"),
+        ("threshold", "alpha=30"),
+        ("random", "redraw_s=2"),
+        ("murdoch", "lease_s=2"),
+    ] {
+        let run = [
+            "run",
+            "run.toml",
+            "--in-process",
+            "--allocator",
+            allocator,
+            "--out",
+            allocator,
+        ];
+        assert!(
+            matches!(lab.run(&run).status.code(), Some(0 | 1)),
+            "{allocator}"
+        );
+        let change = format!("allocators.{allocator}.{change}");
+        if allocator == "murdoch" {
+            let refused =
+                lab.refusal(&["run", "--from", allocator, "--at", "20s", "--set", &change]);
+            assert!(
+                refused.contains("depends on this parameter of murdoch"),
+                "{refused}"
+            );
+            continue;
+        }
+        // Gold is dead and starts again with the new parameter.
+        let log = branch(&lab, allocator, "20s", &["--set", &change]);
+        assert_ne!(log.run.hash, lab.log(allocator).run.hash, "{allocator}");
+    }
+}
+
+#[test]
 fn a_branch_before_a_real_kill_spares_the_robot_and_needs_no_other_file() {
     let lab = Lab::new();
     let mut team = Team::start(&lab, &["--speed", "60x"]);
     team.wait_for_row("events.csv", &[",picked,"]);
-    lab.run(&["fault", "delay", "0.2", "--for", "5s"]).expect(0);
-    team.wait_for_row("events.csv", &[",fault-healed,"]);
+    lab.run(&["fault", "delay", "--by", "0.2s", "--for", "5s"])
+        .expect(0);
+    team.wait_for_row("events.csv", &[",healed,"]);
     team.kill("gold");
     team.wait_for_row("events.csv", &[",gone,gold,"]);
     lab.run(&["fault", "mute", "blue", "--for", "5s"]).expect(0);

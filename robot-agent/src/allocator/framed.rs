@@ -3,12 +3,14 @@
 
 use proto::team::TaskState;
 use proto::telemetry::{BehaviorState, Reason, StateChange};
+use scenario::Setup;
 use scenario::ids::{BehaviorId, TaskId};
 use scenario::time::SimTime;
 use smallvec::{SmallVec, smallvec};
 
 use super::{
-    Allocator, Announcement, Decision, Input, OwnBehavior, RunningAllocator, SelfState, StepOutcome,
+    Allocator, Announcement, AnyConfig, Decision, Input, OwnBehavior, RunningAllocator, SelfState,
+    StepOutcome,
 };
 
 /// An allocator with the heartbeats and state changes that all robots share.
@@ -110,6 +112,11 @@ impl<A: Allocator> RunningAllocator for AllocatorRunner<A> {
 
     fn uses_radio(&self) -> bool {
         A::uses_radio()
+    }
+
+    fn adopt(&mut self, _: &Setup, config: Option<&AnyConfig>) -> bool {
+        let config = config.and_then(|config| config.downcast_ref::<A::Config>());
+        config.is_some_and(|config| self.allocator.adopt(config))
     }
 
     fn step(&mut self, input: &Input<'_>, outcome: &mut StepOutcome) {

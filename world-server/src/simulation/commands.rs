@@ -151,14 +151,14 @@ impl Simulation {
     /// # Errors
     /// If a fault has the id of another one, or a parameter does not exist. Nothing has changed then.
     pub fn branch(&mut self, branch: &Branch) -> Result<(), Problem> {
-        let alliance = self.setup.with_alliance_values(&branch.parameters)?;
+        let setup = self.setup.with_parameters(&branch.parameters)?;
         if let Some(orders) = &branch.faults {
             let ids = orders.iter().filter_map(|order| order.id.clone());
             for id in ids {
                 self.schedule.choose_id(Some(id), &[])?;
             }
         }
-        self.setup = alliance;
+        self.setup = setup;
         if let Some(orders) = &branch.faults {
             for fault in self.schedule.all() {
                 if self.schedule.disarm(fault) {

@@ -17,7 +17,7 @@ use super::motivation::{self, Factors};
 use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
 use super::values::LearnedTerms;
-use crate::allocator::{Input, RandomDraws, RunningAllocator, StepOutcome};
+use crate::allocator::{AnyConfig, Input, RandomDraws, RunningAllocator, StepOutcome};
 
 /// The motivational behaviors of one robot.
 ///
@@ -349,7 +349,7 @@ impl RunningAllocator for Engine {
         false
     }
 
-    fn adopt(&mut self, setup: &Setup) -> bool {
+    fn adopt(&mut self, setup: &Setup, _: Option<&AnyConfig>) -> bool {
         let robot = self.config.robot;
         let own = setup.for_robot(setup.roster.name(robot));
         self.config = Config::new(robot, setup, &Parameters::from_setup(&own));

@@ -17,6 +17,7 @@ pub fn kind() -> AllocatorKind {
                 Box::new(Engine::with_shared(me.robot, setup, &parameters))
             }),
             controller: None,
+            config: None,
         })
     })
 }
