@@ -300,6 +300,34 @@ mod tests {
     }
 
     #[test]
+    fn the_scenario_of_a_branch_has_the_faults_of_both_parts() {
+        let at = |at_s: f64, fault: Value| {
+            let order = json!({ "fault": fault, "at_s": at_s });
+            serde_json::from_value::<Order>(order).unwrap()
+        };
+        let mut with_faults = scenario();
+        with_faults.faults.timeline = vec![
+            at(3.0, json!({ "mute": "gold" })),
+            at(20.0, json!({ "kill": "gold" })),
+        ];
+        let later = at(8.0, json!({ "deaf": "blue" }));
+        let change =
+            json!({ "branch": { "faults": [later], "parameters": { "fast_impatience": 9.0 } } });
+        let branch = run(with_faults, &[(100, change)]);
+        let (text, notes) = from_log(&branch).unwrap();
+        assert_eq!(
+            notes,
+            ["fast_impatience = 9 from 5 s on is not in the scenario"]
+        );
+        let log = again(&text);
+        let orders = log.run.setup.scenario.faults.timeline.iter();
+        let found: Vec<String> = orders
+            .map(|order| format!("{} {:?}", order.fault, order.at_s))
+            .collect();
+        assert_eq!(found, ["mute gold Some(3.0)", "deaf blue Some(8.0)"]);
+    }
+
+    #[test]
     fn facts_that_a_scenario_cannot_express_are_noted() {
         let inputs = [
             (40, json!({ "stall-begin": { "robot": "green" } })),
