@@ -42,7 +42,7 @@ pub struct BranchArgs {
     /// Timeline after --at in place of all faults and events of the run: a TOML file, or 'none'
     #[arg(long, value_name = "FILE|none", requires = "from")]
     faults: Option<String>,
-    /// Allocator parameter after --at: fast_impatience=2, gold.fast_impatience=2 or allocators.ble.rate_hz=2; repeatable
+    /// Allocator parameter after --at, such as gold.fast_impatience=2; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "from", value_parser = parameter)]
     parameters: Vec<(String, f64)>,
 }
@@ -453,7 +453,7 @@ fn vocabulary() -> Vocabulary {
     Registry::current().vocabulary()
 }
 
-/// Returns whether an input says how the run began: the robots that joined, or that it began without.
+/// Returns whether an input describes the start of the run: a robot that joined, or without which the run began.
 fn is_start(line: &InputLine) -> bool {
     let is_start = match line.input {
         Input::Join { moment, .. } => moment.is_none(),

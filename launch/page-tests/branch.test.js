@@ -6,8 +6,8 @@ import { test } from "node:test";
 import { CONTINUATIONS, branchCommand, branchRefusal } from "../page/model/branch.js";
 
 test("the command names the run, the time and the faults", () => {
-  const run = { folder: "/home/a/runs/waste-seed1" };
-  const start = "alliance run --from /home/a/runs/waste-seed1 --at";
+  const run = { folder: "/home/a/runs/first" };
+  const start = "alliance run --from /home/a/runs/first --at";
   assert.equal(branchCommand(run, 31_250, "none"), `${start} 31.25s --faults none`);
   assert.equal(branchCommand(run, 0, null), `${start} 0s`);
   assert.equal(branchCommand(run, 60_000, "my faults.toml"), `${start} 60s --faults 'my faults.toml'`);

@@ -167,7 +167,7 @@ fn each_change_of_a_scripted_run_takes_effect_after_the_branch_only() {
 }
 
 #[test]
-fn each_allocator_adopts_other_times_or_says_why_not() {
+fn each_allocator_adopts_other_times_or_gives_the_reason() {
     let lab = Lab::new();
     let scenario = "limit_s = 40\n[service]\n[[faults.timeline]]\nat_s = 12.0\nfor_s = 15.0\nfault.kill = \"gold\"\n";
     std::fs::write(lab.path("run.toml"), scenario).unwrap();
@@ -245,7 +245,7 @@ fn a_branch_before_a_real_kill_spares_the_robot_and_needs_no_other_file() {
     let orders = orders.filter(|line| matches!(line.input, Input::Order { .. }));
     assert_eq!(orders.count(), 1);
     assert_eq!(spared.run.result.robots["gold"].incarnations, 1);
-    lab.run(&["report", "run", "many", "--out", "both.html"])
+    lab.run(&["report", "run", "many", "--out", "both"])
         .expect(0);
 
     // A branch of a branch, which replays without the runs that it comes from.
