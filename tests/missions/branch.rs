@@ -169,7 +169,8 @@ fn each_change_of_a_scripted_run_takes_effect_after_the_branch_only() {
 #[test]
 fn each_allocator_adopts_other_times_or_gives_the_reason() {
     let lab = Lab::new();
-    let scenario = "limit_s = 40\n[service]\n[[faults.timeline]]\nat_s = 12.0\nfor_s = 15.0\nfault.kill = \"gold\"\n";
+    let scenario =
+        "limit_s = 40\n[[faults.timeline]]\nat_s = 12.0\nfor_s = 15.0\nfault.kill = \"gold\"\n";
     std::fs::write(lab.path("run.toml"), scenario).unwrap();
     for (allocator, change) in [
         ("cbba", "refresh_s=0.3"),
@@ -258,7 +259,12 @@ fn a_branch_before_a_real_kill_spares_the_robot_and_needs_no_other_file() {
         &["--faults", "none", "--set", "fast_impatience=7"],
     );
     assert_ne!(again.run.hash, spared.run.hash);
-    let same = branch(&lab, "one", &later, &[]);
+    std::fs::rename(lab.path("many"), lab.path("again")).unwrap();
+    for parent in ["run", "spared"] {
+        std::fs::remove_dir_all(lab.path(parent)).unwrap();
+    }
+    lab.run(&["replay", "again"]).expect(0);
+    let same = branch(&lab, "again", &later, &[]);
     assert_eq!(same.run.hash, again.run.hash);
 }
 
