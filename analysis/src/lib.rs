@@ -2,6 +2,7 @@
 //!
 //! - [`replay`]: the repetition of a run from its log. [`learned`]: the values that its robots have learned. [`diff`]:
 //!   the first difference of two runs. [`replay_views`]: a finished run with a view of each tick.
+//! - [`branch`]: a run that repeats another one up to a tick.
 //! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools.
 //! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
@@ -12,6 +13,7 @@
 //!
 //! [`run_log`] reads the logs. Each module contains the `alliance` subcommand that belongs to it.
 
+pub mod branch;
 pub mod check;
 mod columns;
 pub mod compare;

@@ -10,6 +10,7 @@ use proto::program_build;
 use proto::tick::Outcome;
 use run_log::recorder::Sink;
 use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
+use scenario::Setup;
 use terminal::stderr_line;
 use world_server::simulation::Simulation;
 
@@ -70,14 +71,7 @@ impl ReplayCommand {
             );
         }
         let logged = open(&self.folder)?;
-        let version = env!("CARGO_PKG_VERSION");
-        if logged.run.version != version {
-            stderr_line!(
-                "the run was recorded by version {}; this is version {version}",
-                logged.run.version
-            );
-        }
-        tell_other_builds(&logged.run);
+        tell_other_programs(&logged.run);
         let answer_source: Option<Box<dyn AnswerSource>> = match LoggedAnswers::of(&logged)? {
             Some(kept) if !self.controllers.is_empty() => {
                 Some(run_controllers(&logged, &self.controllers, kept)?)
@@ -114,8 +108,13 @@ impl ReplayCommand {
     }
 }
 
-/// Names the builds that took part in a run and are not the build of this program.
-fn tell_other_builds(run: &RunFile) {
+/// Names the version and the builds that took part in a run and are not those of this program.
+pub(crate) fn tell_other_programs(run: &RunFile) {
+    let version = env!("CARGO_PKG_VERSION");
+    if run.version != version {
+        let recorded = &run.version;
+        stderr_line!("the run was recorded by version {recorded}; this is version {version}");
+    }
     let this = program_build::get();
     if program_build::is_other(&run.build) {
         stderr_line!(
@@ -128,6 +127,17 @@ fn tell_other_builds(run: &RunFile) {
             stderr_line!("the agent of {robot} was of build {build}; this is build {this}");
         }
     }
+}
+
+/// Returns the setup of a logged run after a check of the robots' starts, which reading run.json does not check.
+pub(crate) fn setup_of(logged: &RunLog) -> anyhow::Result<Setup> {
+    let setup = logged.run.setup.clone();
+    let scenario = &setup.scenario;
+    let worlds = Registry::current().worlds();
+    if let Err(error) = worlds.find(scenario)?.start_poses(scenario) {
+        bail!("run.json: scenario.{}", error.describe(scenario));
+    }
+    Ok(setup)
 }
 
 fn log_in_progress(team: &mut Team<MemoryLog>) -> anyhow::Result<RunLog> {
@@ -183,12 +193,7 @@ fn team_to_end<S: Sink>(
         }
         (RunOutcome::Running, None) => bail!("the log has no complete tick"),
     };
-    let setup = logged.run.setup.clone();
-    let scenario = &setup.scenario;
-    let registry = Registry::current();
-    if let Err(error) = registry.worlds().find(scenario)?.start_poses(scenario) {
-        bail!("run.json: scenario.{}", error.describe(scenario));
-    }
+    let setup = setup_of(logged)?;
     let inputs = logged.inputs()?;
     let what = match logged.run.log {
         LogLevel::Full => "replaying the run",
@@ -197,6 +202,9 @@ fn team_to_end<S: Sink>(
     };
     let mut progress = Progress::new(what, "ticks", ticks);
     let mut team = Team::with_answer_source(setup, inputs, level, sink, answer_source)?;
+    if let Some(origin) = &logged.run.branch {
+        team.set_origin(origin.clone())?;
+    }
     let outcome = team.continue_for(ticks, outcome, |simulation| {
         progress.step();
         see(simulation);

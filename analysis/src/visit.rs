@@ -78,6 +78,7 @@ pub fn run_file() -> RunFile {
         log: LogLevel::Off,
         hash: None,
         outcome: run_log::RunOutcome::Running,
+        branch: None,
         unscripted: false,
         faults: Vec::new(),
         build: String::new(),

@@ -56,6 +56,14 @@ impl BroadcastStore {
         }
     }
 
+    /// Returns all broadcasts that a manifest can still list.
+    pub fn recent(&self) -> impl Iterator<Item = &Broadcast> {
+        self.sent.iter().flatten().flat_map(|sent| {
+            let broadcasts = sent.broadcasts[..sent.count].iter();
+            broadcasts.map(|broadcast| &**broadcast)
+        })
+    }
+
     /// Writes the broadcasts of a manifest to `collected`, one entry for each in order. `None` stands for a lost or unsent one.
     #[inline]
     pub fn collect(

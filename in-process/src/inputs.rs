@@ -58,6 +58,10 @@ impl LoggedInputs {
     }
 }
 
+fn is_branch(input: &Input) -> bool {
+    matches!(input, Input::Branch(_))
+}
+
 /// The external inputs of one tick.
 #[derive(Default)]
 pub(super) struct TickInputs {
@@ -71,10 +75,14 @@ impl TickInputs {
     fn new(inputs: Vec<Input>) -> Self {
         let (mut ordered, mut unordered): (Vec<Input>, Vec<Input>) = inputs
             .into_iter()
-            .partition(|input| input.moment().is_some() || input.is_command());
+            .partition(|input| input.moment().is_some() || input.is_command() || is_branch(input));
         unordered.retain(|input| !matches!(input, Input::Join { .. }));
-        // A command takes effect at the end of its order index. Commands without one take effect at the first.
-        ordered.sort_by_key(|input| (input.moment().unwrap_or(0), input.is_command()));
+        // A command takes effect at the end of its order index. Commands without one take effect at the first. A branch
+        // precedes everything else.
+        ordered.sort_by_key(|input| {
+            let moment = input.moment().unwrap_or(0);
+            (moment, !is_branch(input), input.is_command())
+        });
         Self {
             ordered: ordered.into(),
             unordered,

@@ -21,15 +21,16 @@ use proto::tick::Outcome;
 use proto::view::View;
 use robot_agent::allocator::ConfigError;
 use run_log::recorder::{RecordError, Recorder, Sink};
-use run_log::{Input, InputLine, LogLevel, RunFile};
+use run_log::{Branch, BranchOrigin, Input, InputLine, LogLevel, RunFile};
 use scenario::ids::RobotId;
-use scenario::{Profile, Setup};
+use scenario::{Problem, Profile, Setup};
 use world_server::barrier::Presence;
 use world_server::mission::UnknownMission;
 use world_server::simulation::Simulation;
 
 pub use external_command::BodyCommand;
 pub use external_controllers::{AnswerError, AnswerSource, LoggedAnswers, TickError};
+pub use robot_agent::agent::AgentSnapshot;
 use run::Run;
 pub use run::Workspaces;
 pub use traffic::{BroadcastCount, BroadcastCounts};
@@ -204,6 +205,41 @@ impl<S: Sink> Team<S> {
             self.tick()?;
         }
         Ok(self.run.simulation.outcome().unwrap_or(then))
+    }
+
+    /// Marks the log as that of a branch, before the first tick.
+    pub fn set_origin(&mut self, origin: BranchOrigin) -> Result<(), RecordError> {
+        self.recorder.set_branch(origin)
+    }
+
+    /// Changes faults and parameters from the current tick on. The tick must not have begun.
+    ///
+    /// # Errors
+    /// If a fault or a parameter does not fit the run.
+    pub fn branch(&mut self, branch: &Branch) -> Result<(), Problem> {
+        self.run.branch(branch)
+    }
+
+    /// Returns the hash of the run so far.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        self.recorder.hash()
+    }
+
+    /// Returns the world and the log at the start of a tick. Other processes continue with the agents.
+    #[must_use]
+    pub fn into_world(self) -> (Simulation, Recorder<S>) {
+        (self.run.simulation, self.recorder)
+    }
+
+    /// Returns the state of a robot at the start of a tick, so that another process continues it; `None` if the robot has no
+    /// agent.
+    pub fn take_agent(&mut self, robot: RobotId) -> Option<AgentSnapshot> {
+        Some(AgentSnapshot {
+            agent: self.run.take_agent(robot)?,
+            first_tick: self.run.simulation.tick(),
+            received: self.run.broadcasts.recent().cloned().collect(),
+        })
     }
 
     /// Writes everything recorded so far and returns the log of a run in progress, as a killed run leaves it.

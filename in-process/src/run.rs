@@ -4,10 +4,11 @@ use missions::Registry;
 use proto::process::ProcessAction;
 use proto::tick::Outcome;
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
+use robot_agent::registry::AgentRegistry;
 use run_log::recorder::Record;
-use run_log::{Input, InputLine};
+use run_log::{Branch, Input, InputLine};
 use scenario::ids::{Incarnation, RobotId, Tick};
-use scenario::{Profile, Setup, Vocabulary};
+use scenario::{Problem, Profile, Setup, Vocabulary};
 use world_server::barrier::Presence;
 use world_server::simulation::Simulation;
 
@@ -55,6 +56,8 @@ pub(super) struct Run {
     pub traffic: Option<BroadcastCounts>,
     /// The known allocators, including which of them learn.
     vocabulary: Vocabulary,
+    /// The known allocators and controllers, for parameters that change during the run.
+    agents: AgentRegistry,
 }
 
 impl Run {
@@ -99,6 +102,7 @@ impl Run {
             driven: Vec::new(),
             traffic: None,
             vocabulary,
+            agents: registry.agents().clone(),
         };
         run.simulation.send_ground_truth_to(informed);
         // A run that is over at its start admits no robots.
@@ -259,6 +263,11 @@ impl Run {
                         tracing::warn!(%why, "a logged order was refused");
                     }
                 }
+                Input::Branch(branch) => {
+                    if let Err(why) = self.branch(branch) {
+                        tracing::warn!(%why, "a logged branch was refused");
+                    }
+                }
                 // All faults that one command clears are one input.
                 Input::Clear { ids, .. } => self.simulation.replay_clear(ids.clone()),
                 _ => self.admit_input(&input),
@@ -311,6 +320,69 @@ impl Run {
                 answer_source.end_incarnation(robot);
             }
             self.simulation.agent_lost(robot, incarnation);
+        }
+    }
+
+    /// Changes faults and parameters before anything else happens in the current tick.
+    ///
+    /// # Errors
+    /// If a fault or a parameter does not fit the state. Nothing has changed then.
+    pub fn branch(&mut self, branch: &Branch) -> Result<(), Problem> {
+        if branch.parameters.is_empty() {
+            return self.simulation.branch(branch);
+        }
+        let setup = self
+            .simulation
+            .setup()
+            .with_parameters(&branch.parameters)?;
+        let briefing = setup.for_robots();
+        let common = TeamConfig::new(&briefing, &self.agents)
+            .map_err(|error| Problem::of_value(error.to_string(), ""))?;
+        let agents = self.adopted(&briefing, &common)?;
+        self.simulation.branch(branch)?;
+        for (robot, agent) in agents {
+            self.seats[robot.index()] = Seat::Agent(agent);
+        }
+        (self.briefing, self.common) = (briefing, common);
+        Ok(())
+    }
+
+    /// Returns the agents whose parameters differ in `briefing`, with the new ones.
+    fn adopted(
+        &self,
+        briefing: &Setup,
+        common: &TeamConfig,
+    ) -> Result<Vec<(RobotId, Agent)>, Problem> {
+        let mut agents = Vec::new();
+        for (seat, robot) in self.seats.iter().zip(self.simulation.barrier().robots()) {
+            let Seat::Agent(agent) = seat else { continue };
+            let spec = &briefing.scenario.robots[robot.index()];
+            let allocator = briefing.scenario.decider_of(spec);
+            let values = |setup: &Setup| {
+                let alliance = setup.alliance.robots.get(&spec.name).cloned();
+                (setup.scenario.allocator_values(allocator), alliance)
+            };
+            if values(briefing) == values(&self.briefing) {
+                continue;
+            }
+            let mut agent = agent.clone();
+            if !agent.adopt(briefing, common) {
+                let what = format!(
+                    "the state of {} depends on this parameter of {allocator}",
+                    spec.name
+                );
+                return Err(Problem::of_value(what, "start the mission anew"));
+            }
+            agents.push((robot, agent));
+        }
+        Ok(agents)
+    }
+
+    /// Returns the agent of a robot, for another process; `None` if the robot has no agent in this process.
+    pub fn take_agent(&mut self, robot: RobotId) -> Option<Agent> {
+        match std::mem::replace(&mut self.seats[robot.index()], Seat::Empty) {
+            Seat::Agent(agent) => Some(agent),
+            Seat::Empty | Seat::Foreign => None,
         }
     }
 

@@ -2,6 +2,7 @@
 
 import { Model } from "./model/model.js";
 import { stateOf } from "./model/state.js";
+import { openBranch } from "./panels/branch.js";
 import { Charts } from "./panels/charts.js";
 import { Clock } from "./panels/clock.js";
 import { Events } from "./panels/events.js";
@@ -30,6 +31,7 @@ import { closeMenu } from "./ui/menu.js";
 import { notify } from "./ui/notices.js";
 import { isShown, startTabs } from "./ui/tabs.js";
 import { startTheme } from "./ui/theme.js";
+import { seconds } from "./ui/words.js";
 
 /** Shows the reason why the page has no run. */
 function showNoRun(reason) {
@@ -74,7 +76,10 @@ async function show(api, run, start_s) {
 
   text(byId("run-name"), run.run);
   byId("run-name").title = run.run;
-  const mode = model.isLive ? `live, seed ${run.seed}, folder ${folderName(run)}` : `log, seed ${run.seed}: ${run.log.outcome ?? "unfinished"}`;
+  const origin = run.log?.branch ? `, branch of ${folderName({ folder: run.log.branch.run })} at ${seconds(run.log.branch.t_ms, 2)}` : "";
+  const mode = model.isLive
+    ? `live, seed ${run.seed}, folder ${folderName(run)}`
+    : `log, seed ${run.seed}${origin}: ${run.log.outcome ?? "unfinished"}`;
   text(byId("run-mode"), mode);
   byId("run-mode").title = `${mode}\nfolder: ${run.folder}`;
   document.title = `${run.run} – alliance`;
@@ -93,6 +98,8 @@ async function show(api, run, start_s) {
   const charts = new Charts(model, choices, seek, load);
   const matrix = new Matrix(model, choices, changed);
   const timeline = player && new Timeline(model, player, events);
+  const branch = player && (() => openBranch(model, player));
+  if (branch) byId("branch").addEventListener("click", branch);
   const showTab = startTabs(changed);
   const select = (rank) => {
     choices.set({ selected: rank });
@@ -148,7 +155,7 @@ async function show(api, run, start_s) {
     /** Returns the canvas position of a point of the room in CSS pixels. For tests and the console. */
     toScreen: (x_m, y_m) => room.toScreen(x_m, y_m),
   });
-  startKeys(shortcuts({ model, choices, orders, player, clockwork, clock, timeline, tools, robots, select }));
+  startKeys(shortcuts({ model, choices, orders, player, clockwork, clock, timeline, tools, robots, select, branch }));
   changed();
 
   if (model.isLive) {
@@ -170,7 +177,7 @@ function folderName({ folder }) {
 }
 
 /** Returns the keyboard shortcuts. Fault and obstacle keys exist only for a live run. */
-function shortcuts({ model, choices, orders, player, clockwork, clock, timeline, tools, robots, select }) {
+function shortcuts({ model, choices, orders, player, clockwork, clock, timeline, tools, robots, select, branch }) {
   const key = (keys, shown, action, run) => ({ keys, shown, action, run });
   const onSelected = (act) => () => {
     if (choices.selected !== null) act(choices.selected);
@@ -227,6 +234,7 @@ function shortcuts({ model, choices, orders, player, clockwork, clock, timeline,
     key(["End"], "End", "to the end", () => player.seek(Infinity)),
     key(["n"], "n", "next listed event", () => timeline.jump(1)),
     key(["p"], "p", "previous listed event", () => timeline.jump(-1)),
+    key(["b"], "b", "branch from here: the command that repeats the run up to this time and goes on", branch),
   ];
   if (!model.isLive) return [...common, ...log];
   const taken = [...common, ...live].flatMap(({ keys }) => keys);

@@ -8,7 +8,7 @@ use proto::mission::SharedKnowledge;
 use proto::secret::SEAL_BYTES;
 use proto::team::{Broadcast, BroadcastContent};
 use proto::tick::{Report, TickMessage};
-use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::ids::{Incarnation, RobotId, TaskId, Tick};
 use scenario::time::SimTime;
 use scenario::{BehaviorParams, LearnedTimesByTask, Setup};
 
@@ -40,6 +40,16 @@ pub struct Agent {
     seed: u64,
     step_s: f64,
     next_seq: u64,
+}
+
+/// An agent at the start of a tick. Another process continues it.
+#[derive(Clone, Debug)]
+pub struct AgentSnapshot {
+    pub agent: Agent,
+    /// The tick that the agent steps first.
+    pub first_tick: Tick,
+    /// The broadcasts of earlier ticks that a manifest can still list.
+    pub received: Vec<Broadcast>,
 }
 
 /// Data that all robots of a run share. It exists once per process.
@@ -158,6 +168,11 @@ impl Agent {
         }
     }
 
+    #[must_use]
+    pub fn incarnation(&self) -> Incarnation {
+        self.incarnation
+    }
+
     /// Returns the learned task durations, by task and robot.
     #[must_use]
     pub fn learned(&self, setup: &Setup) -> LearnedTimesByTask {
@@ -168,6 +183,13 @@ impl Agent {
             all.entry(task).or_default().insert(robot, times);
         }
         all
+    }
+
+    /// Replaces the allocator's parameters by those of `setup`, for which `team` was created, and keeps its state. Returns
+    /// whether it did: nothing changes if the state depends on a changed parameter.
+    pub fn adopt(&mut self, setup: &Setup, team: &TeamConfig) -> bool {
+        let config = team.allocators[self.robot.index()].config.as_deref();
+        self.allocator.adopt(setup, config)
     }
 
     pub fn step(&mut self, tick: &TickMessage, space: &mut Workspace) {

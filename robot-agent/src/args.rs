@@ -13,6 +13,7 @@ use scenario::names::is_name;
 use terminal::stderr_line;
 use tokio::time::{Instant, sleep, timeout_at};
 
+use crate::agent::AgentSnapshot;
 use crate::process::{AgentEnd, AgentError, run_agent};
 use cluster::remote::{self, RemoteArgs};
 
@@ -58,6 +59,21 @@ impl AgentArgs {
     /// the exit status.
     #[must_use]
     pub fn run_as(&self, registry: &AgentRegistry, controller: Option<&str>) -> u8 {
+        self.run_with(registry, controller, None)
+    }
+
+    /// Runs like [`AgentArgs::run`], but continues an agent of a repeated run.
+    #[must_use]
+    pub fn run_from(&self, registry: &AgentRegistry, snapshot: AgentSnapshot) -> ExitCode {
+        ExitCode::from(self.run_with(registry, None, Some(snapshot)))
+    }
+
+    fn run_with(
+        &self,
+        registry: &AgentRegistry,
+        controller: Option<&str>,
+        snapshot: Option<AgentSnapshot>,
+    ) -> u8 {
         let Some(robot) = self.robot() else {
             stderr_line!(
                 "robot-agent: no robot is given; use --robot NAME, or set {ROBOT} in the environment"
@@ -71,7 +87,7 @@ impl AgentArgs {
                 return 2;
             }
         };
-        match self.live(&robot, login.as_ref(), registry, controller) {
+        match self.live(&robot, login.as_ref(), registry, controller, snapshot) {
             Ok(AgentEnd::RunOver(outcome)) => {
                 tracing::info!(outcome = outcome.as_str(), "run over");
                 0
@@ -101,13 +117,14 @@ impl AgentArgs {
         login: Option<&Login>,
         registry: &AgentRegistry,
         controller: Option<&str>,
+        snapshot: Option<AgentSnapshot>,
     ) -> anyhow::Result<AgentEnd> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             // Zenoh requires the multi-thread scheduler; one worker is sufficient.
             .worker_threads(1)
             .enable_all()
             .build()?;
-        runtime.block_on(self.live_and_again(robot, login, registry, controller))
+        runtime.block_on(self.live_and_again(robot, login, registry, controller, snapshot))
     }
 
     /// Runs the agent, and reconnects to a remote world for a while after a loss. Each connection is a new
@@ -118,10 +135,13 @@ impl AgentArgs {
         login: Option<&Login>,
         registry: &AgentRegistry,
         controller: Option<&str>,
+        mut snapshot: Option<AgentSnapshot>,
     ) -> anyhow::Result<AgentEnd> {
         let mut lost: Option<Instant> = None;
         loop {
-            let found = self.find_member(robot, login);
+            // The world of a branch first repeats ticks, for as long as that takes.
+            let patience = snapshot.is_none().then_some(RUN_TIMEOUT);
+            let found = self.find_member(robot, login, patience);
             let member = match lost {
                 None => found.await?,
                 Some(lost_since) => match timeout_at(lost_since + RECONNECT_LIMIT, found).await {
@@ -130,7 +150,7 @@ impl AgentArgs {
                 },
             };
             let began = Instant::now();
-            let result = run_agent(robot, &member, registry, controller).await;
+            let result = run_agent(robot, &member, registry, controller, snapshot.take()).await;
             let is_lost = matches!(
                 result,
                 Ok(AgentEnd::WorldLost) | Err(AgentError::Bus { .. } | AgentError::NoAnswer(_))
@@ -146,26 +166,36 @@ impl AgentArgs {
         }
     }
 
-    async fn find_member(&self, robot: &str, login: Option<&Login>) -> anyhow::Result<Member> {
+    async fn find_member(
+        &self,
+        robot: &str,
+        login: Option<&Login>,
+        patience: Option<Duration>,
+    ) -> anyhow::Result<Member> {
         match login {
             Some(login) => Ok(Member::remote(
                 remote::find_run(login).await?,
                 login.clone(),
             )),
-            None => Ok(self.find_run(robot).await?.member(robot)?),
+            None => Ok(self.find_run(robot, patience).await?.member(robot)?),
         }
     }
 
     /// Waits for a run if there is none, because robots and world may start in any order. A run that the user named
-    /// must appear within [`RUN_TIMEOUT`].
-    async fn find_run(&self, robot: &str) -> Result<Rendezvous, RendezvousError> {
+    /// must appear within `patience`, if there is a limit.
+    async fn find_run(
+        &self,
+        robot: &str,
+        patience: Option<Duration>,
+    ) -> Result<Rendezvous, RendezvousError> {
         let run = self.run_id();
-        let deadline = Instant::now() + RUN_TIMEOUT;
+        let deadline = patience.map(|patience| Instant::now() + patience);
         let mut waiting = false;
         loop {
             match Rendezvous::find(run.as_deref()) {
                 Err(RendezvousError::None) => {}
-                Err(RendezvousError::Unknown { .. }) if Instant::now() < deadline => {}
+                Err(RendezvousError::Unknown { .. })
+                    if deadline.is_none_or(|deadline| Instant::now() < deadline) => {}
                 found => return found,
             }
             if !std::mem::replace(&mut waiting, true) {

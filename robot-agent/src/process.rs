@@ -27,7 +27,7 @@ use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Session, Wait};
 
-use crate::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
+use crate::agent::{Agent, AgentSnapshot, TeamConfig, TentativeAgent, Workspace};
 use crate::allocator::ConfigError;
 use crate::radio::Radio;
 use crate::registry::AgentRegistry;
@@ -66,6 +66,9 @@ pub enum AgentError {
     /// The answer is malformed or incomplete.
     #[error("the world's answer could not be read: {0}")]
     Answer(String),
+    /// The world does not continue the run at the tick of this agent's state.
+    #[error("the world does not continue the run that this agent repeated")]
+    OtherState,
     /// The registry lacks the mission or the allocator, or a parameter is invalid.
     #[error(transparent)]
     Unknown(#[from] ConfigError),
@@ -75,7 +78,7 @@ pub enum AgentError {
 }
 
 /// Controls the robot until the run, the world or this process ends. Uses the registry's controller with that name,
-/// else the scenario's allocator.
+/// else the scenario's allocator. With a snapshot, it continues that agent.
 ///
 /// # Errors
 /// Returns any [`AgentError`], also if the world refuses the agent.
@@ -84,6 +87,7 @@ pub async fn run_agent(
     run: &Member,
     registry: &AgentRegistry,
     controller: Option<&str>,
+    snapshot: Option<AgentSnapshot>,
 ) -> Result<AgentEnd, AgentError> {
     let bus_error = |error| AgentError::Bus {
         endpoint: run.login.endpoint.clone(),
@@ -118,7 +122,20 @@ pub async fn run_agent(
         setup.catalog.mission.name(),
         setup.scenario.decider_of(spec),
     ));
-    let agent = Agent::new(welcome.robot, welcome.incarnation, &setup, &team);
+    let mut radio = Radio::default();
+    let agent = match snapshot {
+        None => Agent::new(welcome.robot, welcome.incarnation, &setup, &team),
+        Some(snapshot) => {
+            let own = (snapshot.agent.incarnation(), snapshot.first_tick);
+            if own != (welcome.incarnation, welcome.first_tick) {
+                return Err(AgentError::OtherState);
+            }
+            for broadcast in snapshot.received {
+                radio.receive(broadcast);
+            }
+            snapshot.agent
+        }
+    };
     let broadcast_keys = BroadcastKeys::new(run, welcome.robot, welcome.pairs)
         .ok_or_else(|| AgentError::Answer("it contains no pairwise keys".to_owned()))?;
     {
@@ -140,7 +157,7 @@ pub async fn run_agent(
                 .map(|r| r.name.clone())
                 .collect(),
             agent: TentativeAgent::new(agent),
-            radio: Radio::default(),
+            radio,
             space: Workspace::default(),
             latest: None,
             pending: None,
@@ -184,6 +201,7 @@ async fn wait_for_end(
 struct Welcomed {
     robot: RobotId,
     incarnation: Incarnation,
+    first_tick: Tick,
     pairs: Option<Vec<u128>>,
 }
 
@@ -308,6 +326,7 @@ async fn join(
             Welcomed {
                 robot: welcome.robot,
                 incarnation: welcome.incarnation,
+                first_tick: welcome.first_tick,
                 pairs: welcome.pairs,
             },
             Setup::from_json(&welcome.setup, vocabulary).map_err(AgentError::Answer)?,

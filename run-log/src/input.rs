@@ -1,5 +1,7 @@
 //! Inputs: external events that changed a run. The scenario, the seed and the inputs together determine the run.
 
+use std::collections::BTreeMap;
+
 use proto::process::ProcessAction;
 use scenario::fault::Order;
 use scenario::ids::{Incarnation, Tick};
@@ -87,6 +89,27 @@ pub enum Input {
         #[serde(default)]
         reason: String,
     },
+    /// The run left the course of the run that it repeated, at the start of this tick.
+    Branch(Branch),
+}
+
+/// The changes of a branch. They take effect before anything else of their tick.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Branch {
+    /// The faults that replace those that have not begun; `None` keeps those.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub faults: Option<Vec<Order>>,
+    /// The new parameters of the allocator, by the keys of [`scenario::Setup::with_parameters`].
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, f64>,
+}
+
+impl Branch {
+    /// Returns whether the branch changes nothing.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.faults.is_none() && self.parameters.is_empty()
+    }
 }
 
 impl Input {
@@ -98,9 +121,11 @@ impl Input {
             | Self::Gone { scripted, .. }
             | Self::StallBegin { scripted, .. }
             | Self::StallEnd { scripted, .. } => *scripted,
-            Self::Lost { .. } | Self::Order { .. } | Self::Clear { .. } | Self::Failed { .. } => {
-                false
-            }
+            Self::Lost { .. }
+            | Self::Order { .. }
+            | Self::Clear { .. }
+            | Self::Failed { .. }
+            | Self::Branch(_) => false,
         }
     }
 
@@ -118,7 +143,9 @@ impl Input {
             | Self::StallEnd { moment, .. }
             | Self::Order { moment, .. }
             | Self::Clear { moment, .. } => *moment,
-            Self::StallBegin { .. } | Self::Lost { .. } | Self::Failed { .. } => None,
+            Self::StallBegin { .. } | Self::Lost { .. } | Self::Failed { .. } | Self::Branch(_) => {
+                None
+            }
         }
     }
 
@@ -132,7 +159,7 @@ impl Input {
             | Self::StallEnd { robot, .. }
             | Self::Failed { robot, .. } => Some(robot),
             Self::Lost { receiver, .. } => Some(receiver),
-            Self::Order { .. } | Self::Clear { .. } => None,
+            Self::Order { .. } | Self::Clear { .. } | Self::Branch(_) => None,
         }
     }
 }

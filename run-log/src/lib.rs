@@ -18,7 +18,7 @@ mod section;
 mod table;
 
 pub use external::ExternalAnswer;
-pub use input::{Input, InputLine};
+pub use input::{Branch, Input, InputLine};
 pub use level::LogLevel;
 pub use memory::{Document, MemoryLog};
 pub use read::{ReadError, RunLog, Seal};
@@ -26,6 +26,6 @@ pub use rows::{
     AllocationMessageRow, AllocationRow, CellKind, CellValue, Column, DeclaredRow, EventRow,
     MessageRow, MissionRow, MotivationRow, PoseRow, RowHash, TableRow, TargetRow, TickRow,
 };
-pub use run_file::{ControllerFile, Figures, RobotFigures, RunFile, RunOutcome};
+pub use run_file::{BranchOrigin, ControllerFile, Figures, RobotFigures, RunFile, RunOutcome};
 pub use section::{RUN_SECTION, Section, WORLD_ROBOT};
 pub use table::Table;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use proto::control::FaultStatus;
 use proto::tick::Outcome;
+use scenario::ids::Tick;
 use scenario::mission::MissionFigures;
 use scenario::time::SimTime;
 use scenario::{Setup, SetupFile, Vocabulary};
@@ -25,6 +26,9 @@ pub struct RunFile<S = Setup> {
     /// The hash of the whole run, 16 hexadecimal digits; `None` while the run is in progress.
     pub hash: Option<String>,
     pub outcome: RunOutcome,
+    /// The origin of a branch; absent for a run of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub branch: Option<BranchOrigin>,
     /// `true` if an unscripted stall or message loss changed the run.
     pub unscripted: bool,
     /// The faults at the end of the run with their hit counts, in the order in which they were armed.
@@ -58,6 +62,7 @@ impl RunFile {
             log,
             hash,
             outcome,
+            branch,
             unscripted,
             faults,
             controllers,
@@ -73,6 +78,7 @@ impl RunFile {
             log,
             hash,
             outcome,
+            branch,
             unscripted,
             faults,
             controllers,
@@ -91,6 +97,19 @@ impl RunFile {
         }
         Ok(run)
     }
+}
+
+/// The run that a branch repeats up to a tick. A replay does not need that run: the inputs of the branch contain all.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BranchOrigin {
+    /// The folder of the repeated run.
+    pub run: String,
+    /// The hash of the repeated run, 16 hexadecimal digits.
+    pub hash: String,
+    /// The first tick that the changes can affect.
+    pub tick: Tick,
+    /// The simulated time at the start of that tick, ms.
+    pub t_ms: SimTime,
 }
 
 /// The recorded facts about an external controller.

@@ -7,6 +7,7 @@ mod agent_setup;
 mod alliance;
 mod allocators;
 mod catalog;
+mod changed_values;
 mod check_setup;
 mod error;
 pub mod fault;

@@ -14,6 +14,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use proto::secret::random;
 use proto::tick::Outcome;
 use run_log::LogLevel;
+use run_log::recorder::Folder;
 use scenario::ids::RobotId;
 use scenario::limits::read_name;
 use scenario::{Problem, Setup};
@@ -21,11 +22,12 @@ use terminal::fail;
 
 use cluster::network::{Network, NetworkArgs};
 
+use crate::error::WorldError;
 use crate::gateway;
 use crate::mission::WorldKind;
 use crate::mission_args::{Known, MissionArgs, positive_time};
 use crate::pace::Speed;
-use crate::process::{Options, serve};
+use crate::process::{Options, RunResult, RunState, serve, serve_from};
 
 /// The help heading of options for the results of a run.
 pub const OUTPUT: &str = "Output";
@@ -178,6 +180,33 @@ impl WorldArgs {
         }
     }
 
+    /// Continues a run from the state that `repeat` returns, which writes the log so far to the folder. Returns the exit status
+    /// of [`WorldArgs::run`].
+    #[must_use]
+    pub fn continue_run(
+        &self,
+        repeat: impl FnOnce(Folder) -> anyhow::Result<RunState>,
+    ) -> ExitCode {
+        let (Some(folder), Some(id)) = (&self.run.out, &self.id) else {
+            let missing = anyhow::anyhow!("a branch needs --out and --run");
+            return fail("world", &missing, 2);
+        };
+        let state = Folder::create(folder).map_err(anyhow::Error::from);
+        let served = state.and_then(repeat).and_then(|state| {
+            let setup = state.simulation.setup();
+            let options = Options {
+                launched: self.launched,
+                ..self.run.options(setup, id.clone(), folder.clone())
+            };
+            Self::finish(&options, setup.seed, serve_from(state, &options))
+        });
+        match served {
+            Ok(Outcome::Complete) => ExitCode::SUCCESS,
+            Ok(_) => ExitCode::from(1),
+            Err(error) => fail("world", &error, 3),
+        }
+    }
+
     /// Rejects faults of processes if no launcher started this world: only a launcher starts and signals processes.
     fn refuse_process_faults(&self, setup: &Setup) -> Result<(), Problem> {
         let timeline = &setup.scenario.faults.timeline;
@@ -216,13 +245,22 @@ impl WorldArgs {
             ..self.run.options(&setup, id, folder)
         };
         let seed = setup.seed;
+        Self::finish(&options, seed, serve(setup, mission, &options, Vec::new()))
+    }
+
+    /// Runs a world to its end and logs the result.
+    fn finish(
+        options: &Options,
+        seed: u64,
+        served: impl Future<Output = Result<RunResult, WorldError>>,
+    ) -> anyhow::Result<Outcome> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             // Zenoh does not work with a current-thread scheduler. One worker is enough.
             .worker_threads(1)
             .enable_all()
             .build()
             .context("starting the runtime")?;
-        let finished = runtime.block_on(serve(setup, mission, &options, Vec::new()))?;
+        let finished = runtime.block_on(served)?;
         tracing::info!(
             outcome = finished.outcome.as_str(),
             folder = %options.folder.display(),

@@ -82,8 +82,6 @@ pub async fn serve(
     options: &Options,
     handlers: Vec<Box<dyn InterruptionHandler>>,
 ) -> Result<RunResult, WorldError> {
-    let started = Instant::now();
-    panics::set_process_name(format!("world (mission {})", mission.data.name()));
     let folder = Folder::create(&options.folder)?;
     let recorder = Recorder::with_controller_versions(
         &setup,
@@ -91,6 +89,36 @@ pub async fn serve(
         &options.controller_versions,
         folder,
     )?;
+    let mut simulation = Simulation::new(setup, mission, options.launched);
+    simulation.send_ground_truth_to(options.ground_truth_robots.clone());
+    if options.log == LogLevel::Full {
+        simulation.record_allocation_messages();
+    }
+    for handler in handlers {
+        simulation.add_handler(handler);
+    }
+    let start = RunState {
+        simulation,
+        recorder,
+    };
+    serve_from(start, options).await
+}
+
+/// A run at the start of a tick, with its log so far.
+pub struct RunState {
+    pub simulation: Simulation,
+    pub recorder: Recorder<Folder>,
+}
+
+/// Runs a mission like [`serve`], from the start of a tick. Robots that take part in that tick join with their incarnations.
+pub async fn serve_from(start: RunState, options: &Options) -> Result<RunResult, WorldError> {
+    let started = Instant::now();
+    let RunState {
+        simulation,
+        recorder,
+    } = start;
+    let setup = simulation.setup().clone();
+    panics::set_process_name(format!("world (mission {})", setup.catalog.mission.name()));
     // The link is a convenience. The run continues without it.
     let _ = link_latest(Path::new("runs"), &options.folder);
     let keys = KeyExpressions::new(&options.run);
@@ -104,14 +132,6 @@ pub async fn serve(
     let mut pace = Pace::new(options.speed, setup.scenario.step_ms, started);
     if options.paused {
         pace.pause();
-    }
-    let mut simulation = Simulation::new(setup, mission, options.launched);
-    simulation.send_ground_truth_to(options.ground_truth_robots.clone());
-    if options.log == LogLevel::Full {
-        simulation.record_allocation_messages();
-    }
-    for handler in handlers {
-        simulation.add_handler(handler);
     }
     let server = Server::new(
         simulation,
@@ -415,7 +435,7 @@ fn host(
     let seconds = server
         .first_tick()
         .map(|first| time.end.duration_since(first).as_secs_f64());
-    let ticks = server.simulation().tick();
+    let ticks = server.ticks();
     json!({
         "run": options.run,
         "build": program_build::get(),

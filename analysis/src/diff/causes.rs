@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use run_log::{Input, InputLine, ReadError, RunFile, RunLog};
+use run_log::{Branch, Input, InputLine, ReadError, RunFile, RunLog};
 use scenario::ids::Tick;
 use scenario::time::SimTime;
 use serde_json::Value;
@@ -115,5 +115,25 @@ fn in_words(input: &Input) -> String {
         Input::Order { order, .. } => format!("'{}' was ordered", order.fault),
         Input::Clear { ids, .. } => format!("{} cleared", ids.join(", ")),
         Input::Failed { robot, .. } => format!("an order to the process of {robot} failed"),
+        Input::Branch(branch) => branch_in_words(branch),
     }
+}
+
+/// Describes the changes of a branch.
+fn branch_in_words(branch: &Branch) -> String {
+    let mut changes = Vec::new();
+    match branch.faults.as_deref() {
+        None => {}
+        Some([]) => changes.push("no more faults".to_owned()),
+        Some(orders) => {
+            let faults: Vec<String> = orders
+                .iter()
+                .map(|order| format!("'{}'", order.fault))
+                .collect();
+            changes.push(format!("the faults {}", faults.join(", ")));
+        }
+    }
+    let parameters = branch.parameters.iter();
+    changes.extend(parameters.map(|(key, value)| format!("{key} = {value}")));
+    format!("a branch with {}", changes.join(", "))
 }

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use anyhow::Context;
 use missions::Registry;
-use run_log::{Input, InputLine, RunLog};
+use run_log::{Branch, Input, InputLine, RunLog};
 use scenario::fault::{Fault, Order};
 use scenario::ids::Tick;
 use scenario::time::SimTime;
@@ -24,6 +24,7 @@ struct Done {
     notes: Vec<String>,
     /// The number of messages lost without a fault.
     lost: usize,
+    has_random_faults: bool,
 }
 
 /// Returns the scenario file, and notes about facts that it cannot express.
@@ -39,6 +40,7 @@ pub fn from_log(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
         orders: std::mem::take(&mut scenario.faults.timeline),
         notes: Vec::new(),
         lost: 0,
+        has_random_faults: scenario.faults.random.is_some(),
     };
     for line in log.inputs()? {
         done.take(line);
@@ -117,7 +119,42 @@ impl Done {
                 robot, incarnation, ..
             } if incarnation > 1 => self.happened(Fault::Restart(robot), tick),
             Input::Lost { .. } => self.lost += 1,
+            Input::Branch(branch) => self.branched(branch, tick),
             Input::Join { .. } | Input::Failed { .. } => {}
+        }
+    }
+
+    /// Replaces the faults that have not begun, as a branch does.
+    fn branched(&mut self, branch: Branch, tick: Tick) {
+        let now_s = self.at_s(tick);
+        if let Some(faults) = branch.faults {
+            let has_begun =
+                |order: &Order| order.when.is_some() || order.at_s.unwrap_or(0.0) < now_s;
+            let scenario_orders = self.orders[..self.scenario_orders].iter();
+            self.scenario_orders = scenario_orders.filter(|order| has_begun(order)).count();
+            self.orders.retain(has_begun);
+            let lasting = self.orders.iter();
+            let lasting = lasting.filter(|order| order.when.is_some() || order.every_s.is_some());
+            let notes = lasting.map(|order| {
+                format!(
+                    "'{}' was disarmed by a branch at {now_s} s: in the scenario it stays armed",
+                    order.fault
+                )
+            });
+            self.notes.extend(notes);
+            if self.has_random_faults {
+                self.notes.push(format!(
+                    "random faults ended with a branch at {now_s} s: in the scenario they go on"
+                ));
+            }
+            for order in faults {
+                self.ordered(order, tick);
+            }
+        }
+        for (key, value) in branch.parameters {
+            self.notes.push(format!(
+                "{key} = {value} from {now_s} s on is not in the scenario"
+            ));
         }
     }
 
@@ -260,6 +297,34 @@ mod tests {
             again(&from_log(&scripted).unwrap().0).run.hash,
             scripted.run.hash
         );
+    }
+
+    #[test]
+    fn the_scenario_of_a_branch_has_the_faults_of_both_parts() {
+        let at = |at_s: f64, fault: Value| {
+            let order = json!({ "fault": fault, "at_s": at_s });
+            serde_json::from_value::<Order>(order).unwrap()
+        };
+        let mut with_faults = scenario();
+        with_faults.faults.timeline = vec![
+            at(3.0, json!({ "mute": "gold" })),
+            at(20.0, json!({ "kill": "gold" })),
+        ];
+        let later = at(8.0, json!({ "deaf": "blue" }));
+        let change =
+            json!({ "branch": { "faults": [later], "parameters": { "fast_impatience": 9.0 } } });
+        let branch = run(with_faults, &[(100, change)]);
+        let (text, notes) = from_log(&branch).unwrap();
+        assert_eq!(
+            notes,
+            ["fast_impatience = 9 from 5 s on is not in the scenario"]
+        );
+        let log = again(&text);
+        let orders = log.run.setup.scenario.faults.timeline.iter();
+        let found: Vec<String> = orders
+            .map(|order| format!("{} {:?}", order.fault, order.at_s))
+            .collect();
+        assert_eq!(found, ["mute gold Some(3.0)", "deaf blue Some(8.0)"]);
     }
 
     #[test]

@@ -195,6 +195,13 @@ pub(super) fn facts(part: &RunSection<'_>) -> Vec<(String, Markup)> {
     let mut facts = Vec::new();
     let mut add = |name: &str, value: Markup| facts.push((name.to_owned(), value));
     add("outcome", html! { (outcome) });
+    if let Some(origin) = &run.branch {
+        let (parent, hash) = (&origin.run, &origin.hash);
+        add(
+            "branch",
+            html! { "of " (parent) " at " (origin.t_ms) ", hash " (hash) },
+        );
+    }
     add("makespan", html! { (makespan) });
     add("progress", html! { (so_far) });
     for recurring in &metrics.recurring {

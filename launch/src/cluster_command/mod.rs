@@ -8,10 +8,13 @@ mod up;
 
 use std::process::ExitCode;
 
+use analysis::branch::BranchRequest;
 use clap::{Args, Subcommand};
 use missions::Registry;
 use robot_agent::args::AgentArgs;
+use terminal::fail;
 use world_server::args::WorldArgs;
+use world_server::process::RunState;
 
 use crate::program_content;
 
@@ -36,9 +39,69 @@ enum ClusterAction {
     /// Create certificates and secrets for a team on several machines
     Keys(keys::KeysCommand),
     /// Start the world process of a run: physics, sensing, step clock
-    World(Box<WorldArgs>),
+    World(Box<WorldCommand>),
     /// Start one robot process of a live run
-    Agent(AgentArgs),
+    Agent(AgentCommand),
+}
+
+/// Start the world process of a run: physics, sensing, step clock
+#[derive(Args, Clone, Debug)]
+struct WorldCommand {
+    #[command(flatten)]
+    world: WorldArgs,
+    #[command(flatten)]
+    branch: RepeatedRun,
+}
+
+/// Start one robot process of a live run
+#[derive(Args, Clone, Debug)]
+struct AgentCommand {
+    #[command(flatten)]
+    agent: AgentArgs,
+    #[command(flatten)]
+    branch: RepeatedRun,
+}
+
+/// The run that a process repeats before it takes part.
+#[derive(Args, Clone, Debug)]
+struct RepeatedRun {
+    /// Branch as JSON, from the launcher
+    #[arg(long, hide = true, value_name = "JSON", value_parser = branch_request)]
+    branch: Option<BranchRequest>,
+}
+
+fn branch_request(text: &str) -> Result<BranchRequest, String> {
+    BranchRequest::from_json(text).map_err(|error| error.to_string())
+}
+
+impl WorldCommand {
+    fn run(&self) -> ExitCode {
+        match &self.branch.branch {
+            None => self.world.run(&program_content()),
+            Some(request) => self.world.continue_run(|folder| {
+                let team = request.clone().open()?.world(folder)?;
+                let (simulation, recorder) = team.into_world();
+                Ok(RunState {
+                    simulation,
+                    recorder,
+                })
+            }),
+        }
+    }
+}
+
+impl AgentCommand {
+    fn run(&self) -> ExitCode {
+        let registry = Registry::current().agents();
+        let Some(request) = &self.branch.branch else {
+            return self.agent.run(registry);
+        };
+        let robot = self.agent.robot.clone().unwrap_or_default();
+        match request.clone().open().and_then(|plan| plan.agent(&robot)) {
+            Ok(snapshot) => self.agent.run_from(registry, snapshot),
+            Err(error) => fail("robot-agent", &error, 3),
+        }
+    }
 }
 
 impl ClusterCommand {
@@ -50,8 +113,8 @@ impl ClusterCommand {
             ClusterAction::Router(command) => command.run(),
             ClusterAction::Check(command) => command.run(),
             ClusterAction::Keys(command) => command.run(),
-            ClusterAction::World(world) => world.run(&program_content()),
-            ClusterAction::Agent(agent) => agent.run(Registry::current().agents()),
+            ClusterAction::World(command) => command.run(),
+            ClusterAction::Agent(command) => command.run(),
         }
     }
 }

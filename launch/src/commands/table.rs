@@ -79,9 +79,9 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "run",
         &[
-            "alliance run # the default mission, at full speed",
-            "alliance run --open # paused, with its page in a browser",
+            "alliance run --open # the default mission, paused, with its page",
             "alliance run mine.toml --seed 7 --allocator cbba # your own scenario",
+            "alliance run --from runs/latest --at 60s --faults none # the run again, then no faults",
         ],
         &[
             "0 The mission is complete.",

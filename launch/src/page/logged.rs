@@ -77,6 +77,7 @@ impl Logged {
             "duration_ms": result.sim_time_ms,
             "outcome": logged.run.outcome,
             "hash": logged.run.hash,
+            "branch": logged.run.branch,
             "warning": replayed.differs,
         });
         // The real name, not that of a symbolic link such as `latest`.

@@ -96,6 +96,11 @@ mod tests {
     }
 
     #[test]
+    fn the_page_writes_the_command_of_a_branch() {
+        super::node(&mut Command::new("node"), "branch.test.js");
+    }
+
+    #[test]
     fn the_page_shows_the_columns_and_events_of_the_mission() {
         super::node(&mut Command::new("node"), "mission.test.js");
     }

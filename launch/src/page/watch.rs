@@ -110,7 +110,8 @@ impl WatchCommand {
         loop {
             match Rendezvous::find(self.run.as_deref()) {
                 Ok(run) => return Ok(run),
-                Err(_) if self.run.is_some() && Instant::now() < until => {
+                // A world that first repeats another run is announced late.
+                Err(_) if self.run.is_some() && (self.inherited || Instant::now() < until) => {
                     sleep(PATIENCE / 500).await;
                 }
                 Err(error) => return Err(error.into()),

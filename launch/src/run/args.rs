@@ -1,21 +1,23 @@
 //! The command line of `alliance run`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 
+use analysis::branch::{BranchArgs, BranchPlan};
 use analysis::export::{export_mcap, mcap_is_there};
 use analysis::learned;
 use anyhow::{Context, bail};
 use clap::Args;
 use missions::Registry;
 use run_log::RunLog;
+use scenario::{Problem, Setup};
 use terminal::fail;
 use world_server::args::{OUTPUT, RunArgs, random_run_id, run_id_for};
 use world_server::mission_args::MissionArgs;
 
 use super::controllers::{self, ControllerCommand};
 use super::one_process;
-use super::plan::RunPlan;
+use super::plan::{BranchStart, RunPlan};
 use super::supervise::supervise;
 use crate::limits;
 use crate::page::link::{LinkArgs, PageLink};
@@ -29,6 +31,8 @@ pub struct RunCommand {
     mission: MissionArgs,
     #[command(flatten)]
     run: RunArgs,
+    #[command(flatten)]
+    branch: BranchArgs,
     /// Shell command of the external controller NAME; repeatable
     #[arg(long = "controller", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse, help_heading = "Execution")]
     controllers: Vec<ControllerCommand>,
@@ -71,14 +75,18 @@ impl RunCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         // All inputs are read and checked before the first process starts.
-        let prepared = self.mission.setup(&crate::program_content()).and_then(|setup| {
+        let prepared = self.setup().and_then(|(setup, branch)| {
             if self.over.is_some() && self.in_process {
                 bail!("--in-process: a run over several machines needs several processes; leave it out");
             }
             if !self.in_process {
                 limits::check_run_limits(setup.scenario.robots.len())?;
             }
-            let controllers = controllers::commands(&setup.scenario, &self.controllers)?;
+            // The answers of external controllers are in the log that a branch repeats.
+            let controllers = match &branch {
+                Some(branch) if branch.needs_one_process() => BTreeMap::new(),
+                _ => controllers::commands(&setup.scenario, &self.controllers)?,
+            };
             if self.in_process && let Some((robot, _)) = controllers.first_key_value() {
                 bail!(
                     "--in-process: the controller of {robot} is an external program; leave --in-process out"
@@ -90,10 +98,11 @@ impl RunCommand {
             if self.mcap {
                 mcap_is_there()?;
             }
+            let branch = branch.map(|plan| self.start_of(plan)).transpose()?;
             let link = self.link()?;
-            Ok((self.run.folder(&setup)?, setup, controllers, link))
+            Ok((self.run.folder(&setup)?, setup, branch, controllers, link))
         });
-        let (folder, setup, controllers, link) = match prepared {
+        let (folder, setup, branch, controllers, link) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
                 return fail(self.name(), &error, 2);
@@ -117,7 +126,11 @@ impl RunCommand {
         let over = self.over.as_ref();
         let plan = RunPlan {
             run,
-            world_arguments: self.world_arguments(),
+            world_arguments: match &branch {
+                Some(branch) => self.execution_arguments(&branch.arguments),
+                None => self.world_arguments(),
+            },
+            branch,
             setup,
             controllers,
             elsewhere: over.map_or_else(BTreeSet::new, |over| over.remote_robots.clone()),
@@ -138,6 +151,85 @@ impl RunCommand {
             Ok(status) => ExitCode::from(status),
             Err(error) => fail(self.name(), &error, 3),
         }
+    }
+
+    /// Returns the checked setup: that of the arguments, or of the run that a branch repeats.
+    fn setup(&self) -> anyhow::Result<(Setup, Option<BranchPlan>)> {
+        if self.branch.from.is_none() {
+            let setup = self.mission.setup(&crate::program_content())?;
+            return Ok((setup, None));
+        }
+        self.refuse_other_mission()?;
+        let plan = self.branch.plan(self.run.log)?;
+        let plan = plan.context("--from needs --at")?;
+        if plan.needs_one_process() && !self.in_process {
+            let what = "the run has external controllers, whose answers are in its log";
+            bail!(Problem::with_source("--from", what, "add --in-process"));
+        }
+        Ok((plan.setup().clone(), Some(plan)))
+    }
+
+    /// Rejects the options that a branch takes from its run, with the reason.
+    fn refuse_other_mission(&self) -> Result<(), Problem> {
+        let MissionArgs {
+            size,
+            params,
+            profile,
+            step_order,
+            allocator,
+            limit,
+            ..
+        } = &self.mission;
+        let whole = "it is the same for a whole run";
+        let refused = [
+            (
+                self.over.is_some(),
+                "--from",
+                "a branch runs on one machine",
+                "use `alliance run`",
+            ),
+            (
+                allocator.is_some(),
+                "--allocator",
+                "one allocator cannot continue with the state of another",
+                "leave it out, or start the mission anew",
+            ),
+            (step_order.is_some(), "--step-order", whole, "leave it out"),
+            (limit.is_some(), "--limit", whole, "leave it out"),
+            (
+                profile.is_some(),
+                "--profile",
+                "the robots have learned other times since the start",
+                "leave it out",
+            ),
+            (
+                params.is_some(),
+                "--params",
+                "its values are those of a start",
+                "use --set for values from --at on",
+            ),
+            (
+                !size.arguments().is_empty(),
+                "--from",
+                "the size of the mission is that of the run",
+                "leave the size out",
+            ),
+        ];
+        match refused.into_iter().find(|(is_given, ..)| *is_given) {
+            Some((_, option, what, remedy)) => Err(Problem::with_source(option, what, remedy)),
+            None => Ok(()),
+        }
+    }
+
+    /// Repeats the run once to check that the branch can start.
+    fn start_of(&self, plan: BranchPlan) -> anyhow::Result<BranchStart> {
+        let hand_over = plan.rehearse()?;
+        let request = plan.request().to_json().context("--from")?;
+        Ok(BranchStart {
+            plan,
+            hand_over,
+            arguments: vec![format!("--branch={request}")],
+        })
     }
 
     /// Returns `true` if the arguments contain a scenario, a size or a seed.
@@ -172,7 +264,9 @@ impl RunCommand {
     /// Runs the mission, then writes the profile and the export if requested. Returns the exit status.
     fn carry_out(&self, plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<u8> {
         let status = if self.in_process {
-            one_process::run(plan, self.run.log(&plan.setup), self.check)?
+            let log = plan.branch.as_ref().map(|branch| branch.plan.log());
+            let log = log.unwrap_or_else(|| self.run.log(&plan.setup));
+            one_process::run(plan, log, self.check)?
         } else {
             supervise(plan, link)?
         };
@@ -205,16 +299,11 @@ impl RunCommand {
         let mission = &self.mission;
         let mut arguments: Vec<String> = mission.scenario.iter().cloned().collect();
         arguments.extend(mission.size.arguments());
-        if self.is_paused() {
-            arguments.push("--paused".to_owned());
-        }
         let mut push = |name: &str, value: String| arguments.push(format!("--{name}={value}"));
         push("seed", mission.seed.to_string());
-        push("speed", self.run.pace(self.is_paused()).to_string());
         if let Some(log) = self.run.log {
             push("log", log.as_str().to_owned());
         }
-        push("stall-after", self.run.stall_after.to_string());
         if let Some(params) = &mission.params {
             push("params", params.display().to_string());
         }
@@ -240,6 +329,17 @@ impl RunCommand {
         }
         let over = self.over.iter().flat_map(|over| &over.arguments);
         arguments.extend(over.cloned());
+        self.execution_arguments(&arguments)
+    }
+
+    /// Returns the arguments for the execution of a run after those of its mission.
+    fn execution_arguments(&self, mission: &[String]) -> Vec<String> {
+        let mut arguments = mission.to_vec();
+        if self.is_paused() {
+            arguments.push("--paused".to_owned());
+        }
+        arguments.push(format!("--speed={}", self.run.pace(self.is_paused())));
+        arguments.push(format!("--stall-after={}", self.run.stall_after));
         arguments
     }
 }

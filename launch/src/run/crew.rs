@@ -34,12 +34,18 @@ impl AgentProcesses {
 
     /// Starts a new agent process for a robot and returns its process id.
     pub fn start(&mut self, robot: &str) -> anyhow::Result<u32> {
+        self.start_with(robot, &[])
+    }
+
+    /// Starts an agent process with additional arguments, which an external controller does not receive.
+    pub fn start_with(&mut self, robot: &str, more: &[String]) -> anyhow::Result<u32> {
         let log = self.logs.join(format!("{robot}.log"));
         let process = match self.controllers.get(robot) {
             Some(command) => Process::start_controller(robot, &log, command, &self.run)?,
             None => {
                 let arguments = ["cluster", "agent", "--robot", robot, "--run", &self.run];
-                let arguments = arguments.map(ToOwned::to_owned);
+                let arguments = arguments.into_iter().map(ToOwned::to_owned);
+                let arguments: Vec<String> = arguments.chain(more.iter().cloned()).collect();
                 Process::start(robot, &log, &arguments)?
             }
         };

@@ -42,10 +42,26 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<u8> {
     // The link `runs/latest` is optional, so a failure is ignored.
     let _ = link_latest(Path::new("runs"), &plan.folder);
     let (began, wall) = (Instant::now(), unix_ms());
-    let mut team = Team::new(plan.setup.clone(), log, folder)?;
     let mut shown = began;
     let mut invariants = check.then(|| Invariants::new(&plan.setup));
     let mut violation = None;
+    let mut team = match &plan.branch {
+        None => Team::new(plan.setup.clone(), log, folder)?,
+        Some(branch) => {
+            let team = branch.plan.team(log, folder)?;
+            branch
+                .plan
+                .repeat(team, branch.plan.origin().tick, |team| {
+                    if let Some(invariants) = &mut invariants
+                        && violation.is_none()
+                    {
+                        violation = invariants.check_simulation(team.simulation()).err();
+                    }
+                    Ok(())
+                })?
+        }
+    };
+    let mut violation = violation.map(anyhow::Error::from);
     let outcome = loop {
         let outcome = team.tick()?;
         if let Some(invariants) = &mut invariants

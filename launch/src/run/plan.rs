@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+use analysis::branch::{BranchPlan, HandOver};
 use run_log::LogLevel;
 use scenario::Setup;
 
@@ -19,6 +20,8 @@ pub struct RunPlan {
     pub elsewhere: BTreeSet<String>,
     /// The hosts that the launcher starts, and the keys of this run.
     pub start: Option<StartPlan>,
+    /// The run that this one repeats first.
+    pub branch: Option<BranchStart>,
     pub folder: PathBuf,
     /// `true` if the run starts paused.
     pub paused: bool,
@@ -27,4 +30,12 @@ pub struct RunPlan {
     pub json: bool,
     /// The value of `--log`, if it was given.
     pub log: Option<LogLevel>,
+}
+
+/// A branch and its state at the tick at which processes take over.
+pub struct BranchStart {
+    pub plan: BranchPlan,
+    pub hand_over: HandOver,
+    /// The arguments of the world and of the agents that take part at the hand-over.
+    pub arguments: Vec<String>,
 }

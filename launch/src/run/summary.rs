@@ -1,5 +1,7 @@
 //! The result of a finished run, as a table or as JSON.
 
+use std::path::Path;
+
 use analysis::interrupted::INTERRUPTED_STATUS;
 use analysis::report::takeovers::loss_takeovers;
 use analysis::sweep::shell_quoted;
@@ -37,6 +39,7 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
             "seed": run.setup.seed,
             "hash": run.hash,
             "outcome": run.outcome,
+            "branch": run.branch,
             "unscripted": run.unscripted,
             "result": run.result,
             "faults": run.faults,
@@ -67,8 +70,20 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
     if let Some(line) = reduced_log(plan.log, run.setup.behavior_sets()) {
         stderr_line!("{line}");
     }
+    if let Some(origin) = &run.branch {
+        let (run, t_ms) = (&origin.run, origin.t_ms);
+        stderr_line!("branch  of {run} at {t_ms}, hash {}", origin.hash);
+    }
     if !plan.open {
         let folder = shell_quoted(&plan.folder);
+        if let Some(origin) = &run.branch {
+            let parent = shell_quoted(Path::new(&origin.run));
+            stderr_line!("next    alliance diff {parent} {folder}");
+            if run.log == LogLevel::Full {
+                stderr_line!("        alliance report {parent} {folder}");
+            }
+            return Ok(());
+        }
         stderr_line!("next    alliance watch {folder}");
         if run.log == LogLevel::Full {
             stderr_line!("        alliance report {folder}");

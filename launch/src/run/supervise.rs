@@ -15,8 +15,9 @@ use nix::sys::memfd::{MFdFlags, memfd_create};
 use nix::sys::signal::Signal;
 use proto::control::AgentState;
 use proto::process::{ProcessAction, ProcessState};
-use proto::view::View;
+use proto::view::{RobotView, View};
 use run_log::RunFile;
+use scenario::Robot;
 use scenario::names::{PAGE, WORLD};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
@@ -108,10 +109,17 @@ impl RunProcesses {
             progress: ProgressDisplay::new(&plan.setup),
         };
         let robots = plan.setup.scenario.robots.iter();
-        let is_local = |name: &String| !plan.elsewhere.contains(name);
-        for robot in robots.filter(|robot| !robot.absent && is_local(&robot.name)) {
+        let takes_part = |robot: &Robot| match &plan.branch {
+            Some(branch) => branch.hand_over.robots.contains(&robot.name),
+            None => !robot.absent && !plan.elsewhere.contains(&robot.name),
+        };
+        let more = plan
+            .branch
+            .as_ref()
+            .map_or(&[][..], |branch| &branch.arguments);
+        for robot in robots.filter(|robot| takes_part(robot)) {
             // If a start fails, the processes that already run die with this process.
-            team.crew.start(&robot.name)?;
+            team.crew.start_with(&robot.name, more)?;
         }
         for host in plan.start.iter().flat_map(|start| &start.hosts) {
             let started = Process::start_host(host, &team.crew.logs)?;
@@ -230,11 +238,12 @@ impl RunProcesses {
             self.kill_if_overdue(interrupted);
 
             let begun = views.borrow().as_ref().is_some_and(|view| {
-                view.tick > 0
-                    || view
-                        .robots
-                        .iter()
-                        .any(|robot| robot.state == AgentState::Present)
+                let is_present = |robot: &RobotView| robot.state == AgentState::Present;
+                match &plan.branch {
+                    // The robots are present before their processes have joined.
+                    Some(branch) => view.tick > branch.hand_over.tick,
+                    None => view.tick > 0 || view.robots.iter().any(is_present),
+                }
             });
             if let Some(failed) = self.failed()
                 && !begun

@@ -3,11 +3,14 @@
 
 use proto::team::TaskState;
 use proto::telemetry::{BehaviorState, Reason, StateChange};
+use scenario::Setup;
 use scenario::ids::BehaviorId;
 use scenario::time::SimTime;
 use smallvec::{SmallVec, smallvec};
 
-use super::{Allocator, Announcement, Decision, Input, RunningAllocator, SelfState, StepOutcome};
+use super::{
+    Allocator, Announcement, AnyConfig, Decision, Input, RunningAllocator, SelfState, StepOutcome,
+};
 
 /// An allocator with the heartbeats and state changes that all robots share.
 #[derive(Clone, Debug)]
@@ -94,6 +97,11 @@ impl<A: Allocator> RunningAllocator for AllocatorRunner<A> {
 
     fn uses_radio(&self) -> bool {
         A::uses_radio()
+    }
+
+    fn adopt(&mut self, _: &Setup, config: Option<&AnyConfig>) -> bool {
+        let config = config.and_then(|config| config.downcast_ref::<A::Config>());
+        config.is_some_and(|config| self.allocator.adopt(config))
     }
 
     fn step(&mut self, input: &Input<'_>, outcome: &mut StepOutcome) {

@@ -7,7 +7,7 @@ use scenario::ids::RobotId;
 use scenario::{AllocatorSpec, Setup};
 use serde::de::DeserializeOwned;
 
-use super::{Allocator, AllocatorRunner, RunningAllocator, SelfState};
+use super::{Allocator, AllocatorRunner, AnyConfig, RunningAllocator, SelfState};
 use crate::mission::{ControllerConstructor, MissionController};
 
 /// Reads the parameters of an allocator from the setup of a run.
@@ -32,6 +32,8 @@ pub(crate) struct ConfiguredAllocator {
     pub start: Arc<Start>,
     /// Creates the controllers that replace those of the mission; `None` for a plain allocator.
     pub controller: Option<ControllerConstructor>,
+    /// The parameters, for robots that adopt them in the middle of a run; `None` if they are in the setup.
+    pub config: Option<Arc<AnyConfig>>,
 }
 
 /// A part of a run that the program does not support: an unknown allocator or mission, or an invalid parameter.
@@ -109,6 +111,7 @@ impl AllocatorKind {
             let config = Arc::new(config(setup)?);
             Ok(ConfiguredAllocator {
                 controller: controller(&config),
+                config: Some(Arc::clone(&config) as Arc<AnyConfig>),
                 start: Arc::new(move |me, _| Box::new(AllocatorRunner::<A>::new(me, &config))),
             })
         });

@@ -31,6 +31,7 @@ mod tests;
 pub mod unit;
 pub mod utility;
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -112,6 +113,12 @@ pub trait Allocator: Clone + Debug + Send + 'static {
 
     /// Creates the state of a robot at the start of an incarnation, before any message.
     fn new(me: &SelfState, config: &Self::Config) -> Self;
+
+    /// Replaces the parameters in the middle of a run and keeps the state, for a branch of the run. Returns whether it
+    /// did: if the state depends on a changed parameter, nothing changes. The default accepts no other parameters.
+    fn adopt(&mut self, _config: &Self::Config) -> bool {
+        false
+    }
 
     /// Runs one step. `decision` is empty except [`Decision::active`], which contains the choice of the previous
     /// step. A step should not allocate memory while the robot continues its work.
@@ -409,6 +416,9 @@ pub struct StepOutcome {
     pub say: Vec<AllocationMessage>,
 }
 
+/// The parameters of an allocator of any type.
+pub(crate) type AnyConfig = dyn Any + Send + Sync;
+
 /// A running allocator of any type. [`AllocatorRunner`] creates it from an [`Allocator`]. ALLIANCE implements it directly,
 /// because it has its own states and heartbeats.
 pub(crate) trait RunningAllocator: Debug + Send {
@@ -431,6 +441,12 @@ pub(crate) trait RunningAllocator: Debug + Send {
     /// [`Profile`](scenario::Profile).
     fn learned(&self) -> Vec<(TaskId, RobotId, LearnedTimes)> {
         Vec::new()
+    }
+
+    /// Replaces the parameters by those of `setup`, or by `config` if they are in a section of their own, and keeps the
+    /// state. Returns whether it did; see [`Allocator::adopt`].
+    fn adopt(&mut self, _setup: &Setup, _config: Option<&AnyConfig>) -> bool {
+        false
     }
 
     /// Runs one step and writes its result to `outcome`.

@@ -51,6 +51,11 @@ impl Allocator for Random {
         }
     }
 
+    fn adopt(&mut self, config: &Config) -> bool {
+        self.redraw = SimTime::from_secs_f64(config.redraw_s);
+        true
+    }
+
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let applicable = || input.choices.iter().filter(|choice| choice.applicable);
         let continues = decision

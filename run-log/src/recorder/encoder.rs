@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use crate::external::ExternalWriter;
-use crate::{ControllerFile, LogLevel, RunFile, RunOutcome, Section, Table};
+use crate::{BranchOrigin, ControllerFile, LogLevel, RunFile, RunOutcome, Section, Table};
 use proto::event::EventLine;
 use proto::program_build;
 use scenario::Setup;
@@ -39,6 +39,7 @@ pub(super) struct Encoder {
     /// The writer of foreign.bin; created with the first answer of an external controller.
     external: Option<Box<ExternalWriter>>,
     controllers: BTreeMap<String, ControllerFile>,
+    branch: Option<BranchOrigin>,
     /// Messages in flight, whose rows follow later.
     on_their_way: InFlight,
     /// The values of the last row of mission.csv.
@@ -68,6 +69,7 @@ impl Encoder {
                     (name.to_owned(), ControllerFile { version })
                 })
                 .collect(),
+            branch: None,
             on_their_way: InFlight::default(),
             mission: None,
             events: None,
@@ -82,6 +84,10 @@ impl Encoder {
 
     pub fn level(&self) -> LogLevel {
         self.level
+    }
+
+    pub fn set_branch(&mut self, origin: BranchOrigin) {
+        self.branch = Some(origin);
     }
 
     pub fn hash(&self) -> String {
@@ -127,6 +133,7 @@ impl Encoder {
             log: self.level,
             hash: matches!(outcome, RunOutcome::Ended(_)).then(|| self.hash()),
             outcome,
+            branch: self.branch.clone(),
             unscripted,
             faults,
             controllers: self.controllers.clone(),

@@ -34,7 +34,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::{Document, LogLevel, RunFile, RunOutcome};
+use crate::{BranchOrigin, Document, LogLevel, RunFile, RunOutcome};
 use proto::codec::CodecError;
 use proto::event::EventLine;
 use proto::tick::Outcome;
@@ -113,6 +113,13 @@ impl<S: Sink> Recorder<S> {
         recorder.write_run(RunOutcome::Running, Ending::default())?;
         recorder.flush()?;
         Ok(recorder)
+    }
+
+    /// Marks the run as a branch, before its first tick.
+    pub fn set_branch(&mut self, origin: BranchOrigin) -> Result<(), RecordError> {
+        self.encoder.set_branch(origin);
+        self.write_run(RunOutcome::Running, Ending::default())?;
+        Ok(())
     }
 
     /// Writes everything encoded so far to the sink, ticks.csv last.

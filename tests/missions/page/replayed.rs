@@ -72,3 +72,46 @@ fn a_finished_run_can_be_played_and_sought() {
     view.signal(Signal::SIGINT);
     view.wait().expect(0);
 }
+
+#[test]
+fn the_page_shows_the_command_of_a_branch_which_starts_it() {
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let lab = Lab::new();
+    lab.mission("run", &["--limit", "20", "--speed", "max"])
+        .expect(1);
+    let mut view = lab.start(&["watch", "run"]);
+    view.wait_for_stderr("/#");
+    browser.open(&Page::from_output(&view.stderr()).link());
+    browser.wait_for("document.body.dataset.tick == '0'");
+    browser.press('>');
+    browser.wait_for("document.body.dataset.tick == '10'");
+    // The key opens the menu with the focus on the choice.
+    browser.press('b');
+    let command = || browser.eval("document.querySelector('[data-field=command]').value");
+    let folder = lab.path("run").canonicalize().unwrap();
+    let start = format!("alliance run --from {} --at 0.5s", folder.display());
+    assert_eq!(command(), format!("{start} --faults none"));
+    assert_eq!(
+        browser.eval("document.activeElement.dataset.field"),
+        "continuation"
+    );
+    browser.screenshot("page-branch");
+    browser.choose("[data-field=continuation]", "");
+    assert_eq!(command(), start);
+    let words = start.split(' ').skip(1);
+    let words: Vec<&str> = words.chain(["--in-process", "--out", "again"]).collect();
+    lab.run(&words).expect(1);
+    lab.assert_same_bytes("run", "again");
+    // The end of the run has no branch.
+    browser.eval("document.querySelector('#menu').hidePopover()");
+    browser.press('\u{e010}');
+    browser.wait_for("document.body.dataset.tick == '400'");
+    browser.click("#branch");
+    let notice = browser.text("[data-notice=refused]");
+    assert!(notice.contains("The run has ended here"), "{notice}");
+    assert_eq!(browser.console(), [""; 0]);
+    view.signal(Signal::SIGINT);
+    view.wait().expect(0);
+}

@@ -210,6 +210,23 @@ impl Schedule {
         Some(phase == Phase::InForce)
     }
 
+    /// Removes a fault from the future: one that has not begun does not begin, and one in force ends at its own time and does
+    /// not repeat. Returns whether the fault had not begun.
+    pub fn disarm(&mut self, fault: FaultIndex) -> bool {
+        let entry = &mut self.entries[fault.0];
+        let is_armed = entry.status.phase == Phase::Armed;
+        entry.due = None;
+        if is_armed {
+            entry.status.phase = Phase::Over;
+        }
+        is_armed
+    }
+
+    /// Returns all faults, in the order of arming.
+    pub fn all(&self) -> impl Iterator<Item = FaultIndex> + use<> {
+        (0..self.entries.len()).map(FaultIndex)
+    }
+
     /// Checks whether time alone brings a robot back. Then the clock continues without robots.
     #[must_use]
     pub fn will_return_robots(&self) -> bool {
@@ -394,6 +411,26 @@ mod tests {
         assert!(turns(&mut schedule, 1_000_000).is_empty());
         assert_eq!(schedule.status(A).healed_ms, Some(SimTime(100)));
         assert_eq!(schedule.status(B).healed_ms, None);
+    }
+
+    #[test]
+    fn a_disarmed_fault_does_not_begin_and_one_in_force_ends_without_repeating() {
+        let mut schedule = Schedule::default();
+        let again = order(r#"{"fault":{"mute":"blue"},"every_s":2,"for_s":1}"#);
+        let later = order(r#"{"fault":{"deaf":"blue"},"at_s":3}"#);
+        schedule.arm(again, SimTime(0)).unwrap();
+        schedule.arm(later, SimTime(0)).unwrap();
+        assert_eq!(turns(&mut schedule, 0), [Transition::Apply(A)]);
+        assert_eq!(
+            schedule
+                .all()
+                .map(|fault| schedule.disarm(fault))
+                .collect::<Vec<_>>(),
+            [false, true]
+        );
+        assert_eq!(turns(&mut schedule, 1000), [Transition::Heal(A)]);
+        assert!(turns(&mut schedule, 1_000_000).is_empty());
+        assert!(schedule.statuses().all(|fault| fault.phase == Phase::Over));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
 use proto::keys::KeyExpressions;
 use proto::membership::{EnlistReply, EnlistRequest, HostRobots};
 use proto::program_build;
-use scenario::ids::RobotId;
+use scenario::ids::{Incarnation, RobotId, Tick};
 use tokio::time::Instant;
 
 use super::Server;
@@ -117,13 +117,18 @@ impl Server {
             }
         };
         self.supersede(&request.robot);
-        match self.simulation.invite(&request.robot) {
+        let place = match self.place_in_repeated_run(&request.robot) {
+            Some(place) => Ok(place),
+            None => self.simulation.invite(&request.robot),
+        };
+        match place {
             Err(refusal) => JoinReply::Refused(refusal),
             Ok((robot, incarnation, first_tick)) => {
                 let pairs = self.seals.pairs_for(robot);
+                let is_awaited = self.awaited.contains(&robot);
                 let peer = &mut self.peers[robot.index()];
                 peer.pid = Some(request.pid);
-                peer.invited = Some((incarnation, Instant::now()));
+                peer.invited = (!is_awaited).then(|| (incarnation, Instant::now()));
                 (peer.stopped, peer.lost) = (false, false);
                 JoinReply::Welcome(Welcome {
                     robot,
@@ -134,6 +139,15 @@ impl Server {
                 })
             }
         }
+    }
+
+    /// Returns the robot, its incarnation and its first tick, if the run was repeated up to the current tick and waits for the
+    /// robot's process.
+    fn place_in_repeated_run(&self, robot: &str) -> Option<(RobotId, Incarnation, Tick)> {
+        let robot = self.seals.rank(robot)?;
+        let incarnation = self.simulation.barrier().incarnation(robot)?;
+        let is_awaited = self.awaited.contains(&robot);
+        is_awaited.then(|| (robot, incarnation, self.simulation.tick()))
     }
 
     /// Reports an agent of another build. It can decide otherwise than the program that replays the run.
@@ -175,6 +189,9 @@ impl Server {
         }
         if alive {
             self.peers[robot.index()].invited = None;
+            if self.simulation.barrier().incarnation(robot) == Some(incarnation) {
+                self.awaited.remove(&robot);
+            }
             self.simulation.arrive(robot, incarnation);
         } else {
             tracing::info!(

@@ -90,8 +90,12 @@ pub struct Server {
     /// The current tick if it has begun. Its messages are then sent regardless of the pace.
     begun: Option<u64>,
     deserted_since: Option<Instant>,
+    /// The robots of a repeated run whose processes have not joined yet. The clock waits for them.
+    awaited: BTreeSet<RobotId>,
     standstill: Standstill,
     first_tick: Option<Instant>,
+    /// The tick at which this process began. It repeated earlier ticks without robots.
+    begun_at: u64,
     /// Nonces of all join requests, for the detection of replayed ones.
     join_nonces: BTreeSet<u128>,
     /// Nonces of all operator requests, for the detection of replayed ones.
@@ -132,6 +136,14 @@ impl Server {
         stall_after: Duration,
         ended: oneshot::Sender<Ended>,
     ) -> Result<Self, RecordError> {
+        let begun_at = simulation.tick();
+        let barrier = simulation.barrier();
+        let takes_part =
+            |robot: &RobotId| barrier.started() && barrier.incarnation(*robot).is_some();
+        let awaited = match simulation.outcome() {
+            None => barrier.robots().filter(takes_part).collect(),
+            Some(_) => BTreeSet::new(),
+        };
         let names = &simulation.setup().scenario.robots;
         let peers = names
             .iter()
@@ -165,8 +177,10 @@ impl Server {
             stall_after,
             begun: None,
             deserted_since: None,
+            awaited,
             standstill: None,
             first_tick: None,
+            begun_at,
             join_nonces: BTreeSet::new(),
             nonces: BTreeSet::new(),
             latest_process_report: BTreeMap::new(),
@@ -205,6 +219,12 @@ impl Server {
     #[must_use]
     pub fn first_tick(&self) -> Option<Instant> {
         self.first_tick
+    }
+
+    /// Returns the number of ticks that the robots' processes have made.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.simulation.tick() - self.begun_at
     }
 
     /// Returns the process ids from the agents' join requests, by robot.
@@ -270,6 +290,15 @@ impl Server {
                 self.simulation.start_without(RobotId(index as u16));
             }
         }
+        for robot in self.awaited.clone() {
+            if self.peers[robot.index()].lost
+                && let Some(incarnation) = self.simulation.barrier().incarnation(robot)
+            {
+                // Its process ended before it joined.
+                self.awaited.remove(&robot);
+                self.simulation.agent_lost(robot, incarnation);
+            }
+        }
         if self.simulation.barrier().started() && self.simulation.barrier().has_no_agents() {
             let since = *self.deserted_since.get_or_insert(now);
             if now.duration_since(since) > GRACE {
@@ -322,7 +351,8 @@ impl Server {
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
         let due = self.pace.due()?;
-        if self.simulation.awaits_act() || self.simulation.barrier().is_idle() {
+        let waits = self.simulation.awaits_act() || !self.awaited.is_empty();
+        if waits || self.simulation.barrier().is_idle() {
             return None;
         }
         let at_work = self.begun == Some(self.simulation.tick());
@@ -355,7 +385,7 @@ impl Server {
 
     /// Sends the tick to the next robots if it is due. Returns `true` if the run may continue at once.
     fn ask(&mut self) -> bool {
-        if self.simulation.outcome().is_some() {
+        if self.simulation.outcome().is_some() || !self.awaited.is_empty() {
             return false;
         }
         self.send_pending_orders();

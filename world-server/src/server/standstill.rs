@@ -50,6 +50,13 @@ impl Server {
                 }
             };
         }
+        if !self.awaited.is_empty() {
+            let awaited = self.awaited.iter();
+            let names: Vec<&str> = awaited
+                .map(|robot| self.peers[robot.index()].name.as_str())
+                .collect();
+            return format!("{} to repeat the run and join", names.join(", "));
+        }
         let barrier = self.simulation.barrier();
         if !barrier.started() {
             return self.describe_missing();

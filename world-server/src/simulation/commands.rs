@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use proto::control::{Armed, Cleared, FaultStatus, Phase};
-use run_log::Input;
+use run_log::{Branch, Input};
 use scenario::fault::Order;
 use scenario::ids::Tick;
 use scenario::time::SimTime;
@@ -144,6 +144,36 @@ impl Simulation {
         if !ids.is_empty() {
             self.command(QueuedCommand::Clear(ids));
         }
+    }
+
+    /// Leaves the course of a repeated run, before anything else happens in the current tick. A replay calls it, too.
+    ///
+    /// # Errors
+    /// If a fault has the id of another one, or a parameter does not exist. Nothing has changed then.
+    pub fn branch(&mut self, branch: &Branch) -> Result<(), Problem> {
+        let setup = self.setup.with_parameters(&branch.parameters)?;
+        if let Some(orders) = &branch.faults {
+            let ids = orders.iter().filter_map(|order| order.id.clone());
+            for id in ids {
+                self.schedule.choose_id(Some(id), &[])?;
+            }
+        }
+        self.setup = setup;
+        if let Some(orders) = &branch.faults {
+            for fault in self.schedule.all() {
+                if self.schedule.disarm(fault) {
+                    self.push_fault_event(FaultEvent::Disarmed, fault, "");
+                }
+            }
+            for order in orders {
+                // The ids were checked above.
+                if let Ok(fault) = self.schedule.arm(order.clone(), self.world.now()) {
+                    self.push_fault_event(FaultEvent::Armed, fault, "");
+                }
+            }
+        }
+        self.inputs.push(Input::Branch(branch.clone()));
+        Ok(())
     }
 
     /// Returns all faults of the run, in the order of arming. Waiting commands count as executed.

@@ -15,7 +15,7 @@ use super::motivation::{self, Factors};
 use super::params::{Config, Parameters, USUAL_BEHAVIORS};
 use super::teammates::{Claim, Teammates};
 use super::values::LearnedTerms;
-use crate::allocator::{Input, RunningAllocator, StepOutcome};
+use crate::allocator::{AnyConfig, Input, RunningAllocator, StepOutcome};
 
 /// The motivational behaviors of one robot.
 ///
@@ -291,6 +291,14 @@ impl RunningAllocator for Engine {
 
     fn weighs_costs(&self) -> bool {
         false
+    }
+
+    fn adopt(&mut self, setup: &Setup, _: Option<&AnyConfig>) -> bool {
+        let robot = self.config.robot;
+        let own = setup.for_robot(setup.roster.name(robot));
+        self.config = Config::new(robot, setup, &Parameters::from_setup(&own));
+        self.weigh_anew();
+        true
     }
 
     fn step(&mut self, input: &Input<'_>, output: &mut StepOutcome) {

@@ -15,6 +15,7 @@ pub fn kind() -> AllocatorKind {
         Ok(ConfiguredAllocator {
             start: Arc::new(move |me, setup| Box::new(Engine::new(me.robot, setup, &parameters))),
             controller: None,
+            config: None,
         })
     })
 }

@@ -127,6 +127,15 @@ impl Allocator for Ble {
         }
     }
 
+    fn adopt(&mut self, config: &Config) -> bool {
+        self.period = SimTime::from_secs_f64(1.0 / config.rate_hz);
+        self.ceased_after = SimTime::from_secs_f64(config.ceased_after_s);
+        self.commit = config.commit;
+        // The rows expire at other times.
+        self.next_expiry = SimTime::ZERO;
+        true
+    }
+
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let before = decision.active;
         self.under_way.record_progress(&self.me, input);

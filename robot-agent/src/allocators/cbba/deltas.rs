@@ -203,6 +203,10 @@ impl Consensus for Deltas {
         has_changed
     }
 
+    fn set_refresh(&mut self, refresh: SimTime) {
+        self.repeat = refresh;
+    }
+
     fn send(&mut self, now: SimTime, beliefs: &mut Winners, messages: &mut Vec<AllocationMessage>) {
         beliefs.give_free_places();
         self.note_own(now, beliefs);

@@ -227,6 +227,10 @@ impl Consensus for Tables {
         has_changed
     }
 
+    fn set_refresh(&mut self, refresh: SimTime) {
+        self.refresh = refresh;
+    }
+
     fn send(&mut self, now: SimTime, beliefs: &mut Winners, messages: &mut Vec<AllocationMessage>) {
         // The remaining parts are sent in the next step, the longest unsent part first.
         while messages.len() <= beliefs.tasks().len() {

@@ -63,6 +63,16 @@ impl Default for CbaaConfig {
     }
 }
 
+impl CbaaConfig {
+    /// Returns the parameters of CBBA with one task at a time.
+    fn single(self) -> CbbaConfig {
+        CbbaConfig {
+            bundle: 1,
+            refresh_s: self.refresh_s,
+        }
+    }
+}
+
 fn refresh_spec() -> ParameterSpec {
     ParameterSpec {
         key: "refresh_s",
@@ -89,6 +99,24 @@ struct Rules {
     refresh: SimTime,
 }
 
+impl CbbaConfig {
+    fn rules(self) -> Rules {
+        Rules {
+            bundle: self.bundle,
+            refresh: SimTime::from_secs_f64(self.refresh_s),
+        }
+    }
+}
+
+impl AcbbaConfig {
+    fn rules(self) -> Rules {
+        Rules {
+            bundle: self.bundle,
+            refresh: SimTime::from_secs_f64(self.repeat_s),
+        }
+    }
+}
+
 /// The exchange of messages by which robots agree on the winners.
 trait Consensus: Clone + std::fmt::Debug + Send + 'static {
     fn new(me: &SelfState, rules: &Rules, beliefs: &Winners) -> Self;
@@ -104,6 +132,9 @@ trait Consensus: Clone + std::fmt::Debug + Send + 'static {
     ) -> bool;
 
     fn send(&mut self, now: SimTime, beliefs: &mut Winners, messages: &mut Vec<AllocationMessage>);
+
+    /// Replaces the time between two broadcasts of the whole list.
+    fn set_refresh(&mut self, refresh: SimTime);
 }
 
 /// The bidding rule of one robot, with any consensus method.
@@ -114,6 +145,7 @@ struct Bidder<C> {
     beliefs: Winners,
     bundle: Bundle,
     consensus: C,
+    rules: Rules,
 }
 
 impl<C: Consensus> Bidder<C> {
@@ -125,7 +157,18 @@ impl<C: Consensus> Bidder<C> {
             consensus: C::new(me, &rules, &beliefs),
             beliefs,
             me: me.clone(),
+            rules,
         }
+    }
+
+    /// Adopts other times. The bundle is part of the state, so that its size stays.
+    fn adopt(&mut self, rules: Rules) -> bool {
+        let is_same_size = rules.bundle == self.rules.bundle;
+        if is_same_size {
+            self.consensus.set_refresh(rules.refresh);
+            self.rules = rules;
+        }
+        is_same_size
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
@@ -179,13 +222,11 @@ impl Allocator for Cbba {
     }
 
     fn new(me: &SelfState, config: &CbbaConfig) -> Self {
-        Self(Bidder::new(
-            me,
-            Rules {
-                bundle: config.bundle,
-                refresh: SimTime::from_secs_f64(config.refresh_s),
-            },
-        ))
+        Self(Bidder::new(me, config.rules()))
+    }
+
+    fn adopt(&mut self, config: &CbbaConfig) -> bool {
+        self.0.adopt(config.rules())
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
@@ -230,13 +271,11 @@ impl Allocator for Acbba {
     }
 
     fn new(me: &SelfState, config: &AcbbaConfig) -> Self {
-        Self(Bidder::new(
-            me,
-            Rules {
-                bundle: config.bundle,
-                refresh: SimTime::from_secs_f64(config.repeat_s),
-            },
-        ))
+        Self(Bidder::new(me, config.rules()))
+    }
+
+    fn adopt(&mut self, config: &AcbbaConfig) -> bool {
+        self.0.adopt(config.rules())
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
@@ -256,11 +295,11 @@ impl Allocator for Cbaa {
     }
 
     fn new(me: &SelfState, config: &CbaaConfig) -> Self {
-        let single = CbbaConfig {
-            bundle: 1,
-            refresh_s: config.refresh_s,
-        };
-        Self(Cbba::new(me, &single))
+        Self(Cbba::new(me, &config.single()))
+    }
+
+    fn adopt(&mut self, config: &CbaaConfig) -> bool {
+        self.0.adopt(&config.single())
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {

@@ -184,6 +184,11 @@ impl Allocator for Grape {
         }
     }
 
+    fn adopt(&mut self, config: &Config) -> bool {
+        self.refresh = SimTime::from_secs_f64(config.refresh_s);
+        true
+    }
+
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let before = decision.active;
         let must_decide = self.unit.update(&self.me, input, before);

@@ -29,6 +29,7 @@ pub fn kind() -> AllocatorKind {
                 Box::new(learner)
             }),
             controller: None,
+            config: None,
         })
     })
 }

@@ -233,6 +233,11 @@ impl Allocator for Threshold {
         }
     }
 
+    fn adopt(&mut self, config: &Config) -> bool {
+        self.config = *config;
+        true
+    }
+
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         for response in &mut self.tasks {
             response.note(&self.config, input);
