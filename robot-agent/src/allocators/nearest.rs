@@ -1,8 +1,11 @@
 //! The `nearest` allocator: the applicable task of highest utility, independent of claims. Mission knowledge still
 //! arrives in heartbeats; `nearest-silent` switches the radio off.
 
+use scenario::ids::TaskId;
+
 use crate::allocator::utility::{WorkInProgress, best};
 use crate::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
+use crate::broken::is_broken;
 
 #[derive(Clone, Debug)]
 pub struct Nearest {
@@ -22,7 +25,9 @@ impl Allocator for Nearest {
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         self.under_way.record_progress(&self.me, input);
-        let chosen = best(&self.under_way, self.me.robot, input, |_| true);
+        let chosen = best(&self.under_way, self.me.robot, input, |choice| {
+            choice.task != TaskId(0) || !is_broken("nearest-leaves-out-the-first-task")
+        });
         decision.active = chosen.map(|(choice, _)| choice.behavior);
         self.under_way.log(&self.me, input, decision, |_| None);
         self.under_way.record_active(decision.active, input.now);

@@ -12,6 +12,7 @@ use super::records::Records;
 use super::winners::Winners;
 use super::{Consensus, Rules};
 use crate::allocator::{Input, SelfState};
+use crate::broken::is_broken;
 
 #[derive(Clone, Debug)]
 pub struct Deltas {
@@ -128,6 +129,9 @@ impl Deltas {
         beliefs.start_round(place, round);
         self.renew(place, round);
         let Some(claim) = claim else { return };
+        if claim.robot == me.robot && is_broken("acbba-ignores-reports-about-itself") {
+            return;
+        }
         let records = &mut self.places[place].records;
         // Reports about the robot itself are not applied. If one is wrong, the robot's current bid gets a new time.
         if records.receive(claim, delta.made) && claim.robot != me.robot {
@@ -177,6 +181,9 @@ impl Deltas {
 
     /// Withdraws the bids of robots silent for τ. Returns whether there were any.
     fn forget(&mut self, me: &SelfState, now: SimTime, beliefs: &mut Winners) -> bool {
+        if is_broken("acbba-keeps-bids-of-lost-robots") {
+            return false;
+        }
         let is_silent = |known: &Teammate| now.since(known.sent) >= me.ceased_after;
         let mut any_lost = false;
         while let Some(at) = self.known.iter().position(is_silent) {
