@@ -26,6 +26,7 @@ mod flood;
 mod gateway;
 mod golden;
 mod hostile;
+mod hunt;
 mod in_process;
 mod killed;
 mod kubernetes;

@@ -225,3 +225,123 @@ fn finding(
         shrunk,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use missions::waste::data::default_scenario;
+
+    use super::super::violation::FoundViolation;
+    use super::*;
+
+    /// A judge without runs: a schedule with this kind of fault is broken, and each fault takes 100 s.
+    struct Rule {
+        kind: &'static str,
+        judged: usize,
+        notes: Vec<String>,
+    }
+
+    impl Judge for Rule {
+        fn judge(
+            &mut self,
+            cases: &[Case],
+            conditions: &Conditions,
+        ) -> anyhow::Result<Vec<Judgement>> {
+            self.judged += cases.len();
+            let judgement = |case: &Case| {
+                let is_broken = case
+                    .faults
+                    .iter()
+                    .any(|order| order.fault.name() == self.kind);
+                let end_ms = SimTime(300_000 + 100_000 * case.faults.len() as u64);
+                let violation = |kind| FoundViolation {
+                    kind,
+                    at_ms: end_ms,
+                    description: String::new(),
+                };
+                let worst = conditions.par2_from.filter(|from| end_ms >= *from);
+                let worst = worst.map(|_| violation(ViolationKind::WorstPar2));
+                let broken = is_broken && conditions.include(ViolationKind::Termination);
+                Judgement {
+                    violation: broken
+                        .then(|| violation(ViolationKind::Termination))
+                        .or(worst),
+                    complete: true,
+                    end_ms,
+                    ..Judgement::default()
+                }
+            };
+            Ok(cases.iter().map(judgement).collect())
+        }
+
+        fn note(&mut self, line: &str) {
+            self.notes.push(line.to_owned());
+        }
+    }
+
+    fn hunted(text: &str, kind: &'static str) -> (Vec<AllocatorResult>, Rule) {
+        let plan = HuntPlan::parse("plan.toml", text, |_| Ok(default_scenario())).unwrap();
+        let mut rule = Rule {
+            kind,
+            judged: 0,
+            notes: Vec::new(),
+        };
+        (hunt(&plan, &mut rule).unwrap(), rule)
+    }
+
+    #[test]
+    fn each_search_ends_at_its_first_violation_and_its_finding_is_shrunk() {
+        let (results, rule) = hunted("budget = { runs = 500 }\nseeds = 3\n", "babble");
+        let [result] = &results[..] else {
+            panic!("{results:?}")
+        };
+        let [fault_free, uniform, guided] = &result.searches[..] else {
+            panic!("{result:?}")
+        };
+        assert_eq!((fault_free.runs, &fault_free.finding), (3, &None));
+        for search in [uniform, guided] {
+            let finding = search.finding.as_ref().unwrap();
+            assert!(finding.run <= search.runs && search.runs < finding.run + BATCH);
+            assert_eq!(finding.kind, ViolationKind::Termination);
+            let least = &finding.shrunk.case;
+            assert_eq!(
+                (least.faults.len(), least.scenario.robots.len()),
+                (1, 1),
+                "{least:?}"
+            );
+        }
+        assert_eq!(rule.notes.len(), 2);
+    }
+
+    #[test]
+    fn the_budget_is_exact_and_nothing_is_found_without_a_violation() {
+        let (results, rule) = hunted(
+            "budget = { runs = 37 }\nmethods = ['guided']\nseeds = 3\n",
+            "no-such",
+        );
+        assert_eq!((results[0].searches[1].runs, rule.judged), (37, 40));
+        assert_eq!(results[0].searches[1].finding, None);
+    }
+
+    #[test]
+    fn the_worst_par2_time_uses_all_runs_and_keeps_the_team() {
+        let text = "budget = { runs = 64 }\nobjective = 'par2'\nseeds = 3\n[faults]\nmax = 3\n";
+        let (results, _) = hunted(text, "no-such");
+        for search in &results[0].searches[1..] {
+            let finding = search.finding.as_ref().unwrap();
+            assert_eq!((search.runs, finding.kind), (64, ViolationKind::WorstPar2));
+            assert_eq!(search.worst_par2, SimTime(600_000));
+            let least = &finding.shrunk.case;
+            assert_eq!((least.faults.len(), least.scenario.robots.len()), (3, 3));
+        }
+    }
+
+    #[test]
+    fn the_shipped_plans_are_valid() {
+        for text in [
+            include_str!("../../hunts/waste.toml"),
+            include_str!("../../hunts/broken-rules.toml"),
+        ] {
+            HuntPlan::parse("plan.toml", text, |_| unreachable!()).unwrap();
+        }
+    }
+}

@@ -282,3 +282,112 @@ impl<'c> Inspector<'c> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use scenario::fault::{Fault, Order};
+
+    use super::super::plan::HuntPlan;
+    use super::*;
+
+    const PLAN: &str = "
+budget = { runs = 1 }
+limit_s = 120.0
+seeds = 2
+abandoned_s = 40.0
+violations = ['abandoned', 'slow', 'incomplete', 'replay-identical']
+slow_factor = 1.5
+allocators = ['static', 'nearest']
+[scenario]
+robots = [{ name = 'blue', side_sensor = true }, { name = 'gold' }]
+room = { width_m = 7.0, height_m = 5.0 }
+[scenario.waste]
+border_known = true
+spills = [{ name = 'left', items = 2, x_fraction = 0.3 }, { name = 'right', items = 2, x_fraction = 0.7 }]
+";
+
+    fn plan() -> HuntPlan {
+        HuntPlan::parse("plan.toml", PLAN, |_| unreachable!()).unwrap()
+    }
+
+    fn kill(robot: &str, for_s: Option<f64>) -> Order {
+        Order {
+            at_s: Some(4.0),
+            for_s,
+            ..Order::now(Fault::Kill(robot.to_owned()))
+        }
+    }
+
+    /// Judges a run of `static` (0) or `nearest` (1) by one violation.
+    fn judged(allocator: usize, faults: Vec<Order>, kind: ViolationKind) -> Judgement {
+        let plan = plan();
+        let case = Case {
+            faults,
+            ..plan.fault_free(allocator, 1)
+        };
+        let judge = || judge(&case, &plan.conditions.only(kind), &|| false).unwrap();
+        assert_eq!(judge(), judge());
+        judge()
+    }
+
+    #[test]
+    fn a_run_without_faults_has_no_violation() {
+        for allocator in [0, 1] {
+            for kind in plan().conditions.violations {
+                let judgement = judged(allocator, Vec::new(), kind);
+                assert!(
+                    judgement.complete && judgement.violation.is_none(),
+                    "{judgement:?}"
+                );
+                assert!(judgement.states.is_empty());
+            }
+        }
+    }
+
+    #[test]
+    fn the_tasks_of_a_lost_robot_are_abandoned_by_a_fixed_assignment() {
+        let faults = || vec![kill("gold", None)];
+        let left = judged(0, faults(), ViolationKind::Incomplete);
+        assert_eq!(
+            (left.kind(), left.end_ms),
+            (Some(ViolationKind::Incomplete), SimTime(120_000))
+        );
+        assert!(!left.states.is_empty());
+        // The run ends as soon as the task counts as abandoned, and the other rule takes over.
+        let abandoned = judged(0, faults(), ViolationKind::Abandoned);
+        assert_eq!(
+            abandoned.kind(),
+            Some(ViolationKind::Abandoned),
+            "{abandoned:?}"
+        );
+        assert!(abandoned.end_ms < left.end_ms && abandoned.idle_ms > SimTime(40_000));
+        let taken_over = judged(1, faults(), ViolationKind::Abandoned);
+        assert!(
+            taken_over.complete && taken_over.violation.is_none(),
+            "{taken_over:?}"
+        );
+    }
+
+    #[test]
+    fn a_slow_run_is_measured_against_the_run_without_faults() {
+        let faults = vec![kill("gold", Some(40.0)), kill("blue", Some(40.0))];
+        let slow = judged(1, faults, ViolationKind::Slow);
+        let base = judged(1, Vec::new(), ViolationKind::Slow).end_ms;
+        assert_eq!(slow.base_ms, Some(base));
+        assert_eq!(slow.kind(), Some(ViolationKind::Slow));
+        assert!(slow.end_ms.as_secs_f64() > 1.5 * base.as_secs_f64());
+    }
+
+    #[test]
+    fn a_contradiction_is_no_violation() {
+        let judgement = judged(0, vec![kill("red", None)], ViolationKind::Incomplete);
+        assert!(judgement.invalid.is_some() && judgement.violation.is_none());
+    }
+
+    #[test]
+    fn a_stopped_run_has_no_judgement() {
+        let plan = plan();
+        let case = plan.fault_free(0, 1);
+        assert_eq!(judge(&case, &plan.conditions, &|| true), None);
+    }
+}
