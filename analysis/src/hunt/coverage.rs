@@ -7,6 +7,7 @@
 use std::collections::BTreeSet;
 
 use proto::control::{FaultStatus, Phase};
+use proto::telemetry::BehaviorState;
 use scenario::ids::RobotId;
 use scenario::mission::columns::Progress;
 use world_server::simulation::Simulation;
@@ -56,9 +57,11 @@ impl Coverage {
                 None => simulation.barrier().robots().collect(),
             };
             for robot in at {
-                let robot = &state.robots[robot.index()];
-                let active = robot.active().next();
-                let is_laden = robot.carrying.is_some();
+                let levels = simulation.levels(robot);
+                let mut levels = levels.iter();
+                let active = levels.find(|level| level.state == BehaviorState::Active);
+                let active = active.map(|level| level.set);
+                let is_laden = state.robots[robot.index()].carrying.is_some();
                 let text = format!("{kind:?} {active:?} {is_laden} {phase} {others}");
                 // 32 bits distinguish the few thousand states of a hunt.
                 self.states.insert(xxh3_64(text.as_bytes()) as u32);

@@ -6,6 +6,7 @@ use in_process::Team;
 use missions::Registry;
 use proto::tick::Outcome;
 use run_log::{LogLevel, MemoryLog, RunLog};
+use scenario::ids::RobotId;
 use scenario::mission::columns::Progress;
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
@@ -193,7 +194,7 @@ impl<'c> Inspector<'c> {
         let state = WorldState::from_simulation(simulation);
         let progress = progress(simulation);
         self.coverage.look(simulation, &state, progress.as_ref());
-        self.measure_idle_time(&state, progress.as_ref());
+        self.measure_idle_time(simulation, &state, progress.as_ref());
         let of = |kind, description| FoundViolation {
             kind,
             at_ms: state.now,
@@ -224,22 +225,26 @@ impl<'c> Inspector<'c> {
 
     /// Measures how long an operational robot has had an applicable task without less remaining work. The time starts
     /// again with each unit of work. It stops while a fault is about to begin or to heal.
-    fn measure_idle_time(&mut self, state: &WorldState, progress: Option<&Progress>) {
+    fn measure_idle_time(
+        &mut self,
+        simulation: &Simulation,
+        state: &WorldState,
+        progress: Option<&Progress>,
+    ) {
         let Some(progress) = progress else {
             return;
         };
         let is_less = self.left.is_none_or(|left| progress.left < left);
+        let has_work = |robot: RobotId| {
+            let levels = simulation.levels(robot);
+            is_operational(&self.scenario, state, robot.index())
+                && levels.iter().any(|level| level.sensory_feedback)
+        };
         let could_work = !is_less
             && progress.left > 0
             && is_calm(state)
             && is_covered(&self.scenario, state)
-            && (0..state.robots.len()).any(|rank| {
-                let applicable = |robot: &crate::invariants::RobotState| {
-                    let mut motivations = robot.motivations.iter();
-                    motivations.any(|motivation| motivation.sensory_feedback)
-                };
-                is_operational(&self.scenario, state, rank) && applicable(&state.robots[rank])
-            });
+            && simulation.barrier().robots().any(has_work);
         self.left = Some(progress.left);
         if !could_work {
             self.idle_since = None;

@@ -144,7 +144,7 @@ fn rounder(value: f64) -> impl Iterator<Item = f64> {
 
 /// Returns the number of significant decimal digits, at most [`DIGITS`].
 fn digits(value: f64) -> i32 {
-    let is_exact = |count: &i32| (rounded_to(value, *count) - value).abs() < 1e-9 * value.abs();
+    let is_exact = |count: &i32| (rounded_to(value, *count) - value).abs() <= 1e-9 * value.abs();
     (1..DIGITS).find(is_exact).unwrap_or(DIGITS)
 }
 

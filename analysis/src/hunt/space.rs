@@ -378,7 +378,7 @@ mod tests {
             );
             case.setup().unwrap();
         }
-        // Skills do not exist in this mission.
+        // This mission has no skills, and no robot is absent.
         let expected: BTreeSet<String> = plan
             .faults
             .names
@@ -386,7 +386,7 @@ mod tests {
             .map(|name| (*name).to_owned())
             .collect();
         let missing: Vec<&String> = expected.difference(&kinds).collect();
-        assert_eq!(missing, ["skill"]);
+        assert_eq!(missing, ["add", "skill"]);
     }
 
     #[test]
