@@ -6,7 +6,7 @@
 //! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools.
 //! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
-//! - [`tune`]: parameter search for allocators.
+//! - [`tune`]: parameter search for allocators. [`hunt`]: search for faults that break them.
 //! - [`strategies`]: L-ALLIANCE's strategies against the optimum.
 //! - [`check`]: the effective parameters of a scenario, before a run. [`table`]: tables in a terminal. [`progress`]: the
 //!   display of long work.
@@ -20,6 +20,7 @@ pub mod compare;
 pub mod diff;
 pub mod export;
 mod figures;
+pub mod hunt;
 pub mod interrupted;
 pub mod invariants;
 pub mod learned;

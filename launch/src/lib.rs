@@ -83,6 +83,8 @@ enum Command {
     Compare(analysis::compare::command::CompareCommand),
     /// Search for good allocator parameters, tested on unseen seeds
     Tune(analysis::tune::command::TuneCommand),
+    /// Search for faults that break an allocator, and shrink them
+    Hunt(analysis::hunt::command::HuntCommand),
     /// Explain a scenario's parameters and report conflicts
     Check(analysis::check::CheckCommand),
     /// List scenarios, allocators, missions and runs, or describe one
@@ -141,6 +143,7 @@ pub fn main(registry: Registry) -> ExitCode {
         Command::Sweep(command) => command.run(&program_content()),
         Command::Compare(command) => command.run(&program_content()),
         Command::Tune(command) => command.run(&program_content()),
+        Command::Hunt(command) => command.run(&program_content()),
         Command::Check(command) => command.run(&program_content()),
         Command::List(command) => command.run(),
         Command::Cluster(command) => command.run(),

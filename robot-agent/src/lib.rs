@@ -9,7 +9,7 @@
 //! - [`mission`]: the interface of missions on the robots' side.
 //! - [`body`]: driving and obstacle avoidance.
 //! - [`testkit`]: conformance tests for allocators, also for other crates.
-//! - [`by_rank`]: lists of values per teammate.
+//! - [`by_rank`]: lists of values per teammate. [`broken`]: rules broken on purpose, for tests.
 //!
 //! The shell with side effects: [`process`] connects an agent to the bus, and [`args`] is the
 //! command line. Both need the feature `bus`. [`registry`] contains the allocators and missions of a program.
@@ -23,6 +23,7 @@ pub mod allocators;
 #[cfg(feature = "bus")]
 pub mod args;
 pub mod body;
+pub mod broken;
 pub mod by_rank;
 #[cfg(test)]
 mod fixtures;

@@ -27,6 +27,7 @@ mod flood;
 mod gateway;
 mod golden;
 mod hostile;
+mod hunt;
 mod in_process;
 mod killed;
 mod kubernetes;

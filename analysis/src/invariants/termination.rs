@@ -199,7 +199,7 @@ fn useless(scenario: &Scenario, state: &WorldState) -> usize {
 }
 
 /// Returns whether no fault is about to begin or heal. Faults that wait for an event do not count.
-fn is_calm(state: &WorldState) -> bool {
+pub(crate) fn is_calm(state: &WorldState) -> bool {
     let unsettled = |fault: &&FaultStatus| {
         let order = &fault.order;
         let comes = fault.phase == Phase::Armed && order.when.is_none();

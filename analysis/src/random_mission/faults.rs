@@ -76,28 +76,104 @@ fn written(place_m: f32) -> f64 {
 #[must_use]
 pub fn timeline(faults: &RandomFaults, scenario: &Scenario, rng: &mut ChaCha8Rng) -> Vec<Order> {
     let count = faults.between().draw(rng);
-    let mut dice = Dice { rng, scenario };
+    let sampler = FaultSampler::new(scenario, faults.until_s, |_| true);
     let mut orders = Vec::new();
-    let mission = scenario.mission();
-    let draws = draws(!mission.skills(scenario).is_empty());
     while orders.len() < count as usize {
-        let fault = match dice.any(&draws) {
+        orders.extend(sampler.attempt(rng));
+    }
+    sort(&mut orders);
+    orders
+}
+
+/// Sorts a timeline by time. Orders that wait for an event come last.
+pub fn sort(orders: &mut [Order]) {
+    orders.sort_by_key(|order| (order.at_s.is_none(), order.at()));
+}
+
+/// Returns the names of all faults that a scenario can have: those of every mission, then those of its own mission.
+pub fn names(scenario: &Scenario) -> impl Iterator<Item = &'static str> {
+    let of_mission = scenario.mission().vocabulary().faults.iter();
+    let common = Fault::COMMON_NAMES.into_iter();
+    common.chain(of_mission.map(|spec| spec.name))
+}
+
+/// A source of random orders for one scenario, of all kinds of faults or of some.
+pub struct FaultSampler<'a> {
+    scenario: &'a Scenario,
+    until_s: f64,
+    draws: Vec<Draw>,
+    mission_faults: Vec<FaultSpec>,
+}
+
+impl<'a> FaultSampler<'a> {
+    /// Creates a sampler of the faults whose names `is_allowed` accepts. All timed faults begin before `until_s`.
+    #[must_use]
+    pub fn new(scenario: &'a Scenario, until_s: f64, is_allowed: impl Fn(&str) -> bool) -> Self {
+        let mission = scenario.mission();
+        let all = mission.vocabulary().faults.iter();
+        let mission_faults: Vec<FaultSpec> =
+            all.filter(|spec| is_allowed(spec.name)).copied().collect();
+        let is_drawn = |draw: &Draw| match draw {
+            Draw::Common(kind) => is_allowed(kind.spec.name),
+            Draw::Mission => !mission_faults.is_empty() || mission.vocabulary().faults.is_empty(),
+        };
+        let mut draws = draws(!mission.skills(scenario).is_empty());
+        draws.retain(is_drawn);
+        Self {
+            scenario,
+            until_s,
+            draws,
+            mission_faults,
+        }
+    }
+
+    /// Draws an order. Returns `None` if the drawn fault has no possible target, or no room.
+    pub fn attempt(&self, rng: &mut ChaCha8Rng) -> Option<Order> {
+        if self.draws.is_empty() {
+            return None;
+        }
+        let mut dice = self.dice(rng);
+        let fault = match dice.any(&self.draws) {
             Draw::Common(kind) => dice.fault(&kind.spec),
             Draw::Mission => dice.mission_fault(),
         };
-        let order = fault.map(|fault| dice.order(fault, faults.until_s));
-        // A mission may have no room for an order, such as another point.
-        let fits = |order: &Order| mission.check_order(scenario, order).is_ok();
-        orders.extend(order.filter(fits));
+        let order = fault.map(|fault| dice.order(fault, self.until_s));
+        order.filter(|order| self.fits(order))
     }
-    orders.sort_by_key(|order| (order.at_s.is_none(), order.at()));
-    orders
+
+    /// Draws a fault of the same kind with other targets and values.
+    pub fn redraw(&self, fault: &Fault, rng: &mut ChaCha8Rng) -> Option<Fault> {
+        let mut dice = self.dice(rng);
+        match fault.kind() {
+            Some(kind) => dice.fault(&kind.spec),
+            None => dice.mission_fault(),
+        }
+    }
+
+    /// Returns whether the mission has room for the order, such as another point.
+    #[must_use]
+    pub fn fits(&self, order: &Order) -> bool {
+        self.scenario
+            .mission()
+            .check_order(self.scenario, order)
+            .is_ok()
+    }
+
+    fn dice<'d>(&'d self, rng: &'d mut ChaCha8Rng) -> Dice<'d> {
+        Dice {
+            rng,
+            scenario: self.scenario,
+            mission_faults: &self.mission_faults,
+        }
+    }
 }
 
 /// The random draws for one mission.
 struct Dice<'a> {
     rng: &'a mut ChaCha8Rng,
     scenario: &'a Scenario,
+    /// The mission's own faults that may be drawn.
+    mission_faults: &'a [FaultSpec],
 }
 
 impl Dice<'_> {
@@ -279,7 +355,7 @@ impl Dice<'_> {
 
     /// Draws one of the mission's own faults, if there are any.
     fn mission_fault(&mut self) -> Option<Fault> {
-        let specs = self.scenario.mission().vocabulary().faults;
+        let specs = self.mission_faults;
         let spec = (!specs.is_empty()).then(|| self.any(specs))?;
         let place = self.place_of_interest();
         self.any_of(&spec, place)

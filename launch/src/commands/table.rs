@@ -4,7 +4,7 @@
 pub const HEADINGS: [(&str, &[&str]); 6] = [
     ("Run", &["run", "watch", "fault", "clock", "status"]),
     ("Results", &["replay", "diff", "report", "export"]),
-    ("Studies", &["sweep", "compare", "tune", "check"]),
+    ("Studies", &["sweep", "compare", "tune", "hunt", "check"]),
     ("Content", &["list"]),
     ("Processes and machines", &["cluster"]),
     ("Shell", &["generate"]),
@@ -238,6 +238,20 @@ pub(super) const ENTRIES: &[Entry] = &[
         ],
         &[
             "0 The search is complete.",
+            "2 An argument or the plan is invalid.",
+            "3 A file cannot be written.",
+            RESUMABLE,
+        ],
+    ),
+    entry(
+        "hunt",
+        &[
+            "alliance hunt mine.toml # search, then shrink what was found",
+            "alliance hunt mine.toml --dry-run # the number of runs and their time",
+        ],
+        &[
+            "0 No violation was found, or the plan maximizes the PAR2 time.",
+            "1 A violation was found.",
             "2 An argument or the plan is invalid.",
             "3 A file cannot be written.",
             RESUMABLE,

@@ -10,6 +10,7 @@ use scenario::time::SimTime;
 
 use crate::allocator::utility::{WorkInProgress, best};
 use crate::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
+use crate::broken::is_broken;
 
 #[derive(Clone, Debug)]
 pub struct FirstCome {
@@ -89,11 +90,17 @@ impl Allocator for FirstCome {
         let done = held.is_some_and(|held| input.progressed.contains(&held.task));
         let beaten = held.is_some_and(|held| {
             let mine = (self.since, self.me.robot);
-            let earlier = self.executing(held.task, now).filter(|&claim| claim < mine);
-            earlier.count() >= held.max_robots
+            let is_before = |claim| match is_broken("first-come-later-robot-stays") {
+                true => claim > mine,
+                false => claim < mine,
+            };
+            let earlier = self.executing(held.task, now);
+            earlier.filter(|&claim| is_before(claim)).count() >= held.max_robots
         });
         if held.is_none() || done || beaten {
-            let free = |task: TaskId, places: usize| self.executing(task, now).count() < places;
+            let waits = self.claims.is_empty() && is_broken("first-come-waits-for-a-message");
+            let free =
+                |task: TaskId, places: usize| !waits && self.executing(task, now).count() < places;
             let chosen = best(&self.under_way, self.me.robot, input, |choice| {
                 free(choice.task, choice.max_robots)
             });

@@ -103,7 +103,8 @@ impl Fault {
     }
 
     /// Returns the values of the arguments as in a file, by key.
-    pub(super) fn values(&self) -> toml::Table {
+    #[must_use]
+    pub fn values(&self) -> toml::Table {
         let table = toml::Table::try_from(self);
         // A fault is a table with its name as the only key.
         let content = table.ok().and_then(|mut table| table.remove(self.name()));

@@ -213,6 +213,15 @@ impl Simulation {
         &self.answers.report(robot).motivations
     }
 
+    /// Returns the levels of a robot's latest report: motivations, or else utilities. They contain the applicable and the
+    /// active behavior sets under any allocator.
+    #[must_use]
+    pub fn levels(&self, robot: RobotId) -> Vec<Motivation> {
+        let spec = &self.setup.scenario.robots[robot.index()];
+        let (_, levels) = levels::levels(self.answers.report(robot), &self.setup, spec);
+        levels.into_owned()
+    }
+
     #[must_use]
     pub fn catalog(&self) -> &Catalog {
         &self.setup.catalog

@@ -49,7 +49,7 @@ pub(super) struct MissionFile {
 }
 
 /// The scenario of a plan: a name or file, or the table `scenario` of the plan itself.
-pub(super) enum Source {
+pub(crate) enum Source {
     Named(String),
     Inline,
 }

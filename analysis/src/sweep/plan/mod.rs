@@ -4,7 +4,7 @@
 //! `tuning` the settings of a search, and `space` maps its coordinates to values.
 
 mod factors;
-mod file;
+pub(crate) mod file;
 pub mod hypothesis;
 pub mod seeds;
 mod several;

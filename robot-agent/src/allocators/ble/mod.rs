@@ -28,6 +28,7 @@ use smallvec::SmallVec;
 
 use crate::allocator::utility::{Bid, WorkInProgress};
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use crate::broken::is_broken;
 use table::{Table, Update};
 
 /// The number of steps after activation before a unit counts as under way.
@@ -237,7 +238,7 @@ impl Ble {
 
     /// Drops rows older than τ. Returns whether there were any.
     fn drop_expired(&mut self, now: SimTime) -> bool {
-        if now < self.next_expiry || now < self.ceased_after {
+        if now < self.next_expiry || now < self.ceased_after || is_broken("ble-rows-never-age") {
             return false;
         }
         let (has_changed, oldest) = self
@@ -272,6 +273,16 @@ impl Ble {
     fn assign(&mut self) {
         self.table.assign(&self.me.briefs);
         self.task = self.table.task_of(self.me.robot);
+        if is_broken("ble-ignores-other-rows") {
+            self.task = self.offers.first().map(|offer| offer.entry.task);
+        }
+        let mut others = (0..self.me.team as u16)
+            .map(RobotId)
+            .filter(|robot| *robot != self.me.robot);
+        if is_broken("ble-waits-for-a-row") && others.all(|robot| self.table.row(robot).is_empty())
+        {
+            self.task = None;
+        }
         self.holders.clear();
         for own in &self.me.behaviors {
             self.holders.push(self.table.holder_of(own.task));

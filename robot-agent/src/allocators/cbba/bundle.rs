@@ -7,6 +7,7 @@ use smallvec::SmallVec;
 use super::winners::Winners;
 use crate::allocator::utility::{DISCOUNT_PER_S, WorkInProgress};
 use crate::allocator::{Choice, Input};
+use crate::broken::is_broken;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Held {
@@ -108,7 +109,9 @@ impl Bundle {
     /// Releases all but the first `count` tasks of the bundle.
     fn keep(&mut self, count: usize, beliefs: &mut Winners) {
         for held in self.held.drain(count..) {
-            if let Some(place) = held.place.filter(|&place| beliefs.is_mine(place)) {
+            if let Some(place) = held.place.filter(|&place| beliefs.is_mine(place))
+                && !is_broken("cbba-left-tasks-stay-claimed")
+            {
                 beliefs.set(place, None);
             }
         }

@@ -13,6 +13,7 @@ use super::records::Records;
 use super::winners::Winners;
 use super::{Consensus, Rules};
 use crate::allocator::{Input, SelfState};
+use crate::broken::is_broken;
 
 #[derive(Clone, Debug)]
 pub struct Deltas {
@@ -98,6 +99,9 @@ impl Deltas {
         beliefs.start_round(place, round);
         self.renew(place, round);
         let Some(claim) = claim else { return };
+        if claim.robot == me.robot && is_broken("acbba-ignores-reports-about-itself") {
+            return;
+        }
         let records = &mut self.places[place].records;
         // Reports about the robot itself are not applied. If one is wrong, the robot's current bid gets a new time.
         if records.receive(claim, delta.made) && claim.robot != me.robot {
@@ -148,6 +152,9 @@ impl Deltas {
 
     /// Withdraws the bids of robots silent for τ. Returns whether there were any.
     fn forget(&mut self, me: &SelfState, now: SimTime, beliefs: &mut Winners) -> bool {
+        if is_broken("acbba-keeps-bids-of-lost-robots") {
+            return false;
+        }
         let mut any_lost = false;
         while let Some(lost) = self.known.remove_silent(now, me.ceased_after) {
             self.strike(lost, now, beliefs);

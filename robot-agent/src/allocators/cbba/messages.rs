@@ -16,6 +16,7 @@ use super::rules::{Action, Stamps, merge_action};
 use super::winners::{Entry, Winners};
 use super::{Consensus, Rules};
 use crate::allocator::{Input, SelfState};
+use crate::broken::is_broken;
 
 #[derive(Clone, Debug)]
 pub struct Tables {
@@ -235,7 +236,10 @@ impl Consensus for Tables {
         // The remaining parts are sent in the next step, the longest unsent part first.
         while messages.len() <= beliefs.tasks().len() {
             let is_due = |part: &&mut Part| {
-                let is_late = |last_sent| now.since(last_sent) >= self.refresh;
+                let is_late = |last_sent| {
+                    now.since(last_sent) >= self.refresh
+                        && !is_broken("cbba-broadcasts-only-changes")
+                };
                 let mut entries = beliefs.entries().iter();
                 let has_news = |entry: &Entry| entry.must_send && part.has(entry);
                 part.last_sent != Some(now)

@@ -7,6 +7,8 @@ use proto::allocation::grape::{CoalitionMember, CoalitionPartition as Message, M
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
+use crate::broken::is_broken;
+
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Version {
     /// The number of decisions so far.
@@ -100,6 +102,9 @@ impl Partition {
 
     /// Counts a decision and stores its stamp.
     pub fn count_decision(&mut self, stamp: f64) {
+        if is_broken("grape-decisions-are-not-counted") {
+            return;
+        }
         self.version = Version {
             evolution: self.version.evolution.saturating_add(1),
             stamp,

@@ -21,6 +21,7 @@ use scenario::{LearnedTimes, Setup, Switches};
 
 use super::alliance::{Engine, LearnedTerms, LearnedValues, TowardTeammate};
 use crate::allocator::{Input, RunningAllocator, SelfState, StepOutcome};
+use crate::broken::is_broken;
 use monitor::Monitor;
 use rates::{Category, Rates, TaskTimes};
 
@@ -109,7 +110,8 @@ impl Learner {
             let mut stream = input.draws.stream();
             self.draws.fill_with(|| stream.random());
         }
-        self.boredom = if is_active || self.began.is_none() {
+        let is_never_bored = is_broken("l-alliance-is-never-bored");
+        self.boredom = if is_active || self.began.is_none() || is_never_bored {
             0.0
         } else {
             // Boredom stops at its threshold.

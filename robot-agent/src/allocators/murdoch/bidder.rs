@@ -10,6 +10,7 @@ use super::ledger::Ledger;
 use super::{Offer, Offers, Settings};
 use crate::allocator::utility::COMMIT;
 use crate::allocator::{Decision, Input, SelfState};
+use crate::broken::is_broken;
 
 #[derive(Clone, Debug)]
 pub struct Bidder {
@@ -122,7 +123,9 @@ impl Bidder {
                 Some((ContractStatus::Done, None))
             } else if ledger.is_surplus(held.place, &held.auction, self.me) {
                 Some((ContractStatus::Abort, Some(Reason::Outbid)))
-            } else if now.since(held.renewed) > self.settings.lease {
+            } else if now.since(held.renewed) > self.settings.lease
+                && !is_broken("murdoch-leases-never-end")
+            {
                 Some((ContractStatus::Abort, Some(Reason::LeaseEnded)))
             } else {
                 None

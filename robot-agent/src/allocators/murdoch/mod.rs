@@ -37,6 +37,7 @@ use smallvec::SmallVec;
 
 use crate::allocator::utility::WorkInProgress;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use crate::broken::is_broken;
 use crate::by_rank::ByRank;
 use auctioneer::Auctioneer;
 use bidder::Bidder;
@@ -259,7 +260,9 @@ impl Allocator for Murdoch {
             );
         }
 
-        self.ledger.end_expired(input.now);
+        if !is_broken("murdoch-leases-never-end") {
+            self.ledger.end_expired(input.now);
+        }
         self.bidder
             .act(&offers, input, &self.ledger, decision, &mut outgoing);
         self.auctioneer.step(
