@@ -171,10 +171,10 @@ impl Lab {
     }
 
     fn spawn(&self, mut command: Command, arguments: impl Arguments) -> Process {
-        let arguments = arguments.words();
         static COUNT: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
         let number = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let output = self.path(&format!("process-{number}"));
+        let arguments = arguments.words();
         let child = command
             .args(&arguments)
             .current_dir(self.folder.path())
@@ -216,7 +216,7 @@ impl Lab {
             spill.items = items / 2;
         }
         let file = format!("mission-of-{items}.toml");
-        std::fs::write(self.path(&file), scenario.to_toml().unwrap()).unwrap();
+        self.write(&file, scenario.to_toml().unwrap());
         file
     }
 
