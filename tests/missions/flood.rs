@@ -101,7 +101,7 @@ fn messages_of_the_team(operator: &Session, run: &str) -> Received {
         .declare_subscriber(format!("{prefix}**"))
         .callback(move |sample| {
             let key = sample.key_expr().as_str().strip_prefix(&prefix);
-            // A message with the seal of the team is longer than 8 bytes. The flood of the operator is not.
+            // The message keeps the seal of the team, which is 8 bytes.
             if let Some(key) = key.filter(|_| sample.payload().len() > 8) {
                 sink.lock().unwrap().insert(key.to_owned());
             }

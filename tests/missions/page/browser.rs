@@ -80,8 +80,9 @@ impl Browser {
             .build()
             .unwrap();
         let profile = folder.path().join("profile");
+        let profile = format!("--user-data-dir={}", profile.display());
         let options = json!({
-            "args": [&OPTIONS[..], &[&*format!("--user-data-dir={}", profile.display())]].concat(),
+            "args": ([&OPTIONS[..], &[&profile]].concat()),
             "mobileEmulation": {
                 "deviceMetrics": {
                     "width": width, "height": height, "pixelRatio": 1.0,
