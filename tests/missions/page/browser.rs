@@ -82,7 +82,7 @@ impl Browser {
         let profile = folder.path().join("profile");
         let profile = format!("--user-data-dir={}", profile.display());
         let options = json!({
-            "args": ([&OPTIONS[..], &[&profile]].concat()),
+            "args": ([&OPTIONS[..], &[profile.as_str()]].concat()),
             "mobileEmulation": {
                 "deviceMetrics": {
                     "width": width, "height": height, "pixelRatio": 1.0,
