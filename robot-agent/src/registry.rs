@@ -6,18 +6,7 @@ use scenario::{Setup, Vocabulary};
 use serde::de::DeserializeOwned;
 
 use crate::allocator::{Allocator, AllocatorKind, ConfigError, ConfiguredAllocator};
-use crate::allocators::alliance;
-use crate::allocators::ble::Ble;
-use crate::allocators::cbba::{Acbba, Cbaa, Cbba};
-use crate::allocators::first_come::FirstCome;
-use crate::allocators::grape::Grape;
-use crate::allocators::lalliance;
-use crate::allocators::murdoch::Murdoch;
-use crate::allocators::nearest::{Nearest, NearestSilent};
-use crate::allocators::oracle::Oracle;
-use crate::allocators::random::Random;
-use crate::allocators::static_assignment::Fixed;
-use crate::allocators::threshold::Threshold;
+use crate::allocators;
 use crate::mission::ControllerKind;
 
 /// The allocators, controllers and missions of a program, by name.
@@ -33,59 +22,10 @@ impl AgentRegistry {
     #[must_use]
     pub fn built_in() -> Self {
         Self {
-            kinds: vec![alliance::kind(), lalliance::kind()],
+            kinds: allocators::built_in(),
             controllers: Vec::new(),
             missions: Vec::new(),
         }
-        .with_allocator::<Nearest>(
-            "nearest",
-            "the applicable task of the highest utility, regardless of teammates",
-        )
-        .with_allocator::<NearestSilent>(
-            "nearest-silent",
-            "like nearest, with the radio off: no messages, not even shared knowledge of the mission",
-        )
-        .with_allocator::<FirstCome>(
-            "first-come",
-            "the best task that no teammate reports to execute; kept until one unit is done",
-        )
-        .with_allocator::<Random>(
-            "random",
-            "a random applicable task, drawn again at intervals",
-        )
-        .with_allocator::<Fixed>(
-            "static",
-            "the tasks assigned to the robot before the start",
-        )
-        .with_allocator::<Oracle>(
-            "oracle",
-            "a reference: the best assignment in each step, from ground truth that robots do not have",
-        )
-        .with_allocator::<Ble>(
-            "ble",
-            "broadcast of local eligibility: in each step every robot computes the best pairs of robots and tasks",
-        )
-        .with_allocator::<Murdoch>(
-            "murdoch",
-            "auctions: the best bid of the free robots wins a contract, renewed while the winner answers",
-        )
-        .with_allocator::<Cbaa>(
-            "cbaa",
-            "bids for one task at a time, with consensus on the winners",
-        )
-        .with_allocator::<Cbba>(
-            "cbba",
-            "bids for a bundle of tasks, with consensus on the winners",
-        )
-        .with_allocator::<Acbba>("acbba", "like cbba, but sends only changes")
-        .with_allocator::<Grape>(
-            "grape",
-            "each robot moves to the coalition of the highest utility, until no robot moves",
-        )
-        .with_allocator::<Threshold>(
-            "threshold",
-            "draws tasks; longer due times and more practice raise the probability",
-        )
     }
 
     /// Adds an allocator type under a name, and replaces an allocator of the same name.

@@ -2,10 +2,9 @@
 //! a blank.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::process::Command;
 
-use alliance_tests::harness::{Finished, Lab, wait_until};
+use alliance_tests::harness::{Arguments, Finished, Lab, join, wait_until};
 
 /// A scenario of 5 s.
 const SHORT: &str = "limit_s = 5.0\n";
@@ -34,16 +33,25 @@ scenario = 'short one.toml'
 listen = 'tls/127.0.0.1:17451'
 keys = 'new keys'
 world = 'h1'
-[[hosts]]
-name = 'h1'
-robots = ['blue', 'green']
-[[hosts]]
-name = 'h2'
-robots = ['gold']
+hosts = [{ name = 'h1', robots = ['blue', 'green'] }, { name = 'h2', robots = ['gold'] }]
 ";
 
 /// The labels of advice at the start of a line.
 const LABELS: [&str; 5] = ["", "next", "repeat", "scenario", "#"];
+
+/// The commands that are at least printed.
+const EXPECTED: &str = "\
+alliance clock resume
+alliance cluster keys 'my cluster.toml'
+alliance compare --merge 'out/shards of compare'
+alliance compare 'my comparison.toml' --cell 0
+alliance compare 'my comparison.toml' --scenario 0
+alliance report 'out/a run'
+alliance run
+alliance run 'out/a tuning/tuned.toml'
+alliance sweep --merge 'out/shards of sweep'
+alliance watch 'out/a run'
+alliance watch 'out/no log'";
 
 /// A lab with the commands printed so far.
 struct Advice {
@@ -53,30 +61,23 @@ struct Advice {
 
 impl Advice {
     /// Runs a command and collects the commands that it prints.
-    fn run(&mut self, arguments: &[&str]) -> Finished {
+    fn run(&mut self, arguments: impl Arguments) -> Finished {
         let finished = self.lab.run(arguments);
         self.collect(&finished.stdout);
         self.collect(&finished.stderr);
         finished
     }
 
-    /// Collects the commands of a file in the lab.
-    fn read(&mut self, file: &str) {
-        let text = fs::read_to_string(self.lab.path(file)).unwrap();
-        self.collect(&text);
-    }
-
     fn collect(&mut self, text: &str) {
         let text = text.replace("<code>", "`").replace("</code>", "`");
         let quoted = text.split('`').skip(1).step_by(2);
-        self.commands
-            .extend(quoted.filter(|part| is_command(part)).map(str::to_owned));
+        let quoted = quoted.filter(|part| is_command(part));
+        self.commands.extend(quoted.map(str::to_owned));
         for line in text.lines() {
             let Some((label, command)) = line.split_once("alliance ") else {
                 continue;
             };
-            let label = label.trim();
-            let command = format!("alliance {command}");
+            let (label, command) = (label.trim(), format!("alliance {command}"));
             if (LABELS.contains(&label) || label.ends_with("with:")) && is_command(&command) {
                 self.commands.insert(command);
             }
@@ -86,9 +87,7 @@ impl Advice {
     /// Runs each collected command. One that serves a page or waits for others is accepted and ended.
     fn assert_all_run(&self) {
         for command in &self.commands {
-            let arguments = words(command);
-            let arguments: Vec<&str> = arguments.iter().skip(1).map(String::as_str).collect();
-            let mut process = self.lab.start(&arguments);
+            let mut process = self.lab.start(&words(command)[1..]);
             let mut serves = false;
             wait_until(command, || {
                 let stderr = process.stderr();
@@ -98,10 +97,8 @@ impl Advice {
             if !serves {
                 let finished = process.wait();
                 let status = finished.status.code();
-                assert!(
-                    status.is_some_and(|status| status != 2),
-                    "{command}: {finished:?}"
-                );
+                let is_accepted = status.is_some_and(|status| status != 2);
+                assert!(is_accepted, "{command}: {finished:?}");
             }
         }
     }
@@ -131,79 +128,46 @@ fn words(command: &str) -> Vec<String> {
 #[test]
 fn every_printed_command_runs_as_printed() {
     let lab = Lab::new();
-    let files = [
-        ("short one.toml", SHORT),
-        ("my comparison.toml", COMPARISON),
-        ("my tuning.toml", TUNING),
-        ("my cluster.toml", CLUSTER),
-    ];
-    for (name, text) in files {
-        fs::write(lab.path(name), text).unwrap();
-    }
-    let mut advice = Advice {
-        lab,
-        commands: BTreeSet::new(),
-    };
+    lab.write("short one.toml", SHORT);
+    lab.write("my comparison.toml", COMPARISON);
+    lab.write("my tuning.toml", TUNING);
+    lab.write("my cluster.toml", CLUSTER);
+    let commands = BTreeSet::new();
+    let mut advice = Advice { lab, commands };
     for (out, level) in [("out/a run", "full"), ("out/no log", "off")] {
-        let run = [
-            "run",
-            "short one.toml",
-            "--in-process",
-            "--log",
-            level,
-            "--out",
-            out,
-        ];
+        let run = ["run", "short one.toml", "--out", out, "--log", level];
         // The mission is not complete after 5 s.
-        advice.run(&run).expect(1);
-        advice.run(&["replay", out]).expect(0);
-        advice.run(&["report", out]).expect(0);
+        advice.run(join(run, "--in-process")).expect(1);
+        advice.run(["replay", out]).expect(0);
+        advice.run(["report", out]).expect(0);
     }
     for study in ["sweep", "compare"] {
+        let plan = [study, "my comparison.toml", "--out"];
+        let shards = format!("out/shards of {study}");
         for shard in ["0/2", "1/2"] {
-            let out = format!("out/shards of {study}");
-            let run = [study, "my comparison.toml", "--shard", shard, "--out", &out];
-            advice.run(&run).expect(0);
+            let part = join(plan, [&*shards, "--shard", shard]);
+            advice.run(part).expect(0);
         }
-        let out = format!("out/a {study}");
-        advice
-            .run(&[study, "my comparison.toml", "--out", &out])
-            .expect(0);
+        advice.run(join(plan, [format!("out/a {study}")])).expect(0);
     }
-    advice
-        .run(&["compare", "--merge", "out/shards of compare"])
-        .expect(0);
-    advice.read("out/a sweep/summary.html");
-    advice.read("out/a compare/comparison.html");
-    advice
-        .run(&["tune", "my tuning.toml", "--out", "out/a tuning"])
-        .expect(0);
-    advice.run(&["status"]).expect(3);
-    advice.run(&["fault", "kill", "gold"]).expect(3);
-    advice.run(&["cluster", "up", "my cluster.toml"]).expect(2);
+    let merge = ["compare", "--merge", "out/shards of compare"];
+    advice.run(merge).expect(0);
+    for page in ["out/a sweep/summary.html", "out/a compare/comparison.html"] {
+        advice.collect(&advice.lab.text(page));
+    }
+    let tune = ["tune", "my tuning.toml", "--out", "out/a tuning"];
+    advice.run(tune).expect(0);
+    advice.run("status").expect(3);
+    advice.run("fault kill gold").expect(3);
+    advice.run(["cluster", "up", "my cluster.toml"]).expect(2);
     let held = ["run", "short one.toml", "--paused", "--out", "out/held"];
-    let mut held = advice.lab.start(&held);
+    let mut held = advice.lab.start(held);
     held.wait_for_stderr("clock resume`");
     advice.collect(&held.stderr());
 
     advice.assert_all_run();
-    let expected = [
-        "alliance clock resume",
-        "alliance cluster keys 'my cluster.toml'",
-        "alliance compare --merge 'out/shards of compare'",
-        "alliance compare 'my comparison.toml' --cell 0",
-        "alliance compare 'my comparison.toml' --scenario 0",
-        "alliance report 'out/a run'",
-        "alliance run",
-        "alliance run 'out/a tuning/tuned.toml'",
-        "alliance sweep --merge 'out/shards of sweep'",
-        "alliance watch 'out/a run'",
-        "alliance watch 'out/no log'",
-    ];
-    for command in expected {
-        assert!(
-            advice.commands.contains(command),
-            "{command} is not printed"
-        );
+    for command in EXPECTED.lines() {
+        let is_printed = advice.commands.contains(command);
+        assert!(is_printed, "{command} is not printed");
     }
 }

@@ -4,11 +4,12 @@
 use std::collections::BTreeMap;
 
 use alliance_tests::harness::Lab;
-use alliance_tests::runs::{allocators, builtin, checked, parse, play, run, setup};
+use alliance_tests::runs::{Events, allocators, builtin, checked, parse, play, run};
+use alliance_tests::runs::{setup, without_allocators};
 use alliance_tests::testkit::{KILL, PARTITION, RESTART, loss, loss_and_kill};
 use missions::waste::data::family;
 use proto::tick::Outcome;
-use run_log::{AllocationRow, EventRow, LogLevel, MessageRow, MotivationRow, RunLog, Table};
+use run_log::{AllocationRow, LogLevel, MessageRow, MotivationRow, RunLog, Table};
 use scenario::Scenario;
 use scenario::testkit::entry;
 use scenario::time::SimTime;
@@ -17,15 +18,7 @@ use scenario::time::SimTime;
 const STEP: SimTime = SimTime(50);
 
 /// The allocators whose robots do not work on a claimed task.
-const CLAIMANTS: [&str; 7] = [
-    "first-come",
-    "cbaa",
-    "cbba",
-    "acbba",
-    "grape",
-    "ble",
-    "murdoch",
-];
+const CLAIMANTS: &str = "first-come cbaa cbba acbba grape ble murdoch";
 
 /// A mission of service in which another robot can always take over.
 const SERVICE: &str = include_str!("../../analysis/sweeps/allocators-service.toml");
@@ -44,89 +37,83 @@ pub fn service(allocator: &str, rest: &str) -> Scenario {
     parse(&format!("allocator = \"{allocator}\"\n{rest}{mission}"))
 }
 
-/// The invariants hold in each tick, and all items are delivered. Only `static` never takes over from a lost robot.
-#[test]
-fn missions_complete_under_every_fault() {
-    let cases = [
-        KILL.to_owned(),
-        RESTART.to_owned(),
-        loss(0.6),
-        PARTITION.to_owned(),
-    ];
-    for allocator in allocators() {
-        for faults in &cases {
-            let (outcome, _, violation) = checked(scenario(allocator, faults), LogLevel::Off);
-            assert_eq!(violation, None, "{allocator}: {faults}");
-            let expected = match allocator {
-                "static" if faults == KILL => Outcome::TimeLimit,
-                _ => Outcome::Complete,
-            };
-            assert_eq!(outcome, expected, "{allocator}: {faults}");
-        }
+/// Returns the outcome of a mission in which another robot can take over. With `static` no robot takes over from a
+/// lost robot, and a robot does only its own assigned and known tasks and does not search.
+fn expected(allocator: &str, is_alone: bool) -> Outcome {
+    match allocator {
+        "static" if is_alone => Outcome::TimeLimit,
+        _ => Outcome::Complete,
     }
 }
 
-/// Law G5: a robot with all skills completes alone. With `static` a robot does only its own assigned and known tasks,
-/// and does not search.
+/// The invariants hold in each tick, and all items are delivered. Law G5: a robot with all skills completes alone, with
+/// all links cut.
 #[test]
-fn with_all_links_cut_all_allocators_but_static_complete() {
+fn missions_complete_under_every_fault_and_with_all_links_cut() {
+    let (some_lost, all_lost) = (loss(0.6), loss(1.0));
     for allocator in allocators() {
-        let mut scenario = scenario(allocator, &loss(1.0));
-        scenario.limit_s = 3600.0;
-        let expected = match allocator {
-            "static" => Outcome::TimeLimit,
-            _ => Outcome::Complete,
-        };
-        let (outcome, _) = run(setup(scenario, 1), LogLevel::Off);
-        assert_eq!(outcome, expected, "{allocator}");
+        for (faults, is_alone) in [
+            (KILL, true),
+            (RESTART, false),
+            (&*some_lost, false),
+            (PARTITION, false),
+            (&*all_lost, true),
+        ] {
+            let mut scenario = scenario(allocator, faults);
+            let is_checked = faults != all_lost;
+            scenario.limit_s = if is_checked { 1800.0 } else { 3600.0 };
+            let (outcome, _, violation) = checked(scenario, LogLevel::Off);
+            assert!(
+                !is_checked || violation.is_none(),
+                "{allocator}: {violation:?}"
+            );
+            let expected = expected(allocator, is_alone);
+            assert_eq!(outcome, expected, "{allocator}: {faults}");
+        }
     }
 }
 
 /// Returns the time of the last message that is received from gold, of any kind or of one kind.
 fn last_received(log: &RunLog, kind: &str) -> SimTime {
     let rows = log.each_row::<MessageRow>().map(|row| row.unwrap());
-    let fits = |row: &MessageRow| row.sender == "gold" && row.delivery == "received";
-    rows.filter(|row| fits(row) && (kind.is_empty() || row.kind == kind))
-        .map(|row| row.t_ms)
-        .max()
-        .unwrap()
+    let is_received = |row: &MessageRow| row.sender == "gold" && row.delivery == "received";
+    let of_kind = |row: &MessageRow| kind.is_empty() || row.kind == kind;
+    let times = rows.filter(|row| is_received(row) && of_kind(row));
+    times.map(|row| row.t_ms).max().unwrap()
 }
 
 /// Another robot takes the task of a killed robot in the step that the rule of the allocator states.
 #[test]
 fn the_task_of_a_killed_robot_is_taken_over_in_the_stated_step() {
     let tau = SimTime(5000);
-    for allocator in CLAIMANTS {
+    for allocator in CLAIMANTS.split(' ') {
         let (outcome, log) = play(scenario(allocator, KILL), 1);
         assert_eq!(outcome, Outcome::Complete, "{allocator}");
-        let events = log.rows::<EventRow>().unwrap();
-        let killed = SimTime(100_000);
-        let mut activations = events.iter().filter(|row| row.kind == "activated");
-        let of_gold = |row: &&EventRow| row.robot == "gold" && row.t_ms <= killed;
-        let task = &activations.clone().rfind(of_gold).unwrap().detail;
-        let next = activations
-            .find(|row| row.detail == *task && row.robot != "gold" && row.t_ms > killed)
-            .unwrap();
+        let activations = log.events("activated");
+        let (before, after): (Vec<_>, Vec<_>) =
+            activations.iter().partition(|row| row.t_ms.0 <= 100_000);
+        let task = before.iter().rfind(|row| row.robot == "gold").unwrap();
+        let mut after = after.into_iter();
+        let next = after.find(|row| row.detail == task.detail && row.robot != "gold");
+        let next = next.unwrap();
+        let last = |kind: &str| last_received(&log, kind);
         let (due, reason) = match allocator {
-            "first-come" => (last_received(&log, "heartbeat") + tau, "claimed"),
+            "first-come" => (last("heartbeat") + tau, "claimed"),
             // A table row is valid for τ after its receipt.
-            "ble" => (last_received(&log, "allocation") + tau, "claimed"),
+            "ble" => (last("allocation") + tau, "claimed"),
             // A claim is valid for τ after it was sent, one step before its receipt.
-            "cbaa" | "cbba" => (
-                last_received(&log, "allocation").since(STEP) + tau,
-                "claimed",
-            ),
+            "cbaa" | "cbba" => (last("allocation").since(STEP) + tau, "claimed"),
             // Any message is a sign of life.
-            "acbba" | "grape" => (last_received(&log, "").since(STEP) + tau, "claimed"),
+            "acbba" | "grape" => (last("").since(STEP) + tau, "claimed"),
             // One step until the lease ends, half a second of bids, one step until the award is received.
-            _ => (
-                last_received(&log, "allocation") + SimTime(6000 + 500) + STEP + STEP,
-                "awarded",
-            ),
+            _ => {
+                let auction = SimTime(6000 + 500) + STEP + STEP;
+                (last("allocation") + auction, "awarded")
+            }
         };
         // Robots that wait for the end of a unit of work take over later.
-        let is_in_time =
-            next.t_ms == due || (["first-come", "grape"].contains(&allocator) && next.t_ms > due);
+        let may_wait = ["first-come", "grape"].contains(&allocator);
+        let is_in_time = next.t_ms == due || (may_wait && next.t_ms > due);
         assert!(is_in_time, "{allocator}: {next:?}, due at {due}");
         assert_eq!(next.reason, reason, "{allocator}");
     }
@@ -136,7 +123,7 @@ fn the_task_of_a_killed_robot_is_taken_over_in_the_stated_step() {
 /// its load.
 #[test]
 fn a_healed_partition_has_no_duplicate_tasks() {
-    for allocator in CLAIMANTS {
+    for allocator in CLAIMANTS.split(' ') {
         let (_, log) = play(scenario(allocator, PARTITION), 1);
         let mut at: BTreeMap<(SimTime, String), u32> = BTreeMap::new();
         for row in log.each_row::<AllocationRow>().map(|row| row.unwrap()) {
@@ -145,9 +132,8 @@ fn a_healed_partition_has_no_duplicate_tasks() {
             }
         }
         let duplicate_s = |from_s: f64, to_s: f64| {
-            let within = at
-                .iter()
-                .filter(|((t_ms, _), _)| (from_s..to_s).contains(&t_ms.as_secs_f64()));
+            let is_within = |t_ms: &SimTime| (from_s..to_s).contains(&t_ms.as_secs_f64());
+            let within = at.iter().filter(|((t_ms, _), _)| is_within(t_ms));
             let surplus: u32 = within.map(|(_, count)| count - 1).sum();
             f64::from(surplus) * STEP.as_secs_f64()
         };
@@ -161,13 +147,12 @@ fn a_healed_partition_has_no_duplicate_tasks() {
 #[test]
 fn static_never_takes_over() {
     let (_, log) = play(scenario("static", KILL), 1);
-    let events = log.rows::<EventRow>().unwrap();
-    let activated = || events.iter().filter(|row| row.kind == "activated");
-    let of_gold = activated().filter(|row| row.robot == "gold");
-    let tasks: Vec<&str> = of_gold.map(|row| row.detail.as_str()).collect();
-    assert!(!tasks.is_empty());
-    let mut later = activated().filter(|row| row.t_ms.0 > 100_000);
-    assert!(later.all(|row| !tasks.contains(&row.detail.as_str())));
+    let of_gold = log.events_of("gold", "activated");
+    assert!(!of_gold.is_empty());
+    let mut later = log.events("activated");
+    later.retain(|row| row.t_ms.0 > 100_000);
+    let is_taken = |task: &String| of_gold.iter().any(|row| row.detail == *task);
+    assert!(!later.iter().any(|row| is_taken(&row.detail)));
 }
 
 #[test]
@@ -204,36 +189,27 @@ fn the_oracle_counts_only_robots_that_can_work() {
     }
 }
 
-/// The invariants hold in each tick of a large team with a crash and message loss, and items are delivered.
+/// The invariants hold in each tick of a large team and of other missions, with a crash and message loss, and some work
+/// is done.
 #[test]
-fn thirty_robots_work_with_every_allocator() {
+fn thirty_robots_clean_and_small_teams_push_and_observe() {
     for allocator in allocators() {
-        let mut scenario = family(30, 20);
-        scenario.allocator = Some(allocator.to_owned());
-        scenario.limit_s = 200.0;
-        scenario.faults.timeline = loss_and_kill("r1", 100.0);
-        let (_, log, violation) = checked(scenario, LogLevel::Off);
-        assert_eq!(violation, None, "{allocator}");
-        let delivered = log.run.result.mission.get("items.delivered").count();
-        assert!(delivered > 0, "{allocator}");
-    }
-}
-
-#[test]
-fn every_allocator_pushes_and_observes() {
-    for allocator in allocators() {
-        for (mission, victim) in [("parker-box", "blue"), ("cmommt-crowded", "gold")] {
-            let mut scenario = builtin(mission);
+        for (mission, victim, at_s, figure) in [
+            ("", "r1", 100.0, "items.delivered"),
+            ("parker-box", "blue", 30.0, "strokes"),
+            ("cmommt-crowded", "gold", 30.0, "a"),
+        ] {
+            let (mut scenario, limit_s) = match mission {
+                "" => (family(30, 20), 200.0),
+                name => (builtin(name), 120.0),
+            };
             scenario.allocator = Some(allocator.to_owned());
-            scenario.limit_s = scenario.limit_s.min(120.0);
-            scenario.faults.timeline = loss_and_kill(victim, 30.0);
+            scenario.limit_s = scenario.limit_s.min(limit_s);
+            scenario.faults.timeline = loss_and_kill(victim, at_s);
             let (_, log, violation) = checked(scenario, LogLevel::Off);
             assert_eq!(violation, None, "{mission} by {allocator}");
-            let worked = match mission {
-                "parker-box" => log.run.result.mission.get("strokes").count() > 0,
-                _ => log.run.result.mission.get("a").number().unwrap() > 0.0,
-            };
-            assert!(worked, "{mission} by {allocator}");
+            let figure = log.run.result.mission.get(figure).number().unwrap();
+            assert!(figure > 0.0, "{mission} by {allocator}");
         }
     }
 }
@@ -245,11 +221,7 @@ fn the_service_work_of_a_crashed_robot_is_done() {
     for allocator in allocators().filter(|name| *name != "threshold") {
         let (outcome, log, violation) = checked(service(allocator, kill), LogLevel::Off);
         assert_eq!(violation, None, "{allocator}");
-        let expected = match allocator {
-            "static" => Outcome::TimeLimit,
-            _ => Outcome::Complete,
-        };
-        assert_eq!(outcome, expected, "{allocator}");
+        assert_eq!(outcome, expected(allocator, true), "{allocator}");
         let done = log.run.result.mission.get("done").count();
         assert_eq!(done == 24, allocator != "static", "{allocator}: {done}");
     }
@@ -260,16 +232,16 @@ fn a_team_can_mix_allocators_and_the_command_line_overrides_them() {
     let lab = Lab::new();
     let mixed = "limit_s = 60\n[[robots]]\nname = \"blue\"\nside_sensor = true\n\
                  [[robots]]\nname = \"gold\"\nallocator = \"nearest\"\n";
-    std::fs::write(lab.path("mixed.toml"), mixed).unwrap();
-    lab.mission("mixed", &["mixed.toml"]).expect(1);
+    lab.write("mixed.toml", mixed);
+    lab.mission("mixed", "mixed.toml").expect(1);
     let log = lab.log("mixed");
     let weighed = log.rows::<AllocationRow>().unwrap();
     assert!(!weighed.is_empty() && weighed.iter().all(|row| row.robot == "gold"));
     let motivated = log.rows::<MotivationRow>().unwrap();
     assert!(!motivated.is_empty() && motivated.iter().all(|row| row.robot == "blue"));
 
-    lab.mission("all", &["mixed.toml", "--allocator", "static"])
-        .expect(1);
+    let all = "mixed.toml --allocator static";
+    lab.mission("all", all).expect(1);
     assert!(lab.log("all").rows::<MotivationRow>().unwrap().is_empty());
 }
 
@@ -283,24 +255,24 @@ fn bad_allocator_input_gives_one_line_with_its_place() {
         "[allocators.random]\nredraw_s = -1.0\n",
     ];
     let answers = texts.map(|text| {
-        std::fs::write(lab.path("s.toml"), text).unwrap();
-        entry(text, &lab.refusal(&["run", "s.toml", "--out", "none"]))
+        lab.write("s.toml", text);
+        entry(text, &lab.refusal("run s.toml --out none"))
     });
-    let unknown = ["run", "--out", "none", "--allocator", "telepathy"];
-    let unknown = entry(&unknown.join(" "), &lab.refusal(&unknown));
-    insta::assert_snapshot!(answers.concat() + &unknown);
-    assert!(!lab.path("none").exists());
+    let unknown = "run --out none --allocator telepathy";
+    let unknown = entry(unknown, &lab.refusal(unknown));
+    insta::assert_snapshot!(without_allocators(&(answers.concat() + &unknown)));
+    assert!(!lab.exists("none"));
 }
 
 #[test]
 fn allocators_are_listed_with_their_parameters() {
     let lab = Lab::new();
-    let listed = |name: &str| lab.run(&["list", "allocators", name]).expect(0).stdout;
-    let all = lab.run(&["list", "allocators"]).expect(0).stdout;
+    let listed = |name: &str| lab.run(format!("list allocators {name}")).expect(0).stdout;
+    let all = listed("");
     for name in allocators() {
         assert!(all.lines().any(|line| line.starts_with(name)), "{all}");
     }
     assert!(listed("random").contains("redraw_s = 30 s"));
     assert!(listed("threshold").contains("theta_max = 1000"));
-    lab.run(&["list", "allocators", "telepathy"]).expect(2);
+    lab.run("list allocators telepathy").expect(2);
 }

@@ -1,7 +1,7 @@
 //! `alliance check`: its forecasts hold, and its output formats.
 
 use alliance_tests::harness::Lab;
-use alliance_tests::runs::{log_of, run, setup};
+use alliance_tests::runs::{Events, log_of, run, setup};
 use missions::waste::data::{default_scenario, default_setup};
 
 use analysis::check::Check;
@@ -9,6 +9,7 @@ use analysis::check::forecast::Takeover;
 use run_log::{EventRow, LogLevel, MessageRow};
 use scenario::testkit::entry;
 use scenario::{BehaviorSection, Preset, RobotSection, Scenario, Setup, SwitchSection};
+use serde_json::Value;
 
 const PRESETS: [Preset; 3] = [Preset::Thesis, Preset::Par98, Preset::Team];
 const FIND: &str = "find-locations-wander";
@@ -36,9 +37,8 @@ fn stuck(preset: Preset, defaults: &BehaviorSection, switches: SwitchSection) ->
 
 fn forecast_takeover(setup: &Setup) -> Takeover {
     let forecasts = Check::new(setup, &[]).forecasts;
-    let gold = forecasts
-        .iter()
-        .find(|forecast| forecast.robot == "gold" && forecast.set == FIND);
+    let mut forecasts = forecasts.into_iter();
+    let gold = forecasts.find(|forecast| forecast.robot == "gold" && forecast.set == FIND);
     gold.unwrap().takeovers[0].clone()
 }
 
@@ -66,17 +66,14 @@ fn parameters() -> [BehaviorSection; 4] {
 /// heartbeat, up to 1/ρ = 1 s before the teammate left.
 #[track_caller]
 fn assert_agrees(actual_s: f64, forecast_s: f64, setup: &Setup) {
-    let step_s = setup.alliance.step_ms as f64 / 1000.0;
-    let early_s = if setup.alliance.switches.release_message {
-        step_s
-    } else {
-        1.0
+    let alliance = &setup.alliance;
+    let step_s = alliance.step_ms as f64 / 1000.0;
+    let early_s = match alliance.switches.release_message {
+        true => step_s,
+        false => 1.0,
     };
-    assert!(
-        (forecast_s - early_s..=forecast_s + 4.0 * step_s).contains(&actual_s),
-        "{actual_s} instead of {forecast_s} s with {:#?}",
-        setup.alliance
-    );
+    let agrees = (forecast_s - early_s..=forecast_s + 4.0 * step_s).contains(&actual_s);
+    assert!(agrees, "{actual_s}, not {forecast_s} s with {alliance:#?}");
 }
 
 #[test]
@@ -90,18 +87,13 @@ fn a_failing_teammate_is_taken_over_at_the_forecast_time() {
             for switches in [SwitchSection::default(), no_release] {
                 let setup = stuck(preset, &defaults, switches);
                 let log = log_of(run(setup.clone(), LogLevel::Full).1);
-                let messages: Vec<MessageRow> = log.rows().unwrap();
-                let first_heartbeat = messages
-                    .iter()
-                    .find(|row| row.receiver == "gold" && row.state == "executing")
-                    .unwrap();
-                let events: Vec<EventRow> = log.rows().unwrap();
-                let taken_over = events
-                    .iter()
-                    .find(|row| row.kind == "activated" && row.robot == "gold")
-                    .unwrap();
-                let took_s = (taken_over.t_ms - first_heartbeat.t_ms).as_secs_f64();
-                assert_agrees(took_s, forecast_takeover(&setup).failing_s, &setup);
+                let mut messages = log.rows::<MessageRow>().unwrap().into_iter();
+                let first_heartbeat =
+                    messages.find(|row| row.receiver == "gold" && row.state == "executing");
+                let taken_over = &log.events_of("gold", "activated")[0];
+                let took = taken_over.t_ms - first_heartbeat.unwrap().t_ms;
+                let forecast_s = forecast_takeover(&setup).failing_s;
+                assert_agrees(took.as_secs_f64(), forecast_s, &setup);
             }
         }
     }
@@ -111,43 +103,33 @@ fn a_failing_teammate_is_taken_over_at_the_forecast_time() {
 #[test]
 fn a_working_teammate_keeps_its_task_and_its_work_takes_the_estimated_time() {
     let setup = default_setup(1);
-    let check = Check::new(&setup, &[]);
-    let of = |robot: &str, set: &str| {
-        let mut all = check.forecasts.iter();
-        all.find(|forecast| forecast.robot == robot && forecast.set == set)
-            .unwrap()
+    let forecasts = Check::new(&setup, &[]).forecasts;
+    let estimated_s = |robot: &str, set: &str| {
+        let mut all = forecasts.iter();
+        let found = all.find(|forecast| forecast.robot == robot && forecast.set == set);
+        found.unwrap().work_s
     };
     let log = log_of(run(setup.clone(), LogLevel::Full).1);
     let events: Vec<EventRow> = log.rows().unwrap();
 
     let mut deliveries = 0;
-    for robot in setup
-        .scenario
-        .robots
-        .iter()
-        .map(|robot| robot.name.as_str())
-    {
+    for robot in setup.scenario.robots.iter().map(|robot| &robot.name) {
+        // The active set, with the time of its latest delivery.
         let mut working = None;
-        for row in events.iter().filter(|row| row.robot == robot) {
-            match row.kind.as_str() {
-                "activated" => working = Some((row.subject.as_str(), None)),
-                "hibernated" => {
+        for row in events.iter().filter(|row| row.robot == *robot) {
+            match (row.kind.as_str(), working) {
+                ("activated", _) => working = Some((row.subject.as_str(), None)),
+                ("hibernated", _) => {
                     assert!(!row.reason.starts_with("acquiesced"), "{row:?}");
                     working = working.filter(|&(set, _)| set != row.subject);
                 }
-                "delivered" => {
-                    // A robot that has just left the task may still drop the last item.
-                    let Some((set, before)) = working else {
-                        continue;
-                    };
+                // A robot that has just left the task may still drop the last item.
+                ("delivered", Some((set, before))) => {
                     if let Some(before) = before {
                         let took_s = (row.t_ms - before).as_secs_f64();
-                        let estimated_s = of(robot, set).work_s;
-                        let least_s = estimated_s / 2.0;
-                        assert!(
-                            (least_s..1.25 * estimated_s).contains(&took_s),
-                            "{took_s} s"
-                        );
+                        let estimated_s = estimated_s(robot, set);
+                        let likely_s = estimated_s / 2.0..1.25 * estimated_s;
+                        assert!(likely_s.contains(&took_s), "{took_s} s");
                         deliveries += 1;
                     }
                     working = Some((set, Some(row.t_ms)));
@@ -157,54 +139,37 @@ fn a_working_teammate_keeps_its_task_and_its_work_takes_the_estimated_time() {
         }
     }
     assert!(deliveries >= 18, "{deliveries}");
-    let movers = check
-        .forecasts
-        .iter()
-        .filter(|forecast| forecast.set.starts_with("move-spill"));
-    for takeover in movers.flat_map(|forecast| &forecast.takeovers) {
-        assert_eq!(takeover.working_s, None);
-    }
+    let movers = forecasts.iter();
+    let movers = movers.filter(|forecast| forecast.set.starts_with("move-spill"));
+    let mut takeovers = movers.flat_map(|forecast| &forecast.takeovers);
+    assert!(takeovers.all(|takeover| takeover.working_s.is_none()));
 }
 
 #[test]
 fn check_prints_a_table_for_people_and_json_for_programs() {
     let lab = Lab::new();
-    let shown = lab.run(&["check"]).expect(0);
+    let shown = lab.run("check").expect(0);
     assert_eq!(shown.stdout, "");
     let lines: Vec<&str> = shown.stderr.lines().collect();
     let sets = ["find-locations-", "move-spill(", "report-progress"];
     let is_row = |line: &&&str| sets.iter().any(|set| line.starts_with(set));
-    assert_eq!(
-        lines.iter().filter(is_row).count(),
-        5,
-        "all robots of a set have the same figures: {}",
-        shown.stderr
-    );
     let widths = lines.iter().filter(is_row).map(|line| line.chars().count());
-    assert!(widths.max() <= Some(80), "{}", shown.stderr);
+    let widths: Vec<usize> = widths.collect();
+    assert!(widths.iter().max() <= Some(&80), "{}", shown.stderr);
+    // All robots of a set have the same figures.
+    assert_eq!(widths.len(), 5, "{}", shown.stderr);
     assert_eq!(lines[lines.len() - 1], "waste-cleanup: no warnings");
 
     // Warnings are no failure: the exit status is 0.
-    std::fs::write(
-        lab.path("mine.properties"),
-        "timeBeforeYielding.move-spill(top) = 20\n",
-    )
-    .unwrap();
-    let check = lab.run(&[
-        "check",
-        "waste-cleanup",
-        "--params",
-        "mine.properties",
-        "--json",
-    ]);
+    let mine = "timeBeforeYielding.move-spill(top) = 20\n";
+    lab.write("mine.properties", mine);
+    let check = lab.run("check waste-cleanup --params mine.properties --json");
     let json = check.expect(0).json();
     assert_eq!(json["sets"].as_array().unwrap().len(), 13);
-    assert_eq!(json["sets"][2]["behavior_set"], "move-spill(top)");
-    assert_eq!(json["sets"][2]["yields_s"], 20.0);
-    assert_eq!(
-        json["sets"][2]["takeovers"][0]["working_s"],
-        serde_json::Value::Null
-    );
+    let set = &json["sets"][2];
+    assert_eq!(set["behavior_set"], "move-spill(top)");
+    assert_eq!(set["yields_s"], 20.0);
+    assert_eq!(set["takeovers"][0]["working_s"], Value::Null);
     let warnings = json["warnings"].as_array().unwrap();
     assert_eq!(warnings.len(), 1);
     assert_eq!(warnings[0]["kind"], "yields-too-early");
@@ -214,12 +179,12 @@ fn check_prints_a_table_for_people_and_json_for_programs() {
 #[test]
 fn mistakes_give_one_line() {
     let lab = Lab::new();
-    std::fs::write(lab.path("bad.toml"), "[alliance]\nthreshold = -1.0\n").unwrap();
+    lab.write("bad.toml", "[alliance]\nthreshold = -1.0\n");
     let commands = [
-        &["check", "nowhere"][..],
-        &["check", "bad.toml"],
-        &["check", "--params", "none.properties"],
+        "check nowhere",
+        "check bad.toml",
+        "check --params none.properties",
     ];
-    let answers = commands.map(|command| entry(&command.join(" "), &lab.refusal(command)));
+    let answers = commands.map(|command| entry(command, &lab.refusal(command)));
     insta::assert_snapshot!(answers.concat());
 }

@@ -18,6 +18,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use alliance_tests::harness::Lab;
+use alliance_tests::runs::allocators;
+use alliance_tests::testkit::in_repository;
 
 /// The marker before and after the output of each command. No command prints it.
 const MARK: &str = "\u{1}mark";
@@ -78,14 +80,12 @@ fn comment<'a>(line: &'a str, kind: &str) -> Option<&'a str> {
 
 /// Runs the commands in a shell and returns the output and exit status of each.
 fn session(lab: &Lab, commands: &[Typed]) -> Vec<(String, i32)> {
-    let programs = lab.path("bin");
-    fs::create_dir(&programs).unwrap();
-    symlink(
-        env!("CARGO_BIN_EXE_alliance-under-test"),
-        programs.join("alliance"),
-    )
-    .unwrap();
-    fs::create_dir(lab.path("runtime")).unwrap();
+    let [programs, runtime, folder] = ["bin", "runtime", "session"].map(|name| lab.path(name));
+    for folder in [&programs, &runtime, &folder] {
+        fs::create_dir(folder).unwrap();
+    }
+    let program = env!("CARGO_BIN_EXE_alliance-under-test");
+    symlink(program, programs.join("alliance")).unwrap();
     // In the README, cargo runs the same program. `cargo test` is not repeated here.
     let mut script = String::from(
         "set -m\ncargo() { if [[ $1 == test ]]; then true; else shift 3; alliance \"$@\"; fi; }\n\
@@ -99,41 +99,32 @@ fn session(lab: &Lab, commands: &[Typed]) -> Vec<(String, i32)> {
             typed.command
         );
     }
-    fs::write(lab.path("session.sh"), script).unwrap();
-    let folder = lab.path("session");
-    fs::create_dir(&folder).unwrap();
+    lab.write("session.sh", script);
     // The documents use plans and clients from these folders.
     for name in ["analysis", "campaigns", "tests"] {
-        symlink(root().join(name), folder.join(name)).unwrap();
+        symlink(in_repository(name), folder.join(name)).unwrap();
     }
+    let bash = "exec timeout --kill-after=5 600 bash ../session.sh 2>&1";
+    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
     let output = Command::new("bash")
-        .args([
-            "-c",
-            "exec timeout --kill-after=5 600 bash ../session.sh 2>&1",
-        ])
+        .args(["-c", bash])
         .current_dir(&folder)
-        .env("XDG_RUNTIME_DIR", lab.path("runtime"))
+        .env("XDG_RUNTIME_DIR", runtime)
         .env("RUST_BACKTRACE", "0")
         .env_remove("RUST_LOG")
-        .env(
-            "PATH",
-            format!("{}:{}", programs.display(), std::env::var("PATH").unwrap()),
-        )
+        .env("PATH", path)
         .stdin(Stdio::null())
         .output()
         .unwrap();
     let printed = String::from_utf8(output.stdout).unwrap();
     let mut parts = printed.split(MARK).skip(1);
-    commands
-        .iter()
-        .map(|typed| {
-            let output = parts.next().unwrap_or_else(|| panic!("{printed}"));
-            let after = parts.next();
-            let status = after.and_then(|after| after.trim().parse().ok());
-            let status = status.unwrap_or_else(|| panic!("{}: {output}", typed.command));
-            (output.trim_start_matches('\n').to_owned(), status)
-        })
-        .collect()
+    let results = commands.iter().map(|typed| {
+        let output = parts.next().unwrap_or_else(|| panic!("{printed}"));
+        let status = parts.next().and_then(|after| after.trim().parse().ok());
+        let status = status.unwrap_or_else(|| panic!("{}: {output}", typed.command));
+        (output.trim_start_matches('\n').to_owned(), status)
+    });
+    results.collect()
 }
 
 fn is_like(line: &str, shown: &str) -> bool {
@@ -173,13 +164,6 @@ fn is_progress(line: &str) -> bool {
         .is_some_and(|((done, of), rest)| is_count(done) && is_count(of) && rest.contains(" left"))
 }
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .unwrap()
-        .to_owned()
-}
-
 /// Returns a report of all commands whose output differs from the document.
 fn differences(document: &Path) -> String {
     let text = fs::read_to_string(document).unwrap();
@@ -211,24 +195,42 @@ fn differences(document: &Path) -> String {
 
 #[test]
 fn the_console_blocks_of_the_readme_are_real_output() {
-    let wrong = differences(&root().join("README.md"));
-    assert!(wrong.is_empty(), "{wrong}");
+    assert_eq!(differences(&in_repository("README.md")), "");
 }
 
 #[test]
 fn the_console_blocks_of_the_book_are_real_output() {
-    let chapters = documents(&root().join("docs/book"));
-    let wrong: String = chapters
-        .iter()
-        .map(|chapter| differences(chapter))
-        .collect();
-    assert!(wrong.is_empty(), "{wrong}");
+    let chapters = documents(&in_repository("docs/book"));
+    let wrong = chapters.iter().map(|chapter| differences(chapter));
+    assert_eq!(wrong.collect::<String>(), "");
+}
+
+/// Each allocator has a row with a link to its page, and each page is in the table of contents.
+#[test]
+fn every_allocator_has_a_row_and_a_page() {
+    let table = fs::read_to_string(in_repository("docs/ALLOCATORS.md")).unwrap();
+    let contents = fs::read_to_string(in_repository("docs/SUMMARY.md")).unwrap();
+    for name in allocators() {
+        let mut rows = table.lines().filter(|line| line.starts_with("| ["));
+        let of_table = |row: &&str| row.contains(&format!("[`{name}`](allocators/"));
+        // The page of the default allocator is the specification.
+        let is_listed = name == "alliance" || rows.any(|row| of_table(&row));
+        assert!(
+            is_listed,
+            "docs/ALLOCATORS.md: no row [`{name}`](allocators/…)"
+        );
+    }
+    for page in documents(&in_repository("docs/allocators")) {
+        let name = page.file_name().unwrap().to_string_lossy().into_owned();
+        let is_listed = contents.contains(&format!("(allocators/{name})"));
+        assert!(is_listed, "docs/SUMMARY.md: no line for allocators/{name}");
+    }
 }
 
 #[test]
 fn relative_links_lead_to_existing_files() {
     let mut wrong = String::new();
-    for document in documents(&root()) {
+    for document in documents(&in_repository("")) {
         let text = fs::read_to_string(&document).unwrap();
         let folder = document.parent().unwrap();
         for link in text.split("](").skip(1) {

@@ -29,19 +29,17 @@ fn random_scenario(seed: u64) -> Scenario {
     base.limit_s = 240.0;
     base.step_ms = 100;
     let is_drawn = mission.random_section().is_some() && turn.is_multiple_of(3);
+    let (min, max, until_s) = (0, 12, 200.0);
+    let sides = LengthRange {
+        min: 6.0,
+        max: 16.0,
+    };
     let drawn = RandomMission {
-        room: is_drawn.then_some(LengthRange {
-            min: 6.0,
-            max: 16.0,
-        }),
+        room: is_drawn.then_some(sides),
         robots: is_drawn.then_some(CountRange { min: 1, max: 8 }),
         mission: is_drawn.then(|| mission.name().to_owned()),
         obstacles: None,
-        faults: Some(RandomFaults {
-            min: 0,
-            max: 12,
-            until_s: 200.0,
-        }),
+        faults: Some(RandomFaults { min, max, until_s }),
     };
     let mut scenario = drawn.draw(base, seed);
     scenario.allocator = Some(allocator.name.to_owned());
@@ -70,8 +68,8 @@ fn assert_figures_agree(seeds: impl Iterator<Item = u64>) {
     let mut runs = 0;
     for seed in seeds {
         let log = random_run(seed);
-        let mut found = figures::run_file(&log).unwrap();
-        found.extend(figures::report(&log).unwrap());
+        let mut found = figures::run_file(&log).unwrap().0;
+        found.extend(figures::report(&log).unwrap().0);
         runs += 1;
         let scenario = &log.run.setup.scenario;
         let (mission, allocators) = (scenario.mission().name(), scenario.allocator_list());
@@ -104,8 +102,12 @@ fn a_wrong_figure_is_detected() {
         |run| run.result.mission.add("more", 1_u32),
         |run| run.result.robots.values_mut().next().unwrap().incarnations += 1,
         |run| {
-            let robot = run.result.robots.values_mut().next_back().unwrap();
-            robot.messages_received += 1;
+            run.result
+                .robots
+                .values_mut()
+                .next_back()
+                .unwrap()
+                .messages_received += 1
         },
     ];
     for seed in 0..4 {
@@ -114,7 +116,8 @@ fn a_wrong_figure_is_detected() {
         for change in changes {
             log.run = right.clone();
             change(&mut log.run);
-            assert_eq!(figures::run_file(&log).unwrap().len(), 1, "seed {seed}");
+            let found = figures::run_file(&log).unwrap().0;
+            assert_eq!(found.len(), 1, "seed {seed}: {found:?}");
         }
     }
 }

@@ -1,15 +1,15 @@
 //! A hostile client on the bus: its messages are counted and ignored.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::DirEntry;
+use std::io::Write;
 use std::os::unix::net::UnixStream;
-use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use alliance_tests::harness::{Finished, Lab};
+use alliance_tests::damage::corpus;
+use alliance_tests::harness::{Finished, Lab, expect_all};
 use alliance_tests::operator::{MEMORY_MIB, announced, connect, hash, peak_memory};
 use alliance_tests::testkit::ROBOTS;
-use cluster::rendezvous::ConnectionRole;
+use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use missions::waste::data::WASTE;
 use proto::codec::{LIMIT_BYTES, encode};
 use proto::control::{ControlCommand, Request};
@@ -68,7 +68,7 @@ struct HostileClient {
     session: Session,
     keys: KeyExpressions,
     secret: Secret,
-    token: String,
+    run: Rendezvous,
     captured: Arc<Mutex<BTreeMap<String, Captured>>>,
     tokens: Arc<Mutex<Vec<String>>>,
     rng: ChaCha8Rng,
@@ -106,7 +106,7 @@ impl HostileClient {
                 .wait()
                 .unwrap();
         }
-        let tokens = Arc::new(Mutex::new(Vec::new()));
+        let tokens = Arc::<Mutex<Vec<String>>>::default();
         let seen = Arc::clone(&tokens);
         session
             .liveliness()
@@ -120,7 +120,7 @@ impl HostileClient {
             session,
             keys,
             secret: Secret::from_token(&run.token),
-            token: run.token,
+            run,
             captured,
             tokens,
             rng: ChaCha8Rng::seed_from_u64(3),
@@ -152,11 +152,9 @@ impl HostileClient {
             let query = self.session.get(key).payload(payload).callback(|_| {});
             query.wait().unwrap();
         } else {
-            self.session
-                .put(key, payload)
-                .congestion_control(CongestionControl::Block)
-                .wait()
-                .unwrap();
+            let put = self.session.put(key, payload);
+            let put = put.congestion_control(CongestionControl::Block);
+            put.wait().unwrap();
         }
     }
 
@@ -174,10 +172,9 @@ impl HostileClient {
                 _ => None,
             };
         }
-        let encoding = if is_json {
-            Encoding::APPLICATION_JSON
-        } else {
-            Encoding::ZENOH_BYTES
+        let encoding = match is_json {
+            true => Encoding::APPLICATION_JSON,
+            false => Encoding::ZENOH_BYTES,
         };
         if self.rng.random() {
             let query = self.session.get(key).payload(payload).encoding(encoding);
@@ -238,12 +235,9 @@ impl HostileClient {
     fn real(&mut self, key: &str, late: bool) -> Vec<u8> {
         let pick = self.rng.random_range(0..KEPT);
         let captured = self.captured.lock().unwrap();
-        let found = captured.get(key).and_then(|messages| {
-            if late {
-                messages.latest.iter().cycle().nth(pick).cloned()
-            } else {
-                messages.first.iter().cycle().nth(pick).cloned()
-            }
+        let found = captured.get(key).and_then(|messages| match late {
+            true => messages.latest.iter().cycle().nth(pick).cloned(),
+            false => messages.first.iter().cycle().nth(pick).cloned(),
         });
         drop(captured);
         found.unwrap_or_else(|| self.noise(1..100))
@@ -254,36 +248,33 @@ impl HostileClient {
         if key == self.keys.control() {
             return encode(&self.request()).unwrap();
         }
-        let kinds = ["tick", "report", "process", "view", "join", "team"];
+        let kinds = ["tick", "report", "process", "view", "join"];
         let kind = kinds
             .into_iter()
             .find(|kind| key.contains(&format!("/{kind}")));
         let start = match kind {
             Some("process") => "process_news",
             Some("join") => "join_request",
-            Some("team") | None => "broadcast",
             Some(kind) => kind,
+            None => "broadcast",
         };
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/decode");
-        let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap());
-        let fits = |file: &DirEntry| file.file_name().to_string_lossy().starts_with(start);
-        let files: Vec<DirEntry> = files.filter(fits).collect();
-        std::fs::read(files[self.rng.random_range(0..files.len())].path()).unwrap()
+        let mut messages = corpus("decode");
+        messages.retain(|(name, _)| name.starts_with(start));
+        messages
+            .swap_remove(self.rng.random_range(0..messages.len()))
+            .1
     }
 
     /// Seals bytes for a key with the secret of its sender.
     fn sealed(&self, key: &str, bytes: &[u8]) -> Vec<u8> {
-        let sender = self
-            .keys
-            .parse_robot(key)
-            .filter(|_| !key.contains("/team/"));
-        let sender = sender.or_else(|| {
-            key.contains("/join/")
-                .then(|| KeyExpressions::parse_sender(key))
-        });
+        let sender = match key {
+            _ if key.contains("/join/") => Some(KeyExpressions::parse_sender(key)),
+            _ if key.contains("/team/") => None,
+            _ => self.keys.parse_robot(key),
+        };
         let secret = sender.map_or_else(
             || self.secret.clone(),
-            |name| Secret::of_robot(&self.token, name),
+            |name| Secret::of_robot(&self.run.token, name),
         );
         [bytes, &secret.seal_of(key, bytes)].concat()
     }
@@ -293,26 +284,17 @@ impl HostileClient {
         let mut keys = vec![self.keys.alive_world(), self.keys.alive("nobody", 1)];
         for robot in ROBOTS {
             keys.extend((0..4).map(|incarnation| self.keys.alive(robot, incarnation)));
-            keys.push(format!(
-                "{}/{:016x}",
-                self.keys.alive(robot, 1),
-                self.rng.random::<u64>()
-            ));
+            let stamp = self.rng.random::<u64>();
+            keys.push(format!("{}/{stamp:016x}", self.keys.alive(robot, 1)));
         }
         keys.extend(self.tokens.lock().unwrap().iter().cloned());
         keys.sort();
         keys.dedup();
-        let declared: Vec<_> = keys
-            .iter()
-            .map(|key| {
-                self.session
-                    .liveliness()
-                    .declare_token(key.clone())
-                    .wait()
-                    .unwrap()
-            })
-            .collect();
-        for token in declared {
+        let declared = keys.into_iter().map(|key| {
+            let token = self.session.liveliness().declare_token(key);
+            token.wait().unwrap()
+        });
+        for token in declared.collect::<Vec<_>>() {
             token.undeclare().wait().unwrap();
         }
     }
@@ -339,36 +321,39 @@ fn mission_under_attack(
     out: &str,
     mut attack: impl FnMut(&mut HostileClient),
 ) -> (Finished, Vec<Finished>) {
-    let mut world = lab.start(&["cluster", "world", "--out", out, "--speed", "30x"]);
+    let mut world = lab.world(out, "--speed 30x");
     let mut client = HostileClient::intrude(lab);
     // These tokens exist before their agents.
     client.juggle_tokens();
-    let agents = ROBOTS.map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
+    let agents = ROBOTS.map(|robot| lab.agent(robot));
     world.wait_for_stderr("all robots are here; started");
     // Real requests, which the client captures and replays.
     for _ in 0..3 {
-        lab.run(&["status", "--json"]).expect(0);
+        lab.run("status --json").expect(0);
     }
     while world.is_running() {
         attack(&mut client);
         for process in agents.iter().chain([&world]) {
-            let peak = peak_memory(process.pid()).unwrap_or(0);
+            let peak = peak_memory(process.pid()).unwrap_or_default();
             assert!(peak < MEMORY_MIB, "{peak} MiB:\n{}", process.stderr());
         }
     }
     let _ = client.session.close().wait();
-    let agents = agents.map(|agent| agent.wait().expect(0));
-    (world.wait().expect(0), agents.into())
+    let agents = expect_all(agents, 0);
+    (world.wait().expect(0), agents)
 }
 
+/// A client in the team's session, and clients without the token: without a password, with a wrong one, or with a
+/// broken greeting. The latter get no session.
 #[test]
-fn a_hostile_client_on_the_bus_changes_nothing() {
+fn a_hostile_client_on_the_bus_changes_nothing_and_without_the_token_there_is_no_session() {
     let lab = Lab::new();
-    lab.mission("quiet", &["--log", "off"]).expect(0);
+    lab.mission("quiet", "--log off").expect(0);
     let quiet = hash(&lab, "quiet");
 
     let mut left: BTreeMap<Kind, usize> = KINDS.iter().map(|kind| (*kind, EACH)).collect();
     let mut round = 0;
+    let mut strangers = Strangers::default();
     while left.values().any(|count| *count > 0) {
         round += 1;
         let out = format!("round-{round}");
@@ -376,6 +361,7 @@ fn a_hostile_client_on_the_bus_changes_nothing() {
         let (world, agents) = mission_under_attack(&lab, &out, |client| {
             let keys = client.all_keys();
             client.juggle_tokens();
+            strangers.try_to_enter(&client.run);
             for key in keys.iter().cycle().take(20 * keys.len()) {
                 for kind in KINDS {
                     let left = left.get_mut(&kind).unwrap();
@@ -390,9 +376,8 @@ fn a_hostile_client_on_the_bus_changes_nothing() {
         });
         assert_eq!(hash(&lab, &out), quiet, "{}", world.stderr);
 
-        let host = std::fs::read_to_string(lab.path(&out).join("host.json")).unwrap();
-        let host: serde_json::Value = serde_json::from_str(&host).unwrap();
-        println!("put {put:?}, refused {}", host["refused"]);
+        let refused = &lab.json(&format!("{out}/host.json"))["refused"];
+        println!("put {put:?}, refused {refused}");
         // Agents refuse ticks and broadcasts, observers refuse views.
         for (kind, count) in [
             ("join", put["blue"]),
@@ -402,69 +387,53 @@ fn a_hostile_client_on_the_bus_changes_nothing() {
             ("token", 1),
         ] {
             // Some messages do not count: too large for the bus, too late for the run, or refused by a reply.
-            let refused = host["refused"][kind].as_u64().unwrap_or(0);
+            let refused = refused[kind].as_u64().unwrap_or(0);
             assert!(refused * 10 >= count * 8, "{refused} of {count} {kind}");
         }
         for process in agents.iter().chain([&world]) {
             let warnings = process.stderr.matches("message ignored").count();
-            assert!(
-                (1..1000).contains(&warnings),
-                "{warnings} lines of {}",
-                process.name
-            );
+            let is_limited = (1..1000).contains(&warnings);
+            assert!(is_limited, "{warnings} lines of {}", process.name);
         }
         for agent in agents {
             for kind in ["tick", "team"] {
-                let counted = format!("messages ignored in this incarnation kind=\"{kind}\"");
-                assert!(agent.stderr.contains(&counted), "{}", agent.stderr);
+                agent.shows(&format!(
+                    "messages ignored in this incarnation kind=\"{kind}\""
+                ));
             }
         }
     }
+    assert!(strangers.tried > 10, "{}", strangers.tried);
 }
 
-/// A client without the token gets no session: without a password, with a wrong one, or with a broken greeting. Many
-/// attempts change no byte of the run.
-#[test]
-fn a_client_without_the_token_gets_no_session() {
-    let lab = Lab::new();
-    lab.mission("quiet", &["--log", "off"]).expect(0);
-    let quiet = hash(&lab, "quiet");
+/// Clients without the token.
+#[derive(Default)]
+struct Strangers {
+    tried: u32,
+    sockets: Vec<UnixStream>,
+}
 
-    let mut world = lab.start(&["cluster", "world", "--out", "out", "--speed", "30x"]);
-    let run = announced(&lab);
-    let agents = ROBOTS.map(|robot| lab.start(&["cluster", "agent", "--robot", robot]));
-    world.wait_for_stderr("all robots are here; started");
-    let right = cluster::session::client(&run.login(ConnectionRole::Team).unwrap(), false);
-    let mut client = run.login(ConnectionRole::Team).unwrap();
-    client.password = "0f5c31c27ad2bd0a".to_owned();
-    let wrong = cluster::session::client(&client, false);
-    let auth = right.find("auth:").unwrap();
-    let (before, after) = right.split_at(auth);
-    let none = format!("{before}{}", &after[after.find("link:").unwrap()..]);
-    let address = run.team.endpoint.strip_prefix("unixsock-stream/").unwrap();
-    let (mut tried, mut sockets) = (0, Vec::new());
-    while world.is_running() {
+impl Strangers {
+    /// Tries a session with a wrong password and one without a password, and sends half a greeting.
+    fn try_to_enter(&mut self, run: &Rendezvous) {
+        let mut login = run.login(ConnectionRole::Team).unwrap();
+        let right = cluster::session::client(&login, true);
+        login.password = "0f5c31c27ad2bd0a".to_owned();
+        let wrong = cluster::session::client(&login, true);
+        let (before, after) = right.split_at(right.find("auth:").unwrap());
+        let none = format!("{before}{}", &after[after.find("link:").unwrap()..]);
         for config in [&wrong, &none] {
-            let once = config.replace("timeout_ms: 10000", "timeout_ms: 0");
-            let config = zenoh::Config::from_json5(&once).unwrap();
-            let session = zenoh::open(config).wait();
-            assert!(session.is_err() || !world.is_running(), "{once}");
-            tried += 1;
+            let config = zenoh::Config::from_json5(config).unwrap();
+            assert!(zenoh::open(config).wait().is_err());
+            self.tried += 1;
         }
         // The connection stays open after half a greeting.
+        let address = run.team.endpoint.strip_prefix("unixsock-stream/").unwrap();
         if let Ok(mut socket) = UnixStream::connect(address)
-            && sockets.len() < 100
+            && self.sockets.len() < 100
         {
-            let _ = std::io::Write::write_all(&mut socket, &[9, 0, 1, 2, 3]);
-            sockets.push(socket);
+            let _ = socket.write_all(&[9, 0, 1, 2, 3]);
+            self.sockets.push(socket);
         }
-        let peak = peak_memory(world.pid()).unwrap_or(0);
-        assert!(peak < MEMORY_MIB, "{peak} MiB");
     }
-    assert!(tried > 10, "{tried}");
-    world.wait().expect(0);
-    for agent in agents {
-        agent.wait().expect(0);
-    }
-    assert_eq!(hash(&lab, "out"), quiet);
 }

@@ -38,55 +38,32 @@ fn teams_can_alternate_share_workspaces_and_return_events_without_a_log() {
             break outcome;
         }
     };
-    for ((setup, team), events) in setups.into_iter().zip(teams).zip(events) {
+    for ((setup, team), returned) in setups.into_iter().zip(teams).zip(events) {
         let (_, alone) = run(setup, LogLevel::Full);
         let (ended, _) = team.end(outcome).unwrap();
         assert_eq!(ended.hash, Some(alone.hash()));
-        let logged: Vec<_> = log_of(alone)
-            .rows::<EventRow>()
-            .unwrap()
-            .into_iter()
-            .map(|row| {
-                let EventRow {
-                    t_ms,
-                    kind,
-                    robot,
-                    subject,
-                    reason,
-                    detail,
-                } = row;
-                (t_ms, kind, robot, subject, reason, detail)
-            })
-            .collect();
-        let returned: Vec<_> = events
-            .into_iter()
-            .map(|event| {
-                let (subject, reason) = (event.subject, event.reason);
-                (
-                    event.t_ms,
-                    event.kind,
-                    event.robot,
-                    subject,
-                    reason,
-                    event.detail,
-                )
-            })
-            .collect();
+        let logged = log_of(alone).rows::<EventRow>().unwrap();
         assert!(logged.len() > 10);
-        assert_eq!(returned, logged);
+        let returned = returned.into_iter().map(|event| EventRow {
+            t_ms: event.t_ms,
+            kind: event.kind,
+            robot: event.robot,
+            subject: event.subject,
+            reason: event.reason,
+            detail: event.detail,
+        });
+        assert_eq!(returned.collect::<Vec<_>>(), logged);
     }
 }
 
 #[test]
 fn a_driven_body_follows_its_commands_until_its_agent_drives_again() {
-    let (robot, turn) = (
-        RobotId(1),
-        BodyCommand {
-            speed_m_s: 0.0,
-            turn_rad_s: 0.5,
-            action: None,
-        },
-    );
+    let robot = RobotId(1);
+    let turn = BodyCommand {
+        speed_m_s: 0.0,
+        turn_rad_s: 0.5,
+        action: None,
+    };
     let nearest = || {
         let mut setup = setup(1);
         setup.scenario.allocator = Some("nearest".to_owned());
@@ -106,10 +83,8 @@ fn a_driven_body_follows_its_commands_until_its_agent_drives_again() {
     let turned = step(&mut team, 20);
     assert_eq!(turned.position, before.position);
     let angle = (turned.heading_rad - before.heading_rad).rem_euclid(std::f32::consts::TAU);
-    assert!(
-        (angle - 0.5).abs() < 1e-4,
-        "20 ticks of 50 ms at 0.5 rad/s: {angle}"
-    );
+    // 20 ticks of 50 ms at 0.5 rad/s.
+    assert!((angle - 0.5).abs() < 1e-4, "{angle}");
     assert_ne!(step(&mut free, 20).position, before.position);
 
     team.drive(robot, None);

@@ -1,8 +1,8 @@
 //! L-ALLIANCE in whole missions: its strategies, and its laws to the step.
 
-use alliance_tests::runs::{log_of, parse, play, run, setup, vocabulary};
+use alliance_tests::runs::{Events, log_of, parse, play, run, setup, vocabulary};
 use proto::tick::Outcome;
-use run_log::{EventRow, LogLevel, MessageRow, RunLog};
+use run_log::{LogLevel, MessageRow, RunLog};
 use scenario::mission::FigureValue;
 use scenario::{Profile, Setup};
 
@@ -44,14 +44,12 @@ fn two(
          [[robots]]\nname = 'blue'\nskills = {{ work = 1 }}\n[[robots]]\nname = 'gold'\nskills = {{ work = 1 }}\n"
     );
     let scenario = parse(&text);
-    let profile: String = ["blue", "gold"]
-        .iter()
-        .map(|robot| {
-            let time = |time_s: f64| format!("{{ trials = 1, latest_s = [{time_s}] }}");
-            let (blue, gold) = (time(blue_s), time(gold_s));
-            format!("[{robot}.'serve(work)']\nblue = {blue}\ngold = {gold}\n")
-        })
-        .collect();
+    let profile = ["blue", "gold"].map(|robot| {
+        let [blue, gold] =
+            [blue_s, gold_s].map(|time_s| format!("{{ trials = 1, latest_s = [{time_s}] }}"));
+        format!("[{robot}.'serve(work)']\nblue = {blue}\ngold = {gold}\n")
+    });
+    let profile = profile.concat();
     let setup = Setup {
         profile: Profile::parse("p.toml", &profile, &scenario, &vocabulary()).unwrap(),
         ..setup(scenario, 1)
@@ -61,9 +59,7 @@ fn two(
 
 /// Returns the time of a robot's first activation, in ms.
 fn activated(log: &RunLog, robot: &str) -> Option<u64> {
-    let mut rows = log.each_row::<EventRow>().map(|row| row.unwrap());
-    let found = rows.find(|row| row.kind == "activated" && row.robot == robot);
-    found.map(|row| row.t_ms.0)
+    log.times_of(robot, "activated").first().copied()
 }
 
 /// Returns the times at which blue received gold's first and last heartbeat with the task, in ms.
@@ -114,9 +110,7 @@ fn a_crashed_robot_is_taken_over_after_tau_at_the_learned_rate() {
         let expected_s = first as f64 / 1000.0 + slow_s + 8.0 * (1.0 - slow_s / 60.0);
         let taken_s = activated(&log, "blue").unwrap() as f64 / 1000.0;
         let step_s = step_ms as f64 / 1000.0;
-        assert!(
-            (taken_s - expected_s).abs() <= step_s + 1e-9,
-            "{taken_s}, not {expected_s} s"
-        );
+        let is_on_time = (taken_s - expected_s).abs() <= step_s + 1e-9;
+        assert!(is_on_time, "{taken_s}, not {expected_s} s");
     }
 }

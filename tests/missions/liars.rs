@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use alliance_tests::harness::Lab;
 use alliance_tests::lies;
-use alliance_tests::runs::{self, allocators, log_of, vocabulary};
+use alliance_tests::runs::{self, Events, allocators, log_of, vocabulary};
 use analysis::replay::replay;
 use in_process::{AnswerError, AnswerSource, Team, joins_of};
 use proto::mission::{Payload, SharedKnowledge};
@@ -13,7 +13,7 @@ use proto::team::{
     Broadcast, BroadcastContent, Bulletin, BulletinKind, BulletinSubject, Heartbeat, TaskState,
 };
 use proto::tick::{Outcome, Report, TickMessage};
-use run_log::{EventRow, Input, LogLevel, MemoryLog, RunLog, RunOutcome};
+use run_log::{Input, LogLevel, MemoryLog, RunLog, RunOutcome};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -52,10 +52,8 @@ fn setup(mission: usize, allocator: usize, limit_s: f64) -> Setup {
 /// Runs the setup with the lies. Checks that no other robot leaves the run and that a replay is identical.
 #[track_caller]
 fn run(setup: Setup, lies: Vec<Broadcast>) -> (Outcome, RunLog) {
-    let (inputs, name) = (
-        joins_of(&setup),
-        setup.scenario.robots[LIAR.index()].name.clone(),
-    );
+    let inputs = joins_of(&setup);
+    let name = setup.scenario.robots[LIAR.index()].name.clone();
     let source = Some(Box::new(Liar(lies)) as Box<dyn AnswerSource>);
     let memory = MemoryLog::default();
     let team = Team::with_answer_source(setup, inputs, LogLevel::Full, memory, source).unwrap();
@@ -84,23 +82,19 @@ fn run_processes(seeds: std::ops::Range<u64>) {
         let scenario = setup(seed as usize, seed as usize / 4, 15.0).scenario;
         let liar = scenario.robots[LIAR.index()].name.clone();
         let (file, out) = (format!("{seed}.toml"), format!("run {seed}"));
-        std::fs::write(lab.path(&file), scenario.to_toml().unwrap()).unwrap();
+        lab.write(&file, scenario.to_toml().unwrap());
         let controller = format!("liar={} {seed}", env!("CARGO_BIN_EXE_liar"));
-        let finished = lab.mission(&out, &[&file, "--controller", &controller]);
+        let finished = lab.mission(&out, ["--controller", &controller, &file]);
         let log = lab.log(&out);
-        let ended = matches!(
+        let has_ended = matches!(
             log.run.outcome,
             RunOutcome::Ended(Outcome::Complete | Outcome::TimeLimit)
         );
-        assert!(ended, "seed {seed}: {finished:?}");
+        assert!(has_ended, "seed {seed}: {finished:?}");
         assert_only_the_liar_leaves(&log, &liar);
-        let events: Vec<EventRow> = log.rows().unwrap();
-        let joins = |row: &EventRow| row.kind == "joined" && row.robot == liar;
-        assert!(
-            events.iter().any(joins),
-            "seed {seed}: the liar did not join"
-        );
-        lab.run(&["replay", &out]).expect(0);
+        let joins = log.events_of(&liar, "joined");
+        assert!(!joins.is_empty(), "seed {seed}: the liar did not join");
+        lab.assert_repeated(&out);
         std::fs::remove_dir_all(lab.path(&out)).unwrap();
     }
 }
@@ -123,10 +117,8 @@ fn no_content_silences_a_receiver() {
         let setup = setup(seed as usize, seed as usize, 30.0);
         let (outcome, log) = run(setup, lies::lies(seed));
         let is_over = outcome == Outcome::TimeLimit && log.run.result.ticks == 600;
-        assert!(
-            outcome == Outcome::Complete || is_over,
-            "{seed}: {outcome:?}"
-        );
+        let has_ended = outcome == Outcome::Complete || is_over;
+        assert!(has_ended, "{seed}: {outcome:?}");
     }
 }
 
@@ -143,14 +135,13 @@ fn a_sender_of_unknown_numbers_is_dismissed_and_the_others_complete() {
         carrying: false,
         shared_knowledge: SharedKnowledge::Nothing,
     };
-    let unknown_set = BroadcastContent::Heartbeat(Heartbeat {
-        set: Some(BehaviorId(999)),
-        ..honest.clone()
-    });
-    let unknown_task = BroadcastContent::Heartbeat(Heartbeat {
-        task: Some(TaskId(999)),
-        ..honest.clone()
-    });
+    let heartbeat = |set, task| {
+        BroadcastContent::Heartbeat(Heartbeat {
+            set: Some(BehaviorId(set)),
+            task: Some(TaskId(task)),
+            ..honest.clone()
+        })
+    };
     let about = BroadcastContent::Bulletin(Bulletin {
         kind: BulletinKind::First,
         about: Some(BulletinSubject {
@@ -160,7 +151,7 @@ fn a_sender_of_unknown_numbers_is_dismissed_and_the_others_complete() {
         }),
         payload: Payload::Open(Vec::new()),
     });
-    for body in [unknown_set, unknown_task, about] {
+    for body in [heartbeat(999, 0), heartbeat(0, 999), about] {
         let broadcast = |seq, body| Broadcast {
             sender: LIAR,
             incarnation: 1,
@@ -170,17 +161,13 @@ fn a_sender_of_unknown_numbers_is_dismissed_and_the_others_complete() {
             sent: SimTime::ZERO,
             body,
         };
-        let mut lies: Vec<Broadcast> = (0..100)
-            .map(|seq| broadcast(seq, BroadcastContent::Heartbeat(honest.clone())))
-            .collect();
-        lies.push(broadcast(100, body));
+        let honest = (0..100).map(|seq| broadcast(seq, heartbeat(0, 0)));
+        let lies = honest.chain([broadcast(100, body)]).collect();
         // The default mission with ALLIANCE.
         let (outcome, log) = run(setup(0, 0, 3600.0), lies);
         assert_eq!(outcome, Outcome::Complete);
-        let gone: Vec<_> = log.rows::<EventRow>().unwrap();
-        let gone = gone.iter().filter(|row| row.kind == "gone");
-        let gone: Vec<_> = gone.map(|row| (row.robot.as_str(), row.t_ms.0)).collect();
         // Two broadcasts a tick: the 101st is in tick 50, at 2.5 s.
-        assert_eq!(gone, [("gold", 2500)]);
+        assert_eq!(log.events("gone").len(), 1);
+        assert_eq!(log.times_of("gold", "gone"), [2500]);
     }
 }

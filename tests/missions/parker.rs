@@ -44,7 +44,7 @@ fn each_robot_keeps_its_task_with_many_seeds() {
 fn two_robots_do_three_tasks_after_a_kill() {
     let (victim, orphan) = ("gold", BOTTOM);
     let lab = Lab::new();
-    let mut team = Team::start(&lab, &[NAME, "--speed", "60x"]);
+    let mut team = Team::start(&lab, [NAME, "--speed", "60x"]);
     team.wait_for_row("mission.csv", &[",12,"]);
     team.kill(victim);
     team.wait().expect(0);
@@ -55,21 +55,12 @@ fn two_robots_do_three_tasks_after_a_kill() {
     assert_eq!(story.active(victim, crash.t_ms), Some(orphan));
     assert_eq!(story.all("delivered").count(), 24);
 
-    let after_crash: Vec<_> = story
-        .events
-        .iter()
-        .filter(|row| row.t_ms > crash.t_ms)
-        .collect();
-    assert!(after_crash.iter().all(|row| row.robot != victim));
-    let mut takers = after_crash
-        .iter()
-        .filter(|row| row.kind == "activated" && row.subject == orphan);
-    assert_eq!(takers.next().unwrap().robot, "green");
-    let activated: BTreeSet<&str> = after_crash
-        .iter()
-        .filter(|row| row.kind == "activated")
-        .map(|row| &*row.subject)
-        .collect();
+    let mut after = story.events.iter().filter(|row| row.t_ms > crash.t_ms);
+    assert!(after.clone().all(|row| row.robot != victim));
+    assert!(after.any(|row| row.kind == "reported"));
+    let begun = story.all("activated").filter(|row| row.t_ms > crash.t_ms);
+    let taker = begun.clone().find(|row| row.subject == orphan);
+    assert_eq!(taker.unwrap().robot, "green");
+    let activated: BTreeSet<&str> = begun.map(|row| &*row.subject).collect();
     assert_eq!(activated, BTreeSet::from([BOTTOM, TOP, REPORT]));
-    assert!(after_crash.iter().any(|row| row.kind == "reported"));
 }

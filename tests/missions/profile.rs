@@ -1,6 +1,6 @@
 //! `alliance run --profile`: learned times pass from run to run, and such a run can be repeated.
 
-use std::fs::{read_dir, read_to_string, remove_file, write};
+use std::fs::{read_to_string, remove_file};
 
 use alliance_tests::harness::{Lab, command_line, wait_until};
 use alliance_tests::runs::{self, vocabulary};
@@ -40,32 +40,27 @@ fn own_trials<'p>(profile: &'p Profile, robot: &str) -> Vec<(&'p str, &'p Learne
 #[test]
 fn processes_and_one_process_learn_the_same_and_a_replay_needs_no_file() {
     let lab = Lab::new();
-    write(lab.path("kill.toml"), KILL).unwrap();
-    let missions: [(&str, &[&str], i32); 3] = [
-        ("first", &["--seed", "1"], 0),
-        ("second", &["kill.toml", "--seed", "2"], 0),
-        ("third", &["--limit", "60", "--log", "off"], 1),
+    lab.write("kill.toml", KILL);
+    let missions = [
+        ("first", "--seed 1", 0),
+        ("second", "kill.toml --seed 2", 0),
+        ("third", "--limit 60 --log off", 1),
     ];
     let mut before = Profile::default();
     for (name, arguments, status) in missions {
-        let arguments = [arguments, &["--allocator", L_ALLIANCE, "--profile"]].concat();
-        let (many, one) = (format!("{name}-many"), format!("{name}-one"));
-        lab.mission(&many, &[&arguments[..], &["many.toml"]].concat())
-            .expect(status);
-        let in_process = ["run", "--in-process", "--out", &one];
-        lab.run(&[&in_process, &arguments[..], &["one.toml"]].concat())
-            .expect(status);
+        let [many, one] = ["many", "one"].map(|way| format!("{name}-{way}"));
+        let arguments = format!("{arguments} --allocator {L_ALLIANCE} --profile");
+        let by_processes = lab.mission(&many, format!("{arguments} many.toml"));
+        by_processes.expect(status);
+        let in_process = lab.mission(&one, format!("{arguments} one.toml --in-process"));
+        in_process.expect(status);
         if name != "third" {
             lab.assert_same_bytes(&many, &one);
         }
-        let run_file = |run: &str| read_to_string(lab.path(run).join("run.json")).unwrap();
+        let run_file = |run: &str| lab.text(&format!("{run}/run.json"));
         assert_eq!(run_file(&many), run_file(&one), "{name}");
-        let text = read_to_string(lab.path("many.toml")).unwrap();
-        assert_eq!(
-            text,
-            read_to_string(lab.path("one.toml")).unwrap(),
-            "{name}"
-        );
+        let text = lab.text("many.toml");
+        assert_eq!(text, lab.text("one.toml"), "{name}");
 
         // The log of the run contains the profile at its start.
         let setup = lab.log(&many).run.setup;
@@ -80,12 +75,9 @@ fn processes_and_one_process_learn_the_same_and_a_replay_needs_no_file() {
     remove_file(lab.path("many.toml")).unwrap();
     remove_file(lab.path("one.toml")).unwrap();
     for (name, _, _) in missions {
-        lab.run(&["replay", &format!("{name}-many")]).expect(0);
+        lab.assert_repeated(&format!("{name}-many"));
     }
-    assert!(
-        !lab.path("many.toml").exists(),
-        "a replay must not write a profile"
-    );
+    assert!(!lab.exists("many.toml"), "a replay must write no profile");
 }
 
 #[test]
@@ -115,13 +107,11 @@ fn an_interrupted_run_writes_the_file_and_a_killed_world_leaves_it() {
     let text = learned(1).to_toml();
     // Comments in the file are not kept.
     let edited = format!("# mine\n{text}");
-    for name in ["interrupted.toml", "killed.toml"] {
-        write(lab.path(name), &edited).unwrap();
-    }
-    let start = |name: &str, file: &str| {
-        let arguments = ["run", "--no-page", "--speed", "1x", "--out", name];
-        let rest = ["--allocator", L_ALLIANCE, "--profile", file];
-        let mut run = lab.start(&[&arguments[..], &rest].concat());
+    let start = |name: &str| {
+        lab.write(&format!("{name}.toml"), &edited);
+        let profile = format!("--allocator {L_ALLIANCE} --profile {name}.toml");
+        let run = format!("run --no-page --speed 1x --out {name} {profile}");
+        let mut run = lab.start(run);
         run.wait_for_stderr("process ids");
         let log = lab.path(name).join("ticks.csv");
         wait_until("the first ticks", || {
@@ -129,24 +119,22 @@ fn an_interrupted_run_writes_the_file_and_a_killed_world_leaves_it() {
         });
         run
     };
-    let run = start("interrupted", "interrupted.toml");
+    let run = start("interrupted");
     run.signal(Signal::SIGINT);
     run.wait().expect(130);
-    let now = read_to_string(lab.path("interrupted.toml")).unwrap();
+    let now = lab.text("interrupted.toml");
     assert!(now.starts_with("# Learned times"), "{now}");
 
-    let run = start("killed", "killed.toml");
+    let run = start("killed");
     let mut children = run.children().into_iter();
     let is_world = |pid: &u32| command_line(*pid).is_some_and(|line| line.contains(" world "));
     let world = children.find(is_world).unwrap();
     kill(Pid::from_raw(world as i32), Signal::SIGKILL).unwrap();
     run.wait().expect(3);
-    assert_eq!(read_to_string(lab.path("killed.toml")).unwrap(), edited);
-    let left = read_dir(lab.path("")).unwrap().filter(|entry| {
-        let name = entry.as_ref().unwrap().file_name();
-        name.to_string_lossy().starts_with(".alliance-new-")
-    });
-    assert_eq!(left.count(), 0, "a partial file is left");
+    assert_eq!(lab.text("killed.toml"), edited);
+    let mut names = lab.names("");
+    names.retain(|name| name.starts_with(".alliance-new-"));
+    assert_eq!(names, Vec::<String>::new(), "a partial file is left");
 }
 
 /// Estimates of a tenth and of ten times the real times converge within ten missions, and the missions become faster
@@ -158,19 +146,15 @@ fn wrong_estimates_converge_within_ten_missions() {
     for factor in [0.1, 10.0] {
         let begin = wrong_by(factor);
         let missions = ten(lines, 1, begin.clone());
-        let learned = missions
-            .iter()
-            .map(|mission| error(&mission.learned, reference_profile));
+        let learned = missions.iter();
+        let learned = learned.map(|mission| error(&mission.learned, reference_profile));
         let (before, learned) = (
             error(&begin, reference_profile),
             learned.collect::<Vec<f64>>(),
         );
-        assert!(before > 7.0, "{before}");
-        assert!(learned[0] < before, "{before}, then {learned:?}");
-        assert!(
-            learned[9] < learned[0] && learned[9] < 2.0,
-            "{before}, then {learned:?}"
-        );
+        let converges =
+            before > 7.0 && learned[0] < before && learned[9] < learned[0] && learned[9] < 2.0;
+        assert!(converges, "{before}, then {learned:?}");
         if factor < 1.0 {
             let took_s: Vec<f64> = missions.iter().map(|mission| mission.took_s).collect();
             assert!(took_s[9] < took_s[0], "{took_s:?}");

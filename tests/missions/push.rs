@@ -56,11 +56,19 @@ fn strokes(events: &[EventRow]) -> Vec<Stroke> {
     strokes.collect()
 }
 
+/// Checks that each stroke at an end is by this robot.
+#[track_caller]
+fn assert_ends_kept(strokes: &[Stroke], left: &str, right: &str) {
+    for stroke in strokes {
+        let expected = if stroke.end == "left" { left } else { right };
+        assert_eq!(stroke.robot, expected, "{stroke:?}");
+    }
+}
+
 /// Returns the times of a robot's activations of a behavior from a time on, in s.
 fn activations(events: &[EventRow], robot: &str, behavior: &str, from_s: f64) -> Vec<f64> {
-    let rows = events.iter().filter(|event| {
-        event.kind == "activated" && event.robot == robot && event.detail == behavior
-    });
+    let of_robot = events.iter().filter(|event| event.robot == robot);
+    let rows = of_robot.filter(|event| event.kind == "activated" && event.detail == behavior);
     let times = rows.map(|row| row.t_ms.as_secs_f64());
     times.filter(|at_s| *at_s >= from_s).collect()
 }
@@ -80,10 +88,7 @@ fn two_robots_push_their_ends_alternately() {
     let all = strokes(&events(&parker_box(&[]), Outcome::Complete));
     assert_eq!(all[0].at_s, all[1].at_s, "both ends are due at first");
     assert_ends_alternate(&all[2..]);
-    for stroke in &all {
-        let expected = if stroke.end == "left" { "red" } else { "blue" };
-        assert_eq!(stroke.robot, expected, "{stroke:?}");
-    }
+    assert_ends_kept(&all, "red", "blue");
     let after_first = &all[3..all.len() - 1];
     assert!(after_first.len() >= 30, "{}", after_first.len());
     for pair in after_first.windows(2) {
@@ -92,9 +97,10 @@ fn two_robots_push_their_ends_alternately() {
         assert!((pair[1].moved_m - 0.37).abs() < 0.02, "{pair:?}");
     }
     // 7 m take 18 or 19 strokes at each end.
-    let at = |end: &str| all.iter().filter(|stroke| stroke.end == end).count();
-    assert!((18..=21).contains(&at("left")), "{}", at("left"));
-    assert!((18..=21).contains(&at("right")), "{}", at("right"));
+    for end in ["left", "right"] {
+        let count = all.iter().filter(|stroke| stroke.end == end).count();
+        assert!((18..=21).contains(&count), "{count} at the {end} end");
+    }
 }
 
 /// Blue is killed halfway. Red takes over the other end after the silence of τ and 8 s of impatience, and then pushes
@@ -104,32 +110,19 @@ fn a_lone_robot_pushes_both_ends_alternately() {
     let all = events(&parker_box(&[kill()]), Outcome::Complete);
     let red = activations(&all, "red", "push(right)", 0.0);
     // The latest time: blue's last heartbeat plus τ, or the end of red's stroke, and then the impatience.
-    let last_left = strokes(&all)
-        .iter()
-        .rfind(|stroke| stroke.end == "left" && stroke.at_s < red[0])
-        .unwrap()
-        .at_s;
-    let silent_s = KILLED_S + 3.0;
-    assert!(red[0] > KILLED_S);
-    assert!(
-        red[0] <= silent_s.max(last_left) + 8.0 + 0.15,
-        "{red:?} {last_left}"
-    );
-    let alone: Vec<Stroke> = strokes(&all)
-        .into_iter()
-        .filter(|stroke| stroke.at_s > red[0])
-        .collect();
+    let mut alone = strokes(&all);
+    let mut before = alone.iter().filter(|stroke| stroke.at_s < red[0]);
+    let last_left = before.rfind(|stroke| stroke.end == "left").unwrap().at_s;
+    let latest_s = (KILLED_S + 3.0).max(last_left) + 8.0 + 0.15;
+    let is_in_time = KILLED_S < red[0] && red[0] <= latest_s;
+    assert!(is_in_time, "{red:?} {last_left}");
+    alone.retain(|stroke| stroke.at_s > red[0]);
     assert!(alone.len() > 10);
     assert_ends_alternate(&alone);
-    assert!(alone.iter().all(|stroke| stroke.robot == "red"));
+    assert_ends_kept(&alone, "red", "red");
     // A lone robot is slower per meter because of backward motion, driving, and 8 s of impatience.
-    let arrived = all
-        .iter()
-        .find(|event| event.kind == "arrived")
-        .unwrap()
-        .t_ms
-        .as_secs_f64();
-    let slower = (arrived - KILLED_S) / (150.75 - KILLED_S);
+    let arrived = all.iter().find(|event| event.kind == "arrived").unwrap();
+    let slower = (arrived.t_ms.as_secs_f64() - KILLED_S) / (150.75 - KILLED_S);
     assert!((4.0..9.0).contains(&slower), "{slower}");
 }
 
@@ -138,26 +131,12 @@ fn a_lone_robot_pushes_both_ends_alternately() {
 #[test]
 fn after_an_addition_each_robot_keeps_its_end() {
     let all = events(&parker_box(&[kill(), add()]), Outcome::Complete);
-    let of_genghis: Vec<Stroke> = strokes(&all)
-        .into_iter()
-        .filter(|stroke| stroke.robot == "genghis")
-        .collect();
-    assert!(of_genghis.len() > 3, "{of_genghis:?}");
-    assert!(
-        of_genghis.iter().all(|stroke| stroke.end == "right"),
-        "{of_genghis:?}"
-    );
-    for stroke in strokes(&all)
-        .iter()
-        .filter(|stroke| stroke.at_s > ADDED_S + 20.0)
-    {
-        let expected = if stroke.end == "left" {
-            "red"
-        } else {
-            "genghis"
-        };
-        assert_eq!(stroke.robot, expected, "{stroke:?}");
-    }
+    let mut all = strokes(&all);
+    let of_genghis = all.iter().filter(|stroke| stroke.robot == "genghis");
+    assert!(of_genghis.clone().count() > 3, "{all:?}");
+    assert!(of_genghis.clone().all(|stroke| stroke.end == "right"));
+    all.retain(|stroke| stroke.at_s > ADDED_S + 20.0);
+    assert_ends_kept(&all, "red", "genghis");
 }
 
 /// A babbling genghis yields after ψ, 30 s after its activation, and red takes its end within a second.
@@ -167,22 +146,16 @@ fn a_babbling_robot_yields_after_psi() {
     let mut scenario = parker_box(&[kill(), add(), babble]);
     scenario.limit_s = 260.0;
     let all = events(&scenario, Outcome::TimeLimit);
-    let yielded = all
-        .iter()
-        .find(|event| event.robot == "genghis" && event.reason == "acquiesced-psi")
-        .unwrap();
-    let yielded_s = yielded.t_ms.as_secs_f64();
+    let mut of_genghis = all.iter().filter(|event| event.robot == "genghis");
+    let yielded = of_genghis.find(|event| event.reason == "acquiesced-psi");
+    let yielded_s = yielded.unwrap().t_ms.as_secs_f64();
     let began = activations(&all, "genghis", "push(right)", 0.0);
     let began = began.into_iter().rfind(|at_s| *at_s < yielded_s).unwrap();
-    assert!(
-        (yielded_s - began - 30.0).abs() < 0.151,
-        "{began} {yielded_s}"
-    );
+    let worked_s = yielded_s - began;
+    assert!((worked_s - 30.0).abs() < 0.151, "{began} {yielded_s}");
     let red = activations(&all, "red", "push(right)", 180.0);
-    assert!(
-        (0.0..1.0).contains(&(red[0] - yielded_s)),
-        "{red:?} {yielded_s}"
-    );
+    let later_s = red[0] - yielded_s;
+    assert!((0.0..1.0).contains(&later_s), "{red:?} {yielded_s}");
 }
 
 /// A robot gives up a stuck bar after λ, and continues when the bar moves again.
@@ -191,17 +164,14 @@ fn a_stuck_bar_is_given_up_and_resumed() {
     let stuck = MissionFault::new(BAR_STUCK, &[("stuck_s", 80.0)]);
     let scenario = parker_box(&[(20.0, Fault::Mission(stuck))]);
     let all = events(&scenario, Outcome::Complete);
-    let stopped = |event: &&EventRow| event.kind == "slipped" && event.reason == "fixed";
-    assert!(all.iter().any(|event| stopped(&event)));
-    assert!(
-        all.iter()
-            .any(|event| event.reason.contains("lambda") || event.reason.contains("psi")),
-        "no robot gives up"
-    );
-    let between = strokes(&all)
-        .iter()
-        .filter(|stroke| (20.5..99.9).contains(&stroke.at_s))
-        .count();
-    assert_eq!(between, 0);
-    assert!(strokes(&all).iter().any(|stroke| stroke.at_s > 100.0));
+    let mut slipped = all.iter().filter(|event| event.kind == "slipped");
+    assert!(slipped.any(|event| event.reason == "fixed"));
+    let mut reasons = all.iter().map(|event| event.reason.as_str());
+    assert!(reasons.any(|reason| reason.contains("lambda") || reason.contains("psi")));
+    let times = strokes(&all).into_iter().map(|stroke| stroke.at_s);
+    let (during, after): (Vec<f64>, Vec<f64>) = times
+        .filter(|at_s| *at_s > 20.5)
+        .partition(|at_s| *at_s < 99.9);
+    assert!(during.is_empty(), "{during:?}");
+    assert!(after.iter().any(|at_s| *at_s > 100.0));
 }

@@ -26,25 +26,24 @@ struct Greedy {
 }
 
 impl Greedy {
-    /// Returns the teammates with a fresh claim on the task, earliest claim first.
+    /// Returns the teammates with a fresh claim on the task, with the start of the claim.
     fn rivals(&self, task: TaskId, now: SimTime) -> Vec<(SimTime, RobotId)> {
-        let seconds = SimTime::as_secs_f64;
         let claims = self.claims.get(&task).into_iter().flatten();
-        let fresh = claims
-            .filter(|(_, (_, at))| seconds(now) - seconds(*at) < seconds(self.me.ceased_after));
-        let mut rivals: Vec<_> = fresh.map(|(rank, (since, _))| (*since, *rank)).collect();
-        rivals.sort();
-        rivals
+        let is_fresh = |at: SimTime| {
+            let age_s = now.as_secs_f64() - at.as_secs_f64();
+            age_s < self.me.ceased_after.as_secs_f64()
+        };
+        let fresh = claims.filter(|(_, (_, at))| is_fresh(*at));
+        fresh.map(|(rank, (since, _))| (*since, *rank)).collect()
     }
 
     fn chosen<'i>(&self, input: &'i Input<'_>, decision: &Decision) -> Option<&'i Choice> {
         let mut choices = input.choices.iter();
         let mine = choices.find(|choice| Some(choice.behavior) == decision.active);
         if let Some(mine) = mine.filter(|choice| choice.applicable) {
-            let own_claim = (self.since, self.me.robot);
-            let rivals = self.rivals(mine.task, input.now);
-            let earlier = rivals.iter().filter(|rival| **rival < own_claim);
-            if earlier.count() < mine.max_robots {
+            let mut rivals = self.rivals(mine.task, input.now);
+            rivals.retain(|rival| *rival < (self.since, self.me.robot));
+            if rivals.len() < mine.max_robots {
                 return Some(mine);
             }
         }
@@ -54,8 +53,8 @@ impl Greedy {
         let order = |a: &&Choice, b: &&Choice| {
             let cost = |choice: &Choice| choice.cost_s.unwrap_or(f64::INFINITY);
             let by_cost = cost(a).total_cmp(&cost(b));
-            let by_priority = b.priority.cmp(&a.priority);
-            by_priority.then(by_cost).then(a.behavior.cmp(&b.behavior))
+            let by_rank = by_cost.then(a.behavior.cmp(&b.behavior));
+            b.priority.cmp(&a.priority).then(by_rank)
         };
         input.choices.iter().filter(is_free).min_by(order)
     }
@@ -90,20 +89,20 @@ impl Allocator for Greedy {
             self.since = input.now;
         }
         decision.active = chosen;
-        for choice in input.choices {
+        decision.rows.extend(input.choices.iter().map(|choice| {
             let is_active = chosen == Some(choice.behavior);
-            decision.rows.push(AllocationRow {
+            let (utility, state) = match is_active {
+                true => (1.0, BehaviorState::Active),
+                false => (0.0, BehaviorState::Hibernating),
+            };
+            AllocationRow {
                 task: choice.task,
                 behavior: choice.behavior,
-                utility: if is_active { 1.0 } else { 0.0 },
+                utility,
                 holder: is_active.then_some(self.me.robot),
-                state: if is_active {
-                    BehaviorState::Active
-                } else {
-                    BehaviorState::Hibernating
-                },
-            });
-        }
+                state,
+            }
+        }));
     }
 }
 
@@ -128,9 +127,7 @@ fn greedy_in_rust_has_the_hashes_of_greedy_in_python() {
     for (run, hash) in &expected.hashes {
         let (mission, seed) = run.split_once(' ').unwrap();
         let mut missions = vocabulary.missions.iter();
-        let mission = missions
-            .find(|candidate| candidate.name() == mission)
-            .unwrap();
+        let mission = missions.find(|known| known.name() == mission).unwrap();
         let mut scenario = mission.family(expected.robots, expected.size).unwrap();
         scenario.limit_s = expected.limit_s;
         scenario.allocator = Some("greedy".to_owned());

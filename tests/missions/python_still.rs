@@ -6,13 +6,13 @@
 //!
 //! The Python program also reads and writes every message of the fuzz corpora.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::Command;
 use std::sync::Arc;
 
+use alliance_tests::damage::corpus;
 use alliance_tests::harness::Lab;
-use alliance_tests::python::python;
+use alliance_tests::python::{python, run};
 use alliance_tests::runs;
 use in_process::{Team, joins_of};
 use missions::Registry;
@@ -21,7 +21,7 @@ use robot_agent::allocator::{Allocator, AllocatorKind, Decision, Input, NoParame
 use robot_agent::mission::{ControllerInput, MissionController, Perception, StepOutput};
 use run_log::{LogLevel, MemoryLog, MessageRow};
 use scenario::ids::BehaviorId;
-use scenario::{AllocatorSpec, Setup};
+use scenario::{AllocatorSpec, Scenario, Setup};
 use serde::Deserialize;
 
 /// The Python modules that the program needs.
@@ -44,9 +44,10 @@ impl MissionController for Still {
         self.is_laden = input.readings.mission.items().holding == Some(true);
         perception.applicable.resize(input.behaviors.len(), false);
         if let Some(turn_rad_s) = &mut self.turn_rad_s {
-            let heartbeats = received
-                .iter()
-                .filter(|broadcast| matches!(broadcast.body, BroadcastContent::Heartbeat(_)));
+            let is_heartbeat = |broadcast: &&Arc<Broadcast>| {
+                matches!(broadcast.body, BroadcastContent::Heartbeat(_))
+            };
+            let heartbeats = received.iter().filter(is_heartbeat);
             let shares = (1..).zip(heartbeats).map(|(place, broadcast)| {
                 place * (u64::from(broadcast.sender.0) + 1) * (broadcast.sent.0 / 50 + 1)
             });
@@ -99,6 +100,14 @@ struct Expected {
     hashes: BTreeMap<u64, String>,
 }
 
+impl Expected {
+    fn text(&self) -> String {
+        let faults = toml::Value::try_from(&self.faults).unwrap();
+        let (limit_s, scenario) = (self.limit_s, &self.scenario);
+        format!("limit_s = {limit_s:?}\n{scenario}\n[faults]\ntimeline = {faults}\n")
+    }
+}
+
 /// Returns the expected results by the name of the controller.
 fn expected() -> BTreeMap<String, Expected> {
     serde_json::from_str(include_str!("../../python/python/tests/still.json")).unwrap()
@@ -112,14 +121,8 @@ fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
     for (controller, expected) in expected() {
         assert_eq!(expected.hashes.len(), 3);
         for (seed, hash) in &expected.hashes {
-            let mut table: toml::Table = toml::from_str(&expected.scenario).unwrap();
-            let timeline = serde_json::json!({ "timeline": expected.faults });
-            table.insert(
-                "faults".to_owned(),
-                toml::Value::try_from(timeline).unwrap(),
-            );
-            table.insert("limit_s".to_owned(), expected.limit_s.into());
-            let scenario = scenario::Scenario::from_table(&table, &registry.vocabulary());
+            let text = expected.text();
+            let scenario = Scenario::parse("s.toml", &text, &registry.vocabulary());
             let setup = runs::setup(scenario.unwrap(), *seed);
             let joins = joins_of(&setup);
             let team =
@@ -135,34 +138,21 @@ fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
 #[track_caller]
 fn run_by_program(lab: &Lab, python: &Path, controller: &str) {
     let expected = &expected()[controller];
-    let faults: Vec<_> = expected.faults.iter().collect();
-    let text = format!(
-        "limit_s = {:?}\n{}\n[faults]\ntimeline = {}\n",
-        expected.limit_s,
-        expected.scenario,
-        toml::Value::try_from(&faults).unwrap()
-    );
-    std::fs::write(lab.path("mine.toml"), text).unwrap();
-    let command = format!(
-        "--controller={controller}={} {} --controller {controller}",
-        python.display(),
-        script().display()
-    );
+    lab.write("mine.toml", expected.text());
+    let (python, script) = (python.display(), script());
+    let program = format!("{python} {} --controller {controller}", script.display());
+    let command = format!("--controller={controller}={program}");
     for (seed, hash) in &expected.hashes {
-        let out = format!("run-{seed}");
-        let seed = seed.to_string();
-        lab.mission(&out, &["mine.toml", "--seed", &seed, &command])
-            .expect(1);
+        let (out, seed) = (format!("run-{seed}"), seed.to_string());
+        let arguments = ["mine.toml", "--seed", &seed, &command];
+        lab.mission(&out, arguments).expect(1);
         let log = lab.log(&out);
-        let agent_log = std::fs::read_to_string(lab.path(&out).join("logs/gold.log")).unwrap();
-        assert_eq!(
-            log.run.hash.as_ref(),
-            Some(hash),
-            "seed {seed}: {agent_log}"
-        );
+        let agent_log = lab.text(&format!("{out}/logs/gold.log"));
+        let found = log.run.hash.as_ref();
+        assert_eq!(found, Some(hash), "seed {seed}: {agent_log}");
         assert!(log.run.faults.iter().all(|fault| fault.hits > 0));
     }
-    lab.run(&["replay", "run-1", &command]).expect(0);
+    lab.run(["replay", "run-1", &command]).expect(0);
 }
 
 #[test]
@@ -180,17 +170,14 @@ fn listener_in_plain_python_has_the_same_hash_under_link_faults() {
     let lab = Lab::new();
     run_by_program(&lab, &python, "listener");
     for seed in expected()["listener"].hashes.keys() {
-        let rows = lab.log(&format!("run-{seed}")).rows::<MessageRow>();
-        let rows = rows
-            .unwrap()
-            .into_iter()
-            .filter(|row| row.receiver == "gold");
-        let deliveries: BTreeSet<String> = rows.map(|row| row.delivery).collect();
+        let mut rows = lab
+            .log(&format!("run-{seed}"))
+            .rows::<MessageRow>()
+            .unwrap();
+        rows.retain(|row| row.receiver == "gold");
         for delivery in ["cut", "delayed", "dropped", "duplicate", "received"] {
-            assert!(
-                deliveries.contains(delivery),
-                "{delivery} applies to no message"
-            );
+            let applies = rows.iter().any(|row| row.delivery == delivery);
+            assert!(applies, "{delivery} applies to no message");
         }
     }
 }
@@ -199,9 +186,8 @@ fn script() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("python/agent.py")
 }
 
-/// Returns every message of the corpus, by the program's type names.
-fn corpus() -> BTreeMap<&'static str, Vec<std::path::PathBuf>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
+/// Writes every message of the corpus to files, by the program's type names.
+fn corpus_files(lab: &Lab) -> BTreeMap<&'static str, Vec<String>> {
     let types = [
         ("tick-", "ToAgent"),
         ("report-", "Report"),
@@ -209,21 +195,13 @@ fn corpus() -> BTreeMap<&'static str, Vec<std::path::PathBuf>> {
         ("join_request-", "JoinRequest"),
         ("join_reply-", "JoinReply"),
     ];
+    let received = corpus("received").into_iter();
+    let received = received.map(|(name, bytes)| (format!("broadcast-{name}"), bytes));
     let mut found: BTreeMap<_, Vec<_>> = BTreeMap::new();
-    for part in ["decode", "received"] {
-        for entry in std::fs::read_dir(folder.join(part)).unwrap() {
-            let path = entry.unwrap().path();
-            let name = path.file_name().unwrap().to_str().unwrap();
-            let mut types = types.iter();
-            let of = match part {
-                "received" => Some("Broadcast"),
-                _ => types
-                    .find(|(start, _)| name.starts_with(start))
-                    .map(|(_, of)| *of),
-            };
-            if let Some(of) = of {
-                found.entry(of).or_default().push(path);
-            }
+    for (name, bytes) in received.chain(corpus("decode")) {
+        if let Some((_, of)) = types.iter().find(|(start, _)| name.starts_with(start)) {
+            lab.write(&name, bytes);
+            found.entry(*of).or_default().push(name);
         }
     }
     assert_eq!(found.len(), types.len());
@@ -235,14 +213,13 @@ fn the_python_agent_reads_and_writes_every_message_of_the_corpus() {
     let Some(python) = python(&MODULES) else {
         return;
     };
-    for (of, files) in corpus() {
-        let checked = Command::new(&python)
-            .arg(script())
-            .args(["--check", of])
-            .args(files)
-            .output();
-        let checked = checked.unwrap();
-        let stderr = String::from_utf8_lossy(&checked.stderr);
-        assert!(checked.status.success(), "{of}: {stderr}");
+    let lab = Lab::new();
+    for (of, files) in corpus_files(&lab) {
+        let arguments = ["--check".to_owned(), of.to_owned()]
+            .into_iter()
+            .chain(files);
+        let arguments: Vec<String> = arguments.collect();
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        run(&lab, &python, "agent.py", &arguments);
     }
 }

@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::net::TcpListener;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use alliance_tests::harness::Lab;
 use alliance_tests::needs::cannot_run;
 use alliance_tests::python::{python, run};
+use alliance_tests::testkit::in_repository;
 
 fn recipe(name: &str) -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    root.join("docs/examples/machines").join(name)
+    in_repository("docs/examples/machines").join(name)
 }
 
 /// Returns the commands of the containers in a file, after a check of the file's schema.
@@ -40,12 +40,9 @@ impl Place {
         for folder in ["team", "here", "there"] {
             fs::create_dir(place.lab.path(folder)).unwrap();
         }
-        let file = place.here(&fs::read_to_string(recipe("containers.toml")).unwrap());
-        fs::write(place.lab.path("team/containers.toml"), file).unwrap();
-        place
-            .lab
-            .run(&["cluster", "keys", "team/containers.toml"])
-            .expect(0);
+        let file = fs::read_to_string(recipe("containers.toml")).unwrap();
+        place.lab.write("team/containers.toml", place.here(&file));
+        place.lab.run("cluster keys team/containers.toml").expect(0);
         place
     }
 
@@ -59,20 +56,18 @@ impl Place {
             .replace("--keys=/keys", "--keys=team/keys")
     }
 
-    /// Runs both commands to their ends, each with its own runtime folder. Returns the stderr of the world.
-    fn run(&self, world: &[String], host: &[String]) -> String {
+    /// Runs both commands to their ends, each with its own runtime folder.
+    fn run(&self, world: &[String], host: &[String]) {
         let start = |command: &[String], runtime: &str, more: &str| {
-            let command: Vec<String> = command.iter().map(|argument| self.here(argument)).collect();
-            let mut arguments: Vec<&str> = command.iter().map(String::as_str).collect();
-            arguments.push(more);
+            let command = command.iter().map(|argument| self.here(argument));
+            let command: Vec<String> = command.chain([more.to_owned()]).collect();
             let runtime = self.lab.path(runtime).display().to_string();
-            self.lab
-                .start_with(&arguments, &[("XDG_RUNTIME_DIR", &runtime)])
+            let variables = [("XDG_RUNTIME_DIR", runtime.as_str())];
+            self.lab.start_with(command, &variables)
         };
         let host = start(host, "there", "--out=printed");
-        let world = start(world, "here", "--out=run").wait().expect(0);
+        start(world, "here", "--out=run").wait().expect(0);
         host.wait().expect(0);
-        world.stderr
     }
 }
 
@@ -84,10 +79,9 @@ fn assert_recipe_runs(world: &str, host: &str, kind: &str) {
     };
     place.run(&containers[world], &containers[host]);
     // The bytes must be those of a run on one machine.
-    let seed = "--seed=1";
     place
         .lab
-        .mission("alone", &["waste-cleanup", seed])
+        .mission("alone", "waste-cleanup --seed=1")
         .expect(0);
     place.lab.assert_same_bytes("run", "alone");
 }
@@ -114,11 +108,8 @@ fn verify(lab: &Lab, name: &str, text: &str) -> String {
 
 #[test]
 fn the_systemd_units_are_valid_and_start_existing_commands() {
-    if Command::new("systemd-analyze")
-        .arg("--version")
-        .output()
-        .is_err()
-    {
+    let version = Command::new("systemd-analyze").arg("--version").output();
+    if version.is_err() {
         cannot_run("no systemd-analyze: install Debian's package `systemd`");
         return;
     }
@@ -133,18 +124,13 @@ fn the_systemd_units_are_valid_and_start_existing_commands() {
         assert!(!output.contains("alliance-"), "{output}");
         let wrong = format!("{text}\n[Service]\n{broken}\n");
         let output = verify(&lab, name, &wrong);
-        assert!(
-            output.contains("alliance-"),
-            "{broken} is not found: {output}"
-        );
-        let command = text
-            .lines()
-            .find_map(|line| line.strip_prefix("ExecStart=/usr/local/bin/alliance "));
-        let command = command.unwrap().replace("${HOST}", "h2");
+        assert!(output.contains("alliance-"), "{broken}: {output}");
+        let mut lines = text.lines();
+        let start = "ExecStart=/usr/local/bin/alliance ";
+        let command = lines.find_map(|line| line.strip_prefix(start)).unwrap();
+        let command = command.replace("${HOST}", "h2");
         let command = command.replace("${WORLD}", "tls/10.0.0.1:7447");
-        let arguments: Vec<&str> = command.split(' ').collect();
         // The command stops only at the missing files.
-        let output = lab.run(&arguments).expect(2).stderr;
-        assert!(output.contains("/etc/alliance/"), "{output}");
+        lab.run(command).expect(2).shows("/etc/alliance/");
     }
 }

@@ -58,24 +58,15 @@ fn all_setups(limit_s: f64, seed: u64) -> Vec<Setup> {
 #[track_caller]
 fn assert_no_mismatch(comparison: &Comparison, of: &str) {
     assert!(comparison.rows > 0, "{of} has no rows");
-    assert!(
-        comparison.mismatches.is_empty(),
-        "{} of {} rows of {of} differ, the first of them: {:#?}",
-        comparison.mismatches.len(),
-        comparison.rows,
-        comparison.mismatches[0]
-    );
+    let (rows, mismatches) = (comparison.rows, &comparison.mismatches);
+    let (count, first) = (mismatches.len(), mismatches.first());
+    assert_eq!(count, 0, "of {rows} rows of {of}, first: {first:#?}");
 }
 
 fn name_of(setup: &Setup) -> String {
-    let alliance = &setup.scenario.alliance;
-    format!(
-        "{} with {:?}, {}, seed {}",
-        setup.scenario.name,
-        alliance.preset,
-        setup.step_order.as_str(),
-        setup.seed
-    )
+    let preset = setup.scenario.alliance.preset;
+    let (name, order) = (&setup.scenario.name, setup.step_order.as_str());
+    format!("{name} with {preset:?}, {order}, seed {}", setup.seed)
 }
 
 #[test]
@@ -104,10 +95,8 @@ fn every_motivation_row_agrees_under_crashes_stalls_and_link_faults() {
         resets += rows.filter(|row| !row.impatience_reset).count();
     }
     // Short runs may lack some events.
-    assert!(
-        counts.iter().all(|(_, count)| 4 * count > 3 * runs),
-        "{counts:?} of {runs}"
-    );
+    let are_many = counts.iter().all(|(_, count)| 4 * count > 3 * runs);
+    assert!(are_many, "{counts:?} of {runs}");
     assert!(resets > 300, "{resets}");
 }
 
@@ -133,20 +122,14 @@ fn a_wrong_row_and_a_missing_message_are_detected() {
         let mut rows = motivations.clone();
         change(&mut rows[1234]);
         let mismatches = compare(&alliance, &rows, &messages, &events).mismatches;
-        assert_eq!(
-            mismatches.len(),
-            1,
-            "the calculation continues with its own values"
-        );
+        // The calculation continues with its own values.
+        assert_eq!(mismatches.len(), 1);
         assert_eq!(mismatches[0].calculated, motivations[1234]);
     }
 
     let first = messages.iter().position(|row| row.state == "executing");
     let mut rest = messages.clone();
     rest.remove(first.unwrap());
-    assert!(
-        !compare(&alliance, &motivations, &rest, &events)
-            .mismatches
-            .is_empty()
-    );
+    let mismatches = compare(&alliance, &motivations, &rest, &events).mismatches;
+    assert!(!mismatches.is_empty());
 }

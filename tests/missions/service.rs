@@ -73,15 +73,12 @@ fn robots_with_the_skill_do_the_work_of_every_period_after_any_crash() {
         });
         let events = events(&scenario, Outcome::Complete);
         check(&scenario, &events);
-        let late = events
-            .iter()
-            .filter(|event| event.t_ms.as_secs_f64() > 300.1);
-        let late: BTreeSet<&str> = late
-            .filter(|event| event.kind == "begun")
-            .map(|event| event.robot.as_str())
-            .collect();
-        assert_eq!(late.len(), 2, "{late:?} work after the crash of {victim}");
-        assert!(!late.contains(victim));
+        let is_late = |event: &&EventRow| event.t_ms.as_secs_f64() > 300.1;
+        let begun = events.iter().filter(|event| event.kind == "begun");
+        let late = begun.filter(is_late).map(|event| event.robot.as_str());
+        let workers: BTreeSet<&str> = late.collect();
+        assert_eq!(workers.len(), 2, "{workers:?} after the crash of {victim}");
+        assert!(!workers.contains(victim));
     }
 }
 
@@ -109,39 +106,27 @@ fn takeovers_occur_at_the_time_of_the_closed_form() {
         let alliance = &log.run.setup.alliance;
         let (params, threshold) = (&alliance.robots[successor].sets[task], alliance.threshold);
 
-        let messages: Vec<MessageRow> = log.rows().unwrap();
-        let last = messages.iter().rfind(|row| {
-            (row.receiver.as_str(), row.sender.as_str()) == (successor, victim)
-                && row.delivery == "received"
-        });
+        let mut messages: Vec<MessageRow> = log.rows().unwrap();
+        messages.retain(|row| row.receiver == successor && row.sender == victim);
+        let last = messages.iter().rfind(|row| row.delivery == "received");
         let last = last.unwrap();
-        assert_eq!(
-            (last.state.as_str(), last.task.as_str()),
-            ("executing", task)
-        );
+        assert_eq!([&last.state, &last.task], ["executing", task]);
         let received_s = last.t_ms.as_secs_f64();
-        assert!(
-            (at_s - 1.1..=at_s + 0.1).contains(&received_s),
-            "{received_s}"
-        );
+        let likely = at_s - 1.1..=at_s + 0.1;
+        assert!(likely.contains(&received_s), "{received_s}");
 
-        let rows: Vec<MotivationRow> = log.rows().unwrap();
+        let mut rows: Vec<MotivationRow> = log.rows().unwrap();
+        rows.retain(|row| row.robot == successor && row.behavior_set == task);
         let of_task = rows
             .iter()
-            .filter(|row| row.robot == successor && row.behavior_set == task);
-        let of_task: Vec<(f64, f64, &str)> = of_task
-            .map(|row| (row.t_ms.as_secs_f64(), row.motivation, row.state.as_str()))
-            .collect();
-        let after = of_task.iter().filter(|(t_s, ..)| *t_s > received_s);
-        let taken_s = after
-            .clone()
-            .find(|(.., state)| *state == "active")
-            .unwrap()
-            .0;
+            .map(|row| (row.t_ms.as_secs_f64(), row.motivation, row.state.as_str()));
+        let of_task: Vec<(f64, f64, &str)> = of_task.collect();
+        let mut after = of_task.iter().filter(|(t_s, ..)| *t_s > received_s);
+        let taken = after.find(|(.., state)| *state == "active");
+        let taken_s = taken.unwrap().0;
         let before = of_task.iter().filter(|(t_s, ..)| *t_s < taken_s);
-        let at_rest = before
-            .clone()
-            .rfind(|(_, motivation, _)| *motivation == 0.0);
+        let mut at_rest = before.clone();
+        let at_rest = at_rest.rfind(|(_, motivation, _)| *motivation == 0.0);
         let at_last = before.clone().rfind(|(t_s, ..)| *t_s <= received_s);
         let begins = [at_rest, at_last].into_iter().flatten();
         let (from_s, motivation, _) = *begins.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
@@ -150,10 +135,8 @@ fn takeovers_occur_at_the_time_of_the_closed_form() {
         let slowly_s = (ceased_s - from_s).max(0.0);
         let left = threshold - motivation - slowly_s * params.slow_impatience[victim];
         let expected_s = ceased_s.max(from_s) + left.max(0.0) / params.fast_impatience;
-        assert!(
-            (taken_s - expected_s).abs() <= step_s + 1e-9,
-            "{successor} takes {task} over from {victim} at {taken_s} s instead of {expected_s} s"
-        );
+        let is_on_time = (taken_s - expected_s).abs() <= step_s + 1e-9;
+        assert!(is_on_time, "{successor}: {taken_s}, not {expected_s} s");
     }
 }
 
@@ -174,27 +157,25 @@ fn with_l_alliance_a_degraded_robot_yields_to_the_other_robot() {
     let events = events(&parse(TWO_AND_TWO), Outcome::Complete);
     let floor = events.iter().filter(|event| event.subject == "p1");
     let done = floor.filter(|event| event.kind == "done");
-    let done: Vec<(u64, &str)> = done
+    let done: Vec<_> = done
         .map(|event| (event.t_ms.0 / 1000, event.robot.as_str()))
         .collect();
     // From the fifth minute on all robots have learned all durations.
-    let by = |from_s: u64, to_s: u64| {
-        let within = done
-            .iter()
-            .filter(|(at_s, _)| (from_s..to_s).contains(at_s));
+    for (period_s, robot, count) in [
+        (300..600, "gold", 5),
+        (600..1500, "blue", 15),
+        (1500..1860, "gold", 5),
+    ] {
+        let within = done.iter().filter(|(at_s, _)| period_s.contains(at_s));
         let robots: Vec<&str> = within.map(|(_, robot)| *robot).collect();
-        robots
-    };
-    assert_eq!(by(300, 600), ["gold"; 5]);
-    assert_eq!(by(600, 1500), ["blue"; 15]);
-    assert_eq!(by(1500, 1860), ["gold"; 5]);
-    let yields = events.iter().filter(|event| {
-        let is_floor = event.robot == "gold" && event.subject == "serve(floor)";
-        is_floor && event.kind == "hibernated" && event.reason == "acquiesced-psi"
-    });
-    let yields: Vec<u64> = yields.map(|event| event.t_ms.0 / 1000).collect();
+        assert_eq!(robots, vec![robot; count], "{period_s:?}");
+    }
+    let mut yields = events;
+    yields.retain(|event| event.robot == "gold" && event.subject == "serve(floor)");
+    yields.retain(|event| event.kind == "hibernated" && event.reason == "acquiesced-psi");
+    let mut times_s = yields.iter().map(|event| event.t_ms.0 / 1000);
     assert!(
-        yields.iter().all(|at_s| (600..1500).contains(at_s)),
+        times_s.all(|at_s| (600..1500).contains(&at_s)),
         "{yields:?}"
     );
     assert_eq!(yields.len(), 15);
@@ -204,22 +185,21 @@ fn with_l_alliance_a_degraded_robot_yields_to_the_other_robot() {
 /// radio.
 #[test]
 fn an_idle_robot_makes_way() {
-    for (x_m, y_m) in [(6.0, 4.5), (0.25, 0.25)] {
+    for place in ["x_m = 6.0, y_m = 4.5", "x_m = 0.25, y_m = 0.25"] {
         for allocator in ["nearest", "nearest-silent", "alliance"] {
             let text = format!(
                 "name = 'way'\nlimit_s = 120.0\nallocator = '{allocator}'\n\
                  [[robots]]\nname = 'gold'\nskills = {{ dust = 1, garbage = 0 }}\n\
-                 start = {{ x_m = {x_m}, y_m = {y_m}, heading_deg = 0 }}\n\
+                 start = {{ {place}, heading_deg = 0 }}\n\
                  [[robots]]\nname = 'blue'\nskills = {{ dust = 0, garbage = 1 }}\n\
                  start = {{ x_m = 3, y_m = 2, heading_deg = 0 }}\n\
-                 [[service.kinds]]\nname = 'dust'\nwork_s = {{ min = 2, max = 2 }}\n\
-                 [[service.kinds]]\nname = 'garbage'\nwork_s = {{ min = 2, max = 2 }}\n\
-                 [[service.points]]\nkind = 'dust'\nx_m = {x_m}\ny_m = {y_m}\n\
-                 [[service.points]]\nkind = 'garbage'\nx_m = {x_m}\ny_m = {y_m}\n"
+                 [service]\nkinds = [{{ name = 'dust', work_s = {{ min = 2, max = 2 }} }}, \
+                 {{ name = 'garbage', work_s = {{ min = 2, max = 2 }} }}]\n\
+                 points = [{{ kind = 'dust', {place} }}, {{ kind = 'garbage', {place} }}]\n"
             );
             let events = events(&parse(&text), Outcome::Complete);
-            let done: Vec<_> = events.iter().filter(|event| event.kind == "done").collect();
-            assert_eq!(done.len(), 2, "{allocator} at {x_m}, {y_m}");
+            let done = events.iter().filter(|event| event.kind == "done");
+            assert_eq!(done.count(), 2, "{allocator} at {place}");
         }
     }
 }

@@ -1,16 +1,14 @@
 //! Shards of a sweep, and a team on several nodes, under a real Slurm whose daemons are children of the tests on
 //! loopback.
 
-use std::collections::BTreeSet;
-use std::ffi::OsString;
 use std::fs::{self, File};
 use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
 use alliance_tests::harness::{Lab, wait_until};
 use alliance_tests::needs::cannot_run;
+use alliance_tests::testkit::in_repository;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
@@ -49,9 +47,9 @@ impl<'l> Cluster<'l> {
         let key = folder.join("munge.key");
         fs::write(&key, [7; 1024]).unwrap();
         fs::set_permissions(&key, fs::Permissions::from_mode(0o600)).unwrap();
-        let host = output_of("uname", &["-n"]);
+        let host = output_of("uname", "-n");
         let host = host.split('.').next().unwrap();
-        let user = output_of("id", &["-un"]);
+        let user = output_of("id", "-un");
         let ports = free_ports(1 + nodes);
         let control = ports[0];
         let names: Vec<String> = (1..=nodes).map(|number| format!("node{number}")).collect();
@@ -82,22 +80,17 @@ impl<'l> Cluster<'l> {
             lab,
             daemons: Vec::new(),
         };
-        let file = |name: &str, ending: &str| format!("--{name}={at}/munge.{ending}");
-        let munge = [
-            "--foreground".to_owned(),
-            "--force".to_owned(),
-            file("socket", "socket"),
-            file("key-file", "key"),
-            file("pid-file", "pid"),
-            file("log-file", "log"),
-            file("seed-file", "seed"),
-        ];
+        let mut munge = "--foreground --force".to_owned();
+        for name in ["socket", "key-file", "pid-file", "log-file", "seed-file"] {
+            let ending = name.trim_end_matches("-file");
+            munge += &format!(" --{name}={at}/munge.{ending}");
+        }
         cluster.daemon("munged", &munge);
         let socket = folder.join("munge.socket");
         wait_until("munged's socket", || socket.exists());
-        cluster.daemon("slurmctld", &["-D".to_owned(), "-c".to_owned()]);
+        cluster.daemon("slurmctld", "-D -c");
         for name in &names {
-            cluster.daemon("slurmd", &["-D".to_owned(), "-N".to_owned(), name.clone()]);
+            cluster.daemon("slurmd", &format!("-D -N {name}"));
         }
         wait_until("the nodes", || {
             let states = cluster.query("sinfo", &["-h", "-o", "%D %t"]);
@@ -106,10 +99,10 @@ impl<'l> Cluster<'l> {
         cluster
     }
 
-    fn daemon(&mut self, name: &str, arguments: &[String]) {
+    fn daemon(&mut self, name: &str, arguments: &str) {
         let log = File::create(self.lab.path(&format!("slurm/{name}.out"))).unwrap();
         let mut command = self.command(&program(name));
-        command.args(arguments).stdin(Stdio::null());
+        command.args(arguments.split(' ')).stdin(Stdio::null());
         command.stdout(log.try_clone().unwrap()).stderr(log);
         self.daemons.push(command.spawn().unwrap());
     }
@@ -139,17 +132,16 @@ impl<'l> Cluster<'l> {
 
 /// Returns the path of a daemon, which may not be in `PATH`.
 fn program(name: &str) -> String {
-    let there = Path::new("/usr/sbin").join(name);
-    if there.exists() {
-        there.display().to_string()
-    } else {
-        name.to_owned()
+    let there = format!("/usr/sbin/{name}");
+    match fs::exists(&there) {
+        Ok(true) => there,
+        _ => name.to_owned(),
     }
 }
 
 /// Returns the trimmed output of a program.
-fn output_of(name: &str, arguments: &[&str]) -> String {
-    let output = Command::new(name).args(arguments).output().unwrap();
+fn output_of(name: &str, argument: &str) -> String {
+    let output = Command::new(name).arg(argument).output().unwrap();
     String::from_utf8(output.stdout).unwrap().trim().to_owned()
 }
 
@@ -163,24 +155,24 @@ fn free_ports(count: usize) -> Vec<u16> {
 
 /// Returns whether Slurm is installed. Prints how to install it otherwise.
 fn is_installed() -> bool {
-    let is_installed = ["slurmctld", "slurmd", "munged", "sbatch"]
-        .iter()
-        .all(|name| {
-            // The exit status does not matter: sbatch fails without a configuration.
-            let tried = Command::new(program(name)).arg("--version").output();
-            tried.is_ok()
-        });
+    // The exit status does not matter: sbatch fails without a configuration.
+    let runs = |name: &&str| {
+        Command::new(program(name))
+            .arg("--version")
+            .output()
+            .is_ok()
+    };
+    let is_installed = ["slurmctld", "slurmd", "munged", "sbatch"].iter().all(runs);
     if !is_installed {
-        let how =
-            "no Slurm: install Debian's packages `slurmctld`, `slurmd`, `slurm-client` and `munge`";
-        cannot_run(how);
+        let packages = "`slurmctld`, `slurmd`, `slurm-client` and `munge`";
+        cannot_run(&format!("no Slurm: install Debian's packages {packages}"));
     }
     is_installed
 }
 
 fn recipe(name: &str) -> String {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    root.join("docs/examples").join(name).display().to_string()
+    let examples = in_repository("docs/examples");
+    examples.join(name).display().to_string()
 }
 
 /// Puts the command into the jobs' `PATH`.
@@ -202,35 +194,28 @@ fn slurm_runs_shards_and_requeues_one_that_is_killed() {
         return;
     }
     let lab = Lab::new();
-    fs::write(lab.path("plan.toml"), PLAN).unwrap();
-    lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
+    lab.write("plan.toml", PLAN);
+    lab.run("sweep plan.toml --out whole").expect(0);
     install(&lab);
 
     let cluster = Cluster::start(&lab, 1, SHARDS);
     let script = recipe("slurm.sbatch");
-    let job = cluster.run(
-        "sbatch",
-        &["--parsable", &script, "sweep", "plan.toml", "shards"],
-    );
+    let shards = ["--parsable", &script, "sweep", "plan.toml", "shards"];
+    let job = cluster.run("sbatch", &shards);
     wait_until("some runs of shard 3", || rows(&lab, 3) >= 2);
     cluster.run("scontrol", &["requeue", &format!("{job}_3")]);
     wait_until("the end of all jobs", || {
         cluster.run("squeue", &["-h", "-j", &job]).is_empty()
     });
-    let log = |shard: usize| {
-        fs::read_to_string(lab.path(&format!("alliance-{job}_{shard}.log"))).unwrap()
-    };
+    let log = |shard: usize| lab.text(&format!("alliance-{job}_{shard}.log"));
     let killed = log(3);
     assert!(killed.contains("DUE TO JOB REQUEUE"), "{killed}");
-    let completed = format!("{RUNS} runs, ");
-    let (_, completed) = killed
-        .split_once(&completed)
-        .unwrap_or_else(|| panic!("{killed}"));
-    let completed: usize = completed.split(' ').next().unwrap().parse().unwrap();
-    assert!(
-        (2..RUNS).contains(&completed),
-        "killed in the middle: {completed}"
-    );
+    let mut lines = killed.split(&format!("{RUNS} runs, "));
+    let completed = lines.nth(1).and_then(|rest| rest.split(' ').next());
+    let completed = completed.and_then(|count| count.parse::<usize>().ok());
+    // Killed in the middle.
+    let is_torn = completed.is_some_and(|count| (2..RUNS).contains(&count));
+    assert!(is_torn, "{killed}");
     for shard in 0..SHARDS {
         let text = log(shard);
         let line = format!("shard {shard}/{SHARDS}: {RUNS} runs done");
@@ -238,7 +223,7 @@ fn slurm_runs_shards_and_requeues_one_that_is_killed() {
     }
     drop(cluster);
 
-    lab.run(&["sweep", "--merge", "shards"]).expect(0);
+    lab.run("sweep --merge shards").expect(0);
     lab.assert_same_results("whole", "shards");
 }
 
@@ -248,15 +233,11 @@ scenario = "waste-cleanup"
 seed = 1
 listen = "tls/WORLD:PORT"
 world = "h1"
-[[hosts]]
-name = "h1"
-robots = ["blue"]
-[[hosts]]
-name = "h2"
-robots = ["gold"]
-[[hosts]]
-name = "h3"
-robots = ["green"]
+hosts = [
+    { name = "h1", robots = ["blue"] },
+    { name = "h2", robots = ["gold"] },
+    { name = "h3", robots = ["green"] },
+]
 "#;
 
 #[test]
@@ -265,7 +246,7 @@ fn slurm_runs_a_team_on_three_nodes() {
         return;
     }
     let lab = Lab::new();
-    fs::write(lab.path("team.toml"), TEAM).unwrap();
+    lab.write("team.toml", TEAM);
     install(&lab);
     let cluster = Cluster::start(&lab, 3, 1);
     let script = recipe("machines/slurm.sbatch");
@@ -273,24 +254,17 @@ fn slurm_runs_a_team_on_three_nodes() {
     let submitted = cluster.query("sbatch", &arguments);
     let job = String::from_utf8(submitted.stdout).unwrap();
     let job = job.trim();
-    let log = fs::read_to_string(lab.path(&format!("alliance-team-{job}.log"))).unwrap();
+    let log = lab.text(&format!("alliance-team-{job}.log"));
     assert!(submitted.status.success(), "{log}");
     let folder = format!("alliance-team-{job}");
     for (host, robot) in [("h2", "gold"), ("h3", "green")] {
-        let text = lab.path(&format!("{folder}/run/logs/host.{host}.log"));
-        let text = fs::read_to_string(text).unwrap();
+        let text = lab.text(&format!("{folder}/run/logs/host.{host}.log"));
         assert!(text.contains(&format!("robots {robot}\n")), "{text}");
     }
     drop(cluster);
 
     // The bytes are those of one machine, and the shared folder contains no keys.
-    lab.mission("alone", &["waste-cleanup", "--seed=1"])
-        .expect(0);
+    lab.mission("alone", "waste-cleanup --seed=1").expect(0);
     lab.assert_same_bytes(&format!("{folder}/run"), "alone");
-    let names = fs::read_dir(lab.path(&folder)).unwrap();
-    let names: BTreeSet<_> = names.map(|entry| entry.unwrap().file_name()).collect();
-    assert_eq!(
-        names,
-        BTreeSet::from(["run", "runs", "team.toml"].map(OsString::from))
-    );
+    assert_eq!(lab.names(&folder), ["run", "runs", "team.toml"]);
 }

@@ -1,7 +1,6 @@
 //! The statistics of comparisons against SciPy, with small and large random samples, with and without ties.
 
 use std::collections::BTreeMap;
-use std::fs;
 
 use alliance_tests::harness::Lab;
 use alliance_tests::python::{python, run};
@@ -51,16 +50,11 @@ fn case(test: &'static str, number: usize, rng: &mut ChaCha8Rng) -> Case {
         "wilcoxon" => {
             let differences = values(length, coarse);
             let found = wilcoxon(&differences);
-            (
-                json!({ "differences": differences }),
-                vec![found.p, found.effect],
-            )
+            let found = vec![found.p, found.effect];
+            (json!({ "differences": differences }), found)
         }
         "mcnemar" => {
-            let only = [
-                rng.random_range(0..=length as u64),
-                rng.random_range(0..=length as u64),
-            ];
+            let only = [(); 2].map(|()| rng.random_range(0..=length as u64));
             (json!({ "only": only }), vec![mcnemar(only[0], only[1])])
         }
         "wilson" => {
@@ -69,10 +63,8 @@ fn case(test: &'static str, number: usize, rng: &mut ChaCha8Rng) -> Case {
             (json!({ "share": [hits, length] }), vec![from, to])
         }
         "holm" => {
-            let p: Vec<f64> = values(length, coarse)
-                .iter()
-                .map(|value| (value.abs() / 800.0).min(1.0))
-                .collect();
+            let mut p = values(length, coarse);
+            p.iter_mut().for_each(|p| *p = (p.abs() / 800.0).min(1.0));
             (json!({ "p": p }), holm(&p))
         }
         "friedman" => {
@@ -86,14 +78,10 @@ fn case(test: &'static str, number: usize, rng: &mut ChaCha8Rng) -> Case {
         "nemenyi" => {
             let (k, blocks) = (2 + number % 14, length);
             let difference = f64::from(rng.random_range(0..=100_u32)) / 100.0 * (k as f64 - 1.0);
-            let all = vec![
-                critical_difference(0.05, k, blocks),
-                nemenyi(difference, k, blocks),
-            ];
-            (
-                json!({ "ranks": [k as f64, blocks as f64, difference] }),
-                all,
-            )
+            let p = nemenyi(difference, k, blocks);
+            let ranks = [k as f64, blocks as f64, difference];
+            let found = vec![critical_difference(0.05, k, blocks), p];
+            (json!({ "ranks": ranks }), found)
         }
         _ => {
             let values = values(20 + length, coarse);
@@ -113,31 +101,24 @@ fn each_statistic_agrees_with_scipy() {
     };
     let mut rng = ChaCha8Rng::seed_from_u64(22);
     let mut cases = Vec::new();
-    for test in [
-        "wilcoxon",
-        "mcnemar",
-        "wilson",
-        "holm",
-        "friedman",
-        "nemenyi",
-        "bootstrap",
-    ] {
+    for (test, count) in [
+        ("wilcoxon", CASES),
+        ("mcnemar", CASES),
+        ("wilson", CASES),
+        ("holm", CASES),
+        ("friedman", CASES),
         // SciPy needs a tenth of a second for each of these cases.
-        let count = if matches!(test, "nemenyi" | "bootstrap") {
-            CASES / 10
-        } else {
-            CASES
-        };
+        ("nemenyi", CASES / 10),
+        ("bootstrap", CASES / 10),
+    ] {
         cases.extend((0..count).map(|number| case(test, number, &mut rng)));
     }
     let lab = Lab::new();
     let lines: Vec<String> = cases.iter().map(|case| case.input.to_string()).collect();
-    fs::write(lab.path("cases.jsonl"), lines.join("\n")).unwrap();
+    lab.write("cases.jsonl", lines.join("\n"));
     let output = run(&lab, &python, "scipy_statistics.py", &["cases.jsonl"]);
-    let reference: Vec<Vec<f64>> = output
-        .lines()
-        .map(|line| serde_json::from_str(line).unwrap())
-        .collect();
+    let reference = output.lines().map(serde_json::from_str::<Vec<f64>>);
+    let reference: Vec<_> = reference.map(Result::unwrap).collect();
     assert_eq!(reference.len(), cases.len());
 
     let mut agreed: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
@@ -156,10 +137,8 @@ fn each_statistic_agrees_with_scipy() {
         *count += usize::from(agrees);
         *of += 1;
         if !agrees && first.is_none() {
-            first = Some(format!(
-                "{}: {:?}, SciPy {reference:?}",
-                case.input, case.found
-            ));
+            let (input, found) = (&case.input, &case.found);
+            first = Some(format!("{input}: {found:?}, SciPy {reference:?}"));
         }
     }
     for (test, (count, of)) in &agreed {

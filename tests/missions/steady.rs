@@ -7,18 +7,16 @@ use missions::waste::data::{WasteSection, family};
 use std::collections::BTreeSet;
 
 use run_log::{EventRow, LogLevel};
-use scenario::Setup;
 use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 
 /// The number of ticks before the measurement. By then all robots have sent and received each kind of message.
 const WARM: u64 = 1_200;
 const END: u64 = 3_000;
 
-fn setup(robots: usize, spills: usize, allocator: &str) -> Setup {
-    let mut scenario = family(robots, spills);
-    WasteSection::of_mut(&mut scenario).border_known = true;
-    scenario.allocator = Some(allocator.to_owned());
-    scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
+/// Resolves a scenario up to the end of the measurement.
+fn until_end(mut scenario: Scenario) -> Setup {
+    scenario.limit_s = SimTime(END * scenario.step_ms).as_secs_f64();
     runs::setup(scenario, 1)
 }
 
@@ -29,58 +27,42 @@ fn ticks_with_events(setup: &Setup) -> BTreeSet<u64> {
     rows.iter().map(|row| row.t_ms.0 / step_ms).collect()
 }
 
+/// In the larger teams each robot has some teammates in radio range. The service missions have more work than the test
+/// needs. Targets appear and disappear often, so only ticks without such a change count.
 #[test]
 fn a_tick_without_events_allocates_no_memory() {
-    // In the larger team each robot has some teammates in radio range.
     for (robots, spills) in [(3, 2), (30, 20)] {
         for allocator in ["alliance", "l-alliance", "ble", "murdoch"] {
-            assert_steady(robots, setup(robots, spills, allocator));
+            let mut scenario = family(robots, spills);
+            WasteSection::of_mut(&mut scenario).border_known = true;
+            scenario.allocator = Some(allocator.to_owned());
+            assert_steady(robots, until_end(scenario));
         }
     }
-}
-
-/// The service missions have more work than the test needs.
-#[test]
-fn a_service_tick_without_events_allocates_no_memory() {
     for (robots, points) in [(3, 20), (30, 200)] {
         for allocator in ["alliance", "l-alliance", "nearest"] {
             let mut scenario = SERVICE.family(robots, points).unwrap();
             scenario.allocator = Some(allocator.to_owned());
-            scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
-            assert_steady(robots, runs::setup(scenario, 1));
+            assert_steady(robots, until_end(scenario));
         }
     }
-}
-
-/// Targets appear and disappear often, so only ticks without such a change count.
-#[test]
-fn an_observe_tick_without_events_allocates_no_memory() {
     for (robots, targets) in [(3, 3), (30, 10)] {
         let mut scenario = OBSERVE.family(robots, targets).unwrap();
+        let duration_s = SimTime((END + 1) * scenario.step_ms).as_secs_f64();
         let section: &mut ObserveSection = scenario.mission.values_mut().unwrap();
-        section.duration_s = (SimTime((END + 1) * scenario.step_ms)).as_secs_f64();
-        scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
-        assert_steady(robots, runs::setup(scenario, 1));
+        section.duration_s = duration_s;
+        assert_steady(robots, until_end(scenario));
     }
-}
-
-#[test]
-fn a_push_tick_without_events_allocates_no_memory() {
-    let mut scenario = missions::push::data::family(12, 6);
-    scenario.limit_s = (SimTime(END * scenario.step_ms)).as_secs_f64();
-    let setup = runs::setup(scenario, 1);
-    assert_steady(12, setup);
+    assert_steady(12, until_end(missions::push::data::family(12, 6)));
 }
 
 fn assert_steady(robots: usize, setup: Setup) {
-    let allocator = setup.scenario.allocator.clone();
+    let name = format!("{robots} robots, {:?}", setup.scenario.allocator);
     let event_ticks = ticks_with_events(&setup);
     let mut team = runs::team(setup, LogLevel::Off);
-    let (mut quiet, mut allocating) = (0_u64, Vec::new());
+    let (mut quiet, mut allocating) = (0, Vec::new());
     for tick in 0..END {
-        let measured = allocation_counter::measure(|| {
-            team.tick().unwrap();
-        });
+        let measured = allocation_counter::measure(|| _ = team.tick().unwrap());
         if tick < WARM || event_ticks.contains(&tick) {
             continue;
         }
@@ -89,15 +71,8 @@ fn assert_steady(robots: usize, setup: Setup) {
             allocating.push((tick, measured.count_total));
         }
     }
-    assert!(
-        quiet > 500,
-        "{allocator:?}, {robots} robots: {quiet} ticks without events"
-    );
+    assert!(quiet > 500, "{name}: {quiet} ticks without events");
     // New messages reuse the memory of old ones, which must grow when a robot learns of more places.
-    assert!(
-        allocating.len() as u64 * 20 <= quiet,
-        "{allocator:?}, {robots} robots: of {quiet} ticks without events {} allocate memory: {:?}",
-        allocating.len(),
-        &allocating[..allocating.len().min(20)]
-    );
+    let are_few = allocating.len() * 20 <= quiet;
+    assert!(are_few, "{name}: of {quiet} ticks: {allocating:?}");
 }

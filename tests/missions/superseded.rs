@@ -5,7 +5,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use alliance_tests::harness::{Lab, wait_until};
+use alliance_tests::harness::{Lab, expect_all, wait_until};
 use alliance_tests::operator::{announced, connect, join};
 use cluster::rendezvous::ConnectionRole;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
@@ -19,26 +19,11 @@ const RUN: &str = "run";
 #[test]
 fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
     let lab = Lab::new();
-    let mut world = lab.start(&[
-        "cluster",
-        "world",
-        "--run",
-        RUN,
-        "--out",
-        "out",
-        "--speed",
-        "20x",
-        "--limit",
-        "300",
-        "--stall-after",
-        "0.2",
-    ]);
+    let mut world = lab.world("run", "--run run --speed 20x --limit 300 --stall-after 0.2");
     world.wait_for_stderr("waiting for blue, gold, green");
     let run = announced(&lab);
-    let (keys, secret) = (
-        KeyExpressions::new(RUN),
-        Secret::of_robot(&run.token, "gold"),
-    );
+    let keys = KeyExpressions::new(RUN);
+    let secret = Secret::of_robot(&run.token, "gold");
     let session = connect(&run, ConnectionRole::Team);
 
     let received = Arc::new(Mutex::new(Vec::new()));
@@ -65,29 +50,24 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
     assert_eq!(welcome.incarnation, 1);
     let token = secret.stamp(&keys.alive("gold", 1));
     let token = session.liveliness().declare_token(token).wait().unwrap();
-    let teammates = ["blue", "green"]
-        .map(|robot| lab.start(&["cluster", "agent", "--robot", robot, "--run", RUN]));
-    let has_event = |text: &str| {
-        std::fs::read_to_string(lab.path("out/events.csv"))
-            .is_ok_and(|events| events.contains(text))
+    let teammates = ["blue", "green"].map(|robot| lab.agent(robot));
+    let mut wait_for = |kind: &str, detail: &str| {
+        let kind = format!(",{kind},gold,");
+        lab.wait_for_row(&mut world, "events.csv", &[&kind, detail])
     };
     wait_until("the first incarnation's ticks", || {
         !received.lock().unwrap().is_empty()
     });
     token.undeclare().wait().unwrap();
-    wait_until("the end of the first incarnation", || {
-        has_event(",gone,gold,,,incarnation 1")
-    });
+    wait_for("gone", "incarnation 1");
 
-    let mut successor = lab.start(&["cluster", "agent", "--robot", "gold", "--run", RUN]);
-    wait_until("the second incarnation", || {
-        has_event(",joined,gold,,,incarnation 2")
-    });
-    let dismissed = |message: &ToAgent| *message == ToAgent::Dismissed(1);
-    assert!(
-        !received.lock().unwrap().iter().any(dismissed),
-        "the former incarnation has sent nothing yet"
-    );
+    let mut successor = lab.agent("gold");
+    wait_for("joined", "incarnation 2");
+    let is_dismissed = || {
+        let received = received.lock().unwrap();
+        received.contains(&ToAgent::Dismissed(1))
+    };
+    assert!(!is_dismissed(), "the former one has sent nothing yet");
     let late = Report {
         robot: welcome.robot,
         incarnation: 1,
@@ -95,29 +75,18 @@ fn a_superseded_incarnation_is_dismissed_and_a_dismissed_agent_ends() {
     };
     let late = secret.seal(&keys.report("gold"), &late).unwrap();
     session.put(keys.report("gold"), late).wait().unwrap();
-    wait_until("its dismissal", || {
-        received.lock().unwrap().iter().any(dismissed)
-    });
-    assert!(
-        successor.is_running(),
-        "the dismissal must not affect the successor"
-    );
+    wait_until("its dismissal", is_dismissed);
+    let is_running = successor.is_running();
+    assert!(is_running, "the dismissal must not affect the successor");
 
     // A real agent ends after a dismissal and reports the reason.
-    let dismissal = secret
-        .seal(&keys.tick("gold"), &<ToAgent>::Dismissed(2))
-        .unwrap();
+    let dismissal = <ToAgent>::Dismissed(2);
+    let dismissal = secret.seal(&keys.tick("gold"), &dismissal).unwrap();
     session.put(keys.tick("gold"), dismissal).wait().unwrap();
     let ended = successor.wait().expect(3);
-    assert!(
-        ended.stderr.contains("a newer agent controls this robot"),
-        "{}",
-        ended.stderr
-    );
+    ended.shows("a newer agent controls this robot");
 
-    lab.run(&["clock", "speed", "max"]).expect(0);
+    lab.run("clock speed max").expect(0);
     world.wait();
-    for agent in teammates {
-        agent.wait().expect(0);
-    }
+    expect_all(teammates, 0);
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Write;
 use std::process::Command;
 
-use alliance_tests::harness::{Lab, wait_until};
+use alliance_tests::harness::{Lab, join, wait_until};
 use alliance_tests::needs::cannot_run;
 use alliance_tests::testkit::{Row, journal_rows, results, rows};
 use nix::sys::signal::Signal;
@@ -37,95 +37,65 @@ const RUNS: usize = 24;
 
 fn lab() -> Lab {
     let lab = Lab::new();
-    fs::write(lab.path("plan.toml"), PLAN).unwrap();
+    lab.write("plan.toml", PLAN);
     lab
 }
 
 fn result_rows(lab: &Lab, folder: &str) -> Vec<Row> {
-    rows(&fs::read(lab.path(folder).join("results.csv")).unwrap())
+    rows(&lab.bytes(&format!("{folder}/results.csv")))
 }
 
-/// Returns the arguments of the command at the end of the line that contains `mark`.
-fn printed_command<'s>(output: &'s str, mark: &str) -> Vec<&'s str> {
+/// Returns the command at the end of the line that contains `mark`.
+#[track_caller]
+fn printed_command<'s>(output: &'s str, mark: &str) -> &'s str {
     let mut lines = output.lines().filter_map(|line| line.split_once(mark));
-    let (_, command) = lines
-        .next()
-        .unwrap_or_else(|| panic!("no '{mark}' in:\n{output}"));
-    command.split_whitespace().collect()
+    let line = lines.next();
+    line.unwrap_or_else(|| panic!("no '{mark}' in:\n{output}"))
+        .1
 }
 
 #[test]
 fn a_sweep_has_a_row_for_each_run_and_each_run_can_be_repeated() {
     let lab = lab();
-    let finished = lab.run(&["sweep", "plan.toml"]).expect(0);
-    let stderr = &finished.stderr;
-    assert!(stderr.contains("24 runs: "), "{stderr}");
-    assert!(stderr.contains("gold-dies"), "{stderr}");
+    let finished = lab.run("sweep plan.toml").expect(0);
+    finished.shows("24 runs: ").shows("gold-dies");
     let rows = result_rows(&lab, "sweeps/plan");
     assert_eq!(rows.len(), RUNS);
-    let settings: Vec<String> = rows
-        .iter()
-        .map(|row| {
-            let columns = [
-                "run",
-                "alliance.defaults.ceased_after_s",
-                "preset",
-                "faults",
-                "seed",
-            ];
-            columns.map(|column| row[column].as_str()).join(" ")
-        })
-        .collect();
-    assert_eq!(settings[0], "0 4 team gold-dies 3");
-    assert_eq!(settings[11], "11 4 par98 none 5");
-    assert_eq!(settings[23], "23 20 par98 none 5");
+    let setting = "alliance.defaults.ceased_after_s";
+    for (run, expected) in [
+        (0, "0 4 team gold-dies 3"),
+        (11, "11 4 par98 none 5"),
+        (23, "23 20 par98 none 5"),
+    ] {
+        let columns = ["run", setting, "preset", "faults", "seed"];
+        let settings = columns.map(|column| rows[run][column].as_str());
+        assert_eq!(settings.join(" "), expected);
+    }
     assert!(rows.iter().any(|row| row["outcome"] == "complete"));
     for row in &rows {
-        let has_kill = row["faults"] == "gold-dies";
-        assert_eq!(
-            row["faults_hit"],
-            if has_kill { "1" } else { "0" },
-            "{row:?}"
-        );
+        let hits = i32::from(row["faults"] == "gold-dies");
+        assert_eq!(row["faults_hit"], hits.to_string(), "{row:?}");
     }
     let created = results(&lab.path("sweeps/plan"));
     let names: Vec<&str> = created.keys().map(String::as_str).collect();
-    assert_eq!(
-        names,
-        [
-            "by-0-alliance-defaults-ceased_after_s.svg",
-            "by-1-preset.svg",
-            "by-2-faults.svg",
-            "faults.csv",
-            "plan.toml",
-            "results.csv",
-            "results.parquet",
-            "scenario.toml",
-            "summary.csv",
-            "summary.html",
-        ]
-    );
-    let conditions = String::from_utf8(created["summary.csv"].clone()).unwrap();
+    let figures = "by-0-alliance-defaults-ceased_after_s.svg by-1-preset.svg by-2-faults.svg";
+    let tables =
+        "faults.csv plan.toml results.csv results.parquet scenario.toml summary.csv summary.html";
+    assert_eq!(names.join(" "), format!("{figures} {tables}"));
+    let conditions = lab.text("sweeps/plan/summary.csv");
     assert_eq!(conditions.lines().count(), 1 + RUNS / 3);
-    let faults = String::from_utf8(created["faults.csv"].clone()).unwrap();
-    let half = RUNS / 2;
-    assert_eq!(
-        faults,
-        format!("kind,armed,hit,hits\nkill,{half},{half},{half}\n")
-    );
+    let expected = "kind,armed,hit,hits\nkill,12,12,12\n";
+    assert_eq!(lab.text("sweeps/plan/faults.csv"), expected);
 
     // The printed command repeats the run.
     for run in [0, 14] {
-        let number = run.to_string();
-        let printed = lab
-            .run(&["sweep", "plan.toml", "--scenario", &number])
-            .expect(0);
-        fs::write(lab.path(&format!("run-{run}.toml")), &printed.stdout).unwrap();
-        let mut arguments = printed_command(&printed.stderr, "alliance ");
-        let out = format!("again-{run}");
-        arguments.extend(["--json", "--out", &out]);
+        let printed = lab.run(format!("sweep plan.toml --scenario {run}"));
+        let printed = printed.expect(0);
+        lab.write(&format!("run-{run}.toml"), &printed.stdout);
+        let command = printed_command(&printed.stderr, "alliance ");
+        let again = lab.run(format!("{command} --json --out again-{run}"));
         let code = i32::from(rows[run]["outcome"] != "complete");
-        let result = lab.run(&arguments).expect(code).json();
+        let result = again.expect(code).json();
         assert_eq!(result["hash"], Value::from(rows[run]["hash"].as_str()));
         assert_eq!(result["outcome"], rows[run]["outcome"].as_str());
     }
@@ -136,87 +106,67 @@ fn a_killed_or_interrupted_sweep_continues_and_ends_with_the_same_bytes() {
     const RUNS: usize = 8 * 12;
     let lab = Lab::new();
     // The sweep is long enough to be killed in the middle.
-    let plan = PLAN.replace("to = 5", "to = 14");
-    fs::write(lab.path("plan.toml"), plan).unwrap();
-    lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
-    let arguments = ["sweep", "plan.toml", "--out", "torn", "--jobs", "1"];
+    lab.write("plan.toml", PLAN.replace("to = 5", "to = 14"));
+    lab.run("sweep plan.toml --out whole").expect(0);
+    let command = "sweep plan.toml --out torn --jobs 1";
+    let torn = lab.path("torn");
     for (signal, rows) in [(Signal::SIGKILL, 2), (Signal::SIGINT, 10)] {
-        let sweep = lab.start(&arguments);
-        wait_until("rows", || journal_rows(&lab.path("torn")) >= rows);
+        let sweep = lab.start(command);
+        wait_until("rows", || journal_rows(&torn) >= rows);
         sweep.signal(signal);
         let finished = sweep.wait();
-        assert!(
-            journal_rows(&lab.path("torn")) < RUNS,
-            "the sweep was interrupted too late"
-        );
-        assert!(!lab.path("torn/results.csv").exists());
+        assert!(journal_rows(&torn) < RUNS, "interrupted too late");
+        assert!(!lab.exists("torn/results.csv"));
         if signal == Signal::SIGINT {
-            let stderr = &finished.expect(130).stderr;
-            assert!(stderr.contains("done before"), "{stderr}");
-            assert_eq!(printed_command(stderr, "  alliance "), arguments);
+            let finished = finished.expect(130);
+            finished.shows("done before");
+            assert_eq!(printed_command(&finished.stderr, "  alliance "), command);
         }
-        let mut journal = fs::OpenOptions::new()
-            .append(true)
-            .open(lab.path("torn/journal.jsonl"))
-            .unwrap();
-        journal.write_all(b"{\"run\":9,\"end\":{\"en").unwrap();
+        let mut journal = fs::OpenOptions::new();
+        let journal = journal.append(true).open(torn.join("journal.jsonl"));
+        let unfinished = b"{\"run\":9,\"end\":{\"en";
+        journal.unwrap().write_all(unfinished).unwrap();
     }
-    lab.run(&arguments).expect(0);
-    lab.assert_same_results("whole", "torn");
-
-    // Another start has nothing to do and changes nothing.
-    let before = journal_rows(&lab.path("torn"));
-    lab.run(&arguments).expect(0);
-    assert_eq!((before, journal_rows(&lab.path("torn"))), (RUNS, RUNS));
-    lab.assert_same_results("whole", "torn");
+    // The second start has nothing to do and changes nothing.
+    for _ in 0..2 {
+        lab.run(command).expect(0);
+        assert_eq!(journal_rows(&torn), RUNS);
+        lab.assert_same_results("whole", "torn");
+    }
 }
 
+/// GNU parallel runs the jobs of an array. Slurm and Kubernetes number jobs in the same way.
 #[test]
 fn merged_shards_equal_the_whole_sweep() {
     let lab = lab();
-    lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
-    let shard = |number: &str, out: &str| {
-        let shard = format!("{number}/3");
-        lab.run(&["sweep", "plan.toml", "--out", out, "--shard", &shard])
-            .expect(0)
+    lab.run("sweep plan.toml --out whole").expect(0);
+    let shard = |number: u32, out: &str| {
+        let shard = format!("sweep plan.toml --out {out} --shard {number}/3");
+        lab.run(shard).expect(0)
     };
     // Two shards are in one folder, the third is from another machine.
-    shard("0", "here");
-    let stderr = shard("2", "here").stderr;
-    assert_eq!(
-        printed_command(&stderr, "  alliance "),
-        ["sweep", "--merge", "here"]
-    );
-    let stderr = lab.run(&["sweep", "--merge", "here"]).expect(2).stderr;
-    assert_eq!(stderr.lines().count(), 1, "{stderr}");
-    assert!(
-        stderr
-            .starts_with("alliance sweep: 8 of 24 runs are missing: 1, 4, 7, 10, 13, 16, 19, 22;"),
-        "{stderr}"
-    );
-    assert!(!lab.path("here/results.csv").exists());
-    shard("1", "there");
-    lab.run(&["sweep", "--merge", "here", "there", "--out", "together"])
-        .expect(0);
+    shard(0, "here");
+    let stderr = shard(2, "here").stderr;
+    let merge = printed_command(&stderr, "  alliance ");
+    assert_eq!(merge, "sweep --merge here");
+    let incomplete = lab.refusal(merge);
+    let missing = "alliance sweep: 8 of 24 runs are missing: 1, 4, 7, 10, 13, 16, 19, 22;";
+    assert!(incomplete.starts_with(missing), "{incomplete}");
+    assert!(!lab.exists("here/results.csv"));
+    shard(1, "there");
+    lab.run("sweep --merge here there --out together").expect(0);
     lab.assert_same_results("whole", "together");
     // The whole sweep reuses the runs of its shards.
-    let finished = lab.run(&["sweep", "plan.toml", "--out", "here"]).expect(0);
-    assert!(finished.stderr.contains("16 of them done before"));
+    let whole = lab.run("sweep plan.toml --out here").expect(0);
+    whole.shows("16 of them done before");
     lab.assert_same_results("whole", "here");
-}
 
-/// Runs the jobs of an array with GNU parallel. Slurm and Kubernetes number jobs in the same way.
-#[test]
-fn gnu_parallel_runs_shards() {
     let version = Command::new("parallel").arg("--version").output();
     let is_installed = version.is_ok_and(|output| output.stdout.starts_with(b"GNU parallel"));
     if !is_installed {
-        let how = "no GNU parallel: install Debian's package `parallel`";
-        cannot_run(how);
+        cannot_run("no GNU parallel: install Debian's package `parallel`");
         return;
     }
-    let lab = lab();
-    lab.run(&["sweep", "plan.toml", "--out", "whole"]).expect(0);
     let output = Command::new("parallel")
         .args(["--will-cite", "--jobs", "3"])
         .arg(env!("CARGO_BIN_EXE_alliance-under-test"))
@@ -233,7 +183,7 @@ fn gnu_parallel_runs_shards() {
         let line = format!("shard {shard}/3: 8 runs done");
         assert!(stderr.contains(&line), "{stderr}");
     }
-    lab.run(&["sweep", "--merge", "shards"]).expect(0);
+    lab.run("sweep --merge shards").expect(0);
     lab.assert_same_results("whole", "shards");
 }
 
@@ -251,55 +201,25 @@ obstacles = [{ x_m = 8.0, y_m = 4.0, width_m = 1.0, height_m = 1.0 }]
 body.radius_m = [0.2, 0.5]
 obstacles.0.x_m = [8.0, 5.0]
 ";
-    fs::write(lab.path("big robots.toml"), plan).unwrap();
-    let stderr = lab.run(&["sweep", "big robots.toml"]).expect(1).stderr;
-    assert!(
-        stderr.contains("4 runs: 0 complete, 3 not complete, 1 failed"),
-        "{stderr}"
-    );
+    lab.write("big robots.toml", plan);
+    let finished = lab.run(["sweep", "big robots.toml"]).expect(1);
+    finished.shows("4 runs: 0 complete, 3 not complete, 1 failed");
     let rows = result_rows(&lab, "sweeps/big robots");
-    let failed = &rows[3];
-    assert_eq!(
-        (failed["outcome"].as_str(), failed["hash"].as_str()),
-        ("failed", "")
-    );
-    let reason = stderr
-        .lines()
-        .find_map(|line| line.strip_prefix("run 3 failed: "))
-        .unwrap();
-    let kept = fs::read_to_string(lab.path("sweeps/big robots/failures/3.toml")).unwrap();
-    let head: Vec<&str> = kept.lines().take(2).collect();
-    assert_eq!(
-        head,
-        [
-            format!("# run 3 failed: {reason}").as_str(),
-            "# alliance run 3.toml --seed 8 --in-process"
-        ]
-    );
-
-    let again = stderr
-        .lines()
-        .find(|line| line.contains("; repeat it with: "))
-        .unwrap();
-    let (_, again) = again.split_once("; repeat it with: alliance ").unwrap();
-    assert_eq!(
-        again,
-        "run 'sweeps/big robots/failures/3.toml' --seed 8 --in-process"
-    );
-    let again = lab
-        .run(&[
-            "run",
-            "sweeps/big robots/failures/3.toml",
-            "--seed",
-            "8",
-            "--in-process",
-        ])
-        .expect(2)
-        .stderr;
-    assert!(again.trim_end().ends_with(reason), "{again}\n{reason}");
+    let end = ["outcome", "hash"].map(|column| rows[3][column].as_str());
+    assert_eq!(end, ["failed", ""]);
+    let reason = printed_command(&finished.stderr, "run 3 failed: ");
+    let kept = lab.text("sweeps/big robots/failures/3.toml");
+    let head = format!("# run 3 failed: {reason}\n# alliance run 3.toml --seed 8 --in-process\n");
+    assert!(kept.starts_with(&head), "{kept}");
     // There is no other failure.
-    let failures = fs::read_dir(lab.path("sweeps/big robots/failures")).unwrap();
-    assert_eq!(failures.count(), 1);
+    assert_eq!(lab.names("sweeps/big robots/failures"), ["3.toml"]);
+
+    let again = printed_command(&finished.stderr, "; repeat it with: alliance ");
+    let file = "sweeps/big robots/failures/3.toml";
+    let options = "--seed 8 --in-process";
+    assert_eq!(again, format!("run '{file}' {options}"));
+    let again = lab.run(join(["run", file], options)).expect(2).stderr;
+    assert!(again.trim_end().ends_with(reason), "{again}\n{reason}");
 }
 
 #[test]
@@ -314,29 +234,27 @@ fn mistakes_give_one_line_and_create_no_files() {
         "[faults.a]\ntimeline = [{ fault.kill = 'glod' }]\n",
     ];
     let plans = plans.map(|plan| {
-        fs::write(lab.path("bad.toml"), plan).unwrap();
-        entry(plan, &lab.refusal(&["sweep", "bad.toml"]))
+        lab.write("bad.toml", plan);
+        entry(plan, &lab.refusal("sweep bad.toml"))
     });
-    let commands: [&[&str]; 6] = [
-        &["sweep", "nothing.toml"],
-        &["sweep", "a.toml", "b.toml"],
-        &["sweep", "plan.toml", "--shard", "3/3"],
-        &["sweep", "plan.toml", "--jobs", "0"],
-        &["sweep", "plan.toml", "--scenario", "24"],
-        &["sweep", "--merge", "."],
+    let commands = [
+        "sweep nothing.toml",
+        "sweep a.toml b.toml",
+        "sweep plan.toml --shard 3/3",
+        "sweep plan.toml --jobs 0",
+        "sweep plan.toml --scenario 24",
+        "sweep --merge .",
     ];
-    let commands = commands.map(|command| entry(&command.join(" "), &lab.refusal(command)));
-    assert!(!lab.path("sweeps").exists());
+    let commands = commands.map(|command| entry(command, &lab.refusal(command)));
+    assert!(!lab.exists("sweeps"));
 
     // A folder can contain only one sweep.
-    fs::write(lab.path("little.toml"), "limit_s = 1.0\n").unwrap();
-    lab.run(&["sweep", "little.toml"]).expect(0);
-    fs::write(lab.path("little.toml"), "limit_s = 2.0\n").unwrap();
+    lab.write("little.toml", "limit_s = 1.0\n");
+    lab.run("sweep little.toml").expect(0);
+    lab.write("little.toml", "limit_s = 2.0\n");
     let before = results(&lab.path("sweeps/little"));
-    let changed = entry(
-        "another sweep in the same folder",
-        &lab.refusal(&["sweep", "little.toml"]),
-    );
+    let changed = lab.refusal("sweep little.toml");
+    let changed = entry("another sweep in the same folder", &changed);
     insta::assert_snapshot!(plans.concat() + &commands.concat() + &changed);
     assert_eq!(before, results(&lab.path("sweeps/little")));
 }

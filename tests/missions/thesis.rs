@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use alliance_tests::testkit::ROBOTS;
-use run_log::MotivationRow;
 use scenario::{SwitchSection, Switches};
 
 use crate::story::{BOTTOM, Change, METHODICAL, REPORT, Story, TOP, WANDER, change, setup};
@@ -33,10 +32,8 @@ fn assert_blue_searches_and_its_wander_stays_at_zero(story: &Story) {
     let wander = story.motivations("blue", WANDER);
     let (before, after): (Vec<_>, Vec<_>) =
         wander.into_iter().partition(|row| row.t_ms <= first.t_ms);
-    assert!(
-        before.last().unwrap().motivation > 0.0,
-        "the motivation must rise at first"
-    );
+    let rises = before.last().unwrap().motivation > 0.0;
+    assert!(rises, "the motivation must rise at first");
     assert!(after.iter().all(|row| row.motivation == 0.0));
 
     let update = story.only("position-update");
@@ -76,35 +73,24 @@ fn assert_the_robots_alternate(story: &Story) {
         assert!(story.count("reported", robot) > 0, "{robot} reports");
     }
     for spill in [TOP, BOTTOM] {
-        let workers: BTreeSet<_> = story
-            .all("activated")
-            .filter(|row| row.subject == spill)
-            .map(|row| &row.robot)
-            .collect();
+        let begun = story.all("activated").filter(|row| row.subject == spill);
+        let workers: BTreeSet<_> = begun.map(|row| &row.robot).collect();
         assert!(workers.len() >= 2, "{spill}: {workers:?}");
     }
 }
 
 fn assert_blue_is_reset_three_times(story: &Story) {
     let rows = story.motivations("blue", TOP);
-    let falls: Vec<&MotivationRow> = rows
-        .windows(2)
-        .filter(|pair| pair[0].motivation > 0.0 && pair[1].motivation == 0.0)
-        .map(|pair| pair[1])
-        .take(3)
-        .collect();
+    let pairs = rows.windows(2);
+    let falls = pairs.filter(|pair| pair[0].motivation > 0.0 && pair[1].motivation == 0.0);
+    let falls = falls.map(|pair| pair[1]).take(3);
     // The time and the factor of each reset. Suppression takes effect in the step after the activation.
-    let seen = falls
-        .iter()
-        .map(|row| (row.t_ms, row.activity_suppression, row.impatience_reset));
+    let seen = falls.map(|row| (row.t_ms, row.activity_suppression, row.impatience_reset));
     let own_activation = |set| story.first_activation("blue", set) + story.step();
     let golds = story.first_activation("gold", TOP);
     let received = story.first_received("blue", "gold", TOP);
-    assert_eq!(
-        received,
-        golds + story.step(),
-        "blue is the first in a step"
-    );
+    // Blue is the first in a step.
+    assert_eq!(received, golds + story.step());
     let expected = [
         (own_activation(REPORT), false, true),
         (received, true, false),
@@ -117,10 +103,8 @@ fn assert_green_interrupts_gold_and_then_does_another_task(story: &Story) {
     let [begins, wishes, stops, leaves] = story.changes(TOP)[..4] else {
         panic!("too few state changes");
     };
-    assert_eq!(
-        [begins, wishes, stops, leaves].map(change),
-        EARLY_INTERRUPTION
-    );
+    let changes = [begins, wishes, stops, leaves].map(change);
+    assert_eq!(changes, EARLY_INTERRUPTION);
 
     let params = story.params("gold", TOP);
     let active_s = stops.t_ms.since(begins.t_ms).as_secs_f64();
@@ -176,19 +160,15 @@ fn the_early_interruption_needs_each_of_its_switches() {
         setup.scenario.alliance.switches = stated;
         let story = Story::play(setup);
         let changes = story.changes(TOP);
-        changes
-            .iter()
-            .take(4)
-            .map(|row| change(row))
-            .eq(EARLY_INTERRUPTION)
+        let changes = changes.iter().take(4).map(|row| change(row));
+        changes.eq(EARLY_INTERRUPTION)
     };
     assert!(interrupts_early(|_| ()));
-    assert!(!interrupts_early(|switches| switches.waiting = false));
-    assert!(!interrupts_early(|switches| switches.waiting_counts = false));
-    assert!(!interrupts_early(|switches| switches
-        .wish_when_suppressed =
-        false));
-    assert!(!interrupts_early(
-        |switches| switches.reset_stops_active = false
-    ));
+    let turn_off: [fn(&mut Switches); 4] = [
+        |switches| switches.waiting = false,
+        |switches| switches.waiting_counts = false,
+        |switches| switches.wish_when_suppressed = false,
+        |switches| switches.reset_stops_active = false,
+    ];
+    assert!(!turn_off.into_iter().any(interrupts_early));
 }

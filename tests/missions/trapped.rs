@@ -23,11 +23,8 @@ fn blue_is_boxed_in_while_methodical(story: &Story) {
     let away = |x_m: f32, y_m: f32| (x_m - end.x_m).hypot(y_m - end.y_m) > BOX_M;
     let last_away = blue.rev().find(|row| away(row.x_m, row.y_m)).unwrap();
     assert_eq!(last_away.behavior_set, METHODICAL);
-    let takeover = story.changes("find-locations")[1];
-    assert!(
-        last_away.t_ms < takeover.t_ms,
-        "blue must be stuck before gold's takeover"
-    );
+    // Blue is stuck before gold's takeover.
+    assert!(last_away.t_ms < story.changes("find-locations")[1].t_ms);
 }
 
 fn the_search_goes_from_blue_to_gold_to_green(story: &Story) {
@@ -83,11 +80,8 @@ fn assert_rate_change(story: &Story, robot: &str, set: &str, searcher: &str, end
     let params = story.params(robot, set);
     let slow = params.slow_impatience[searcher];
     let phi = SimTime::from_secs_f64(params.willing_to_affect_s[searcher]);
-    let rows: Vec<_> = story
-        .motivations(robot, set)
-        .into_iter()
-        .filter(|row| reset <= row.t_ms && row.t_ms <= end)
-        .collect();
+    let mut rows = story.motivations(robot, set);
+    rows.retain(|row| reset <= row.t_ms && row.t_ms <= end);
     assert!(!rows[0].impatience_reset && rows[0].motivation == 0.0);
     for pair in rows.windows(2) {
         assert!(pair[0].motivation < pair[1].motivation, "{:?}", pair[1]);
@@ -95,11 +89,8 @@ fn assert_rate_change(story: &Story, robot: &str, set: &str, searcher: &str, end
     let (flat, steep): (Vec<&MotivationRow>, Vec<&MotivationRow>) =
         rows.into_iter().partition(|row| row.t_ms < reset + phi);
     assert!(flat.iter().all(|row| row.impatience == slow));
-    assert!(
-        steep
-            .iter()
-            .all(|row| row.impatience == params.fast_impatience)
-    );
+    let fast = params.fast_impatience;
+    assert!(steep.iter().all(|row| row.impatience == fast));
     assert!(!steep.is_empty(), "{robot} is interrupted before its phi");
 }
 
@@ -124,11 +115,11 @@ fn assert_reports_are_late_because_no_robot_is_free(story: &Story) {
     for report in reports {
         assert!(report.lateness().0 > period.0 / 4, "{report:?}");
     }
-    let mut reports = reports.iter();
-    assert!(
-        reports.any(|report| report.lateness().0 > period.0 / 2 && waited_for_psi(story, report)),
-        "no report had to wait until a robot acquiesced"
-    );
+    // A report had to wait until a robot acquiesced.
+    let mut late = reports
+        .iter()
+        .filter(|report| report.lateness().0 > period.0 / 2);
+    assert!(late.any(|report| waited_for_psi(story, report)));
 }
 
 /// Returns whether gold and green both moved items at the due time, and the reporter became free only by ψ or λ.
@@ -137,15 +128,16 @@ fn waited_for_psi(story: &Story, report: &Report<'_>) -> bool {
         let active = story.active(robot, report.due);
         active.is_some_and(|set| set.starts_with("move-spill"))
     };
-    let of_robot = || story.events.iter().filter(|row| row.robot == report.by);
-    let begins = of_robot()
-        .rfind(|row| row.kind == "activated" && row.subject == REPORT && row.t_ms <= report.made);
-    let ends: Vec<_> = of_robot()
-        .filter(|row| row.kind == "hibernated" && row.subject.starts_with("move-spill"))
-        .filter(|row| report.due <= row.t_ms && row.t_ms <= begins.unwrap().t_ms)
-        .map(|row| &*row.reason)
-        .collect();
-    let by_time = |reason: &&str| matches!(*reason, "acquiesced-psi" | "gave-up-lambda");
+    let mut own: Vec<&EventRow> = story.events.iter().collect();
+    own.retain(|row| row.robot == report.by && row.t_ms <= report.made);
+    let begins = own
+        .iter()
+        .rfind(|row| row.kind == "activated" && row.subject == REPORT);
+    let within = report.due..=begins.unwrap().t_ms;
+    let mut ends = own;
+    ends.retain(|row| row.kind == "hibernated" && row.subject.starts_with("move-spill"));
+    ends.retain(|row| within.contains(&row.t_ms));
+    let by_time = |row: &&EventRow| ["acquiesced-psi", "gave-up-lambda"].contains(&&*row.reason);
     moves("gold") && moves("green") && !ends.is_empty() && ends.iter().all(by_time)
 }
 

@@ -1,21 +1,14 @@
 //! Points behind walls do not keep robots from the other points, by every allocator.
 
-use alliance_tests::runs::{self, allocators, parse};
+use alliance_tests::runs::{self, Events, allocators, parse};
 use proto::tick::Outcome;
-use run_log::{EventRow, RunLog};
+use run_log::RunLog;
 
-/// A wall over the whole height of the room, from x = 2 m to 2.2 m.
-const WALL: &str = "x_m = 2.0, y_m = 0.0, width_m = 0.2, height_m = 4.0";
-
-/// A wall from the start.
-fn obstacle() -> String {
-    format!("obstacles = [{{ {WALL} }}]\n")
-}
-
-/// A wall that appears while the first robot is on its way to a point behind it.
-fn fault() -> String {
-    format!("faults.timeline = [{{ at_s = 1.0, fault.obstacle = {{ {WALL} }} }}]\n")
-}
+/// A wall over the whole height of the room, from x = 2 m to 2.2 m: from the start, and one that appears while the first
+/// robot is on its way to a point behind it.
+const OBSTACLE: &str = "obstacles = [{ x_m = 2.0, y_m = 0.0, width_m = 0.2, height_m = 4.0 }]\n";
+const FAULT: &str = "faults.timeline = [{ at_s = 1.0, \
+     fault.obstacle = { x_m = 2.0, y_m = 0.0, width_m = 0.2, height_m = 4.0 } }]\n";
 
 fn play(
     allocator: &str,
@@ -25,10 +18,9 @@ fn play(
     points: &[[f32; 2]],
 ) -> (Outcome, RunLog) {
     // Its robots leave a task only by chance.
-    let limit_s = if allocator == "threshold" {
-        1800.0
-    } else {
-        600.0
+    let limit_s = match allocator {
+        "threshold" => 1800.0,
+        _ => 600.0,
     };
     let mut text = format!(
         "allocator = '{allocator}'\nlimit_s = {limit_s:?}\nroom = {{ width_m = 8.0, height_m = 4.0 }}\n{wall}\
@@ -39,20 +31,16 @@ fn play(
         text += &format!("[[service.points]]\nkind = 't'\nx_m = {x_m:?}\ny_m = {y_m:?}\n");
     }
     for (rank, y_m) in robots.iter().enumerate() {
-        text += &format!(
-            "[[robots]]\nname = 'r{rank}'\nstart = {{ x_m = 3.5, y_m = {y_m:?}, heading_deg = 180.0 }}\n"
-        );
+        let start = format!("{{ x_m = 3.5, y_m = {y_m:?}, heading_deg = 180.0 }}");
+        text += &format!("[[robots]]\nname = 'r{rank}'\nstart = {start}\n");
     }
     runs::play(parse(&text), 1)
 }
 
 /// Returns the points that are done, in ascending order.
 fn done(log: &RunLog) -> Vec<String> {
-    let rows = log.rows::<EventRow>().unwrap().into_iter();
-    let mut done: Vec<String> = rows
-        .filter(|row| row.kind == "done")
-        .map(|row| row.subject)
-        .collect();
+    let done = log.events("done").into_iter();
+    let mut done: Vec<String> = done.map(|row| row.subject).collect();
     done.sort();
     done
 }
@@ -63,13 +51,13 @@ fn a_robot_leaves_an_unreachable_point_and_does_the_others() {
     for allocator in allocators() {
         // At the nearer one of these points, something else than a wall could be in the way.
         for (wall, service, x_m) in [
-            (obstacle(), "", 0.5),
-            (obstacle(), "", 1.5),
-            (fault(), "", 0.5),
-            (obstacle(), "tasks = 'kinds'", 0.5),
+            (OBSTACLE, "", 0.5),
+            (OBSTACLE, "", 1.5),
+            (FAULT, "", 0.5),
+            (OBSTACLE, "tasks = 'kinds'", 0.5),
         ] {
             let points = [[x_m, 2.0], [6.5, 1.0], [6.5, 3.0]];
-            let (outcome, log) = play(allocator, &wall, service, &[2.0], &points);
+            let (outcome, log) = play(allocator, wall, service, &[2.0], &points);
             let run = format!("{allocator}, {wall} {service}, {x_m} m");
             assert_eq!(outcome, Outcome::TimeLimit, "{run}");
             assert_eq!(done(&log), ["p1", "p2"], "{run}");
@@ -79,19 +67,14 @@ fn a_robot_leaves_an_unreachable_point_and_does_the_others() {
 
 #[test]
 fn a_team_does_all_reachable_points() {
-    const POINTS: [[f32; 2]; 8] = [
-        [0.5, 0.5],
-        [0.5, 1.5],
-        [0.5, 2.5],
-        [0.5, 3.5],
-        [5.5, 0.5],
-        [6.5, 1.5],
-        [5.5, 2.5],
-        [6.5, 3.5],
-    ];
+    let points = [0.5, 0.5, 0.5, 0.5, 5.5, 6.5, 5.5, 6.5].into_iter();
+    let points: Vec<[f32; 2]> = points
+        .zip([0.5, 1.5, 2.5, 3.5].into_iter().cycle())
+        .map(|(x_m, y_m)| [x_m, y_m])
+        .collect();
     for allocator in allocators() {
-        for wall in [obstacle(), fault()] {
-            let (_, log) = play(allocator, &wall, "", &[1.0, 2.0, 3.0], &POINTS);
+        for wall in [OBSTACLE, FAULT] {
+            let (_, log) = play(allocator, wall, "", &[1.0, 2.0, 3.0], &points);
             let reachable = ["p4", "p5", "p6", "p7"];
             assert_eq!(done(&log), reachable, "{allocator}, {wall}");
         }

@@ -12,6 +12,7 @@ use missions::Registry;
 use proto::process::ProcessAction;
 use proto::tick::{Outcome, Report, TickMessage};
 use rand::RngExt;
+use rand::seq::{IndexedRandom, IteratorRandom};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
@@ -19,28 +20,11 @@ use robot_agent::radio::Radio;
 use run_log::recorder::{RecordError, Recorder};
 use run_log::{LogLevel, MemoryLog};
 use scenario::Setup;
-use scenario::fault::Order;
+use scenario::fault::{Fault, FaultGroup, Order};
 use scenario::ids::{Incarnation, RobotId};
+use scenario::testkit::examples_of;
 use world_server::barrier::{Presence, Verdict};
 use world_server::simulation::Simulation;
-
-/// The orders of the operator, with `{}` for a robot name.
-const ORDERS: [&str; 14] = [
-    r#"{"fault":{"pause":"{}"},"for_s":0.5}"#,
-    r#"{"fault":{"pause":"{}"},"for_s":3}"#,
-    r#"{"fault":{"kill":"{}"},"for_s":0.3}"#,
-    r#"{"fault":{"kill":"{}"}}"#,
-    r#"{"fault":{"terminate":"{}"},"for_s":1}"#,
-    r#"{"fault":{"restart":"{}"}}"#,
-    r#"{"fault":{"restart":"{}"}}"#,
-    r#"{"fault":{"continue":"{}"}}"#,
-    r#"{"fault":{"remove":"{}"},"for_s":1}"#,
-    r#"{"fault":{"mute":"{}"},"every_s":2,"for_s":0.5}"#,
-    r#"{"fault":{"kill":"{}"},"when":"{} stalls","for_s":0.5}"#,
-    r#"{"fault":{"pause":"{}"},"when":"any joins","for_s":0.5}"#,
-    r#"{"fault":{"waste":{"x_m":2,"y_m":2}}}"#,
-    r#"{"fault":{"obstacle":{"x_m":3,"y_m":2,"width_m":0.4,"height_m":0.4}},"for_s":1}"#,
-];
 
 /// The number of inputs without the end of a tick that counts as a hang.
 const HANG: u32 = 200_000;
@@ -58,6 +42,35 @@ pub struct Fuzz {
     pub calm: f64,
     /// The probability that a broadcast is lost at a receiver.
     pub loss: f64,
+}
+
+/// Draws an order. Most orders affect the process of a robot, and some have a role or an event. The share `permanent` of
+/// lasting faults has no end.
+///
+/// # Panics
+/// Panics if no fault affects processes.
+pub fn process_order(robot: &str, permanent: f64, rng: &mut ChaCha8Rng) -> Order {
+    let is_of_process = rng.random_bool(0.8);
+    let kinds = Fault::KINDS.iter().filter(|kind| match kind.group {
+        FaultGroup::Process => is_of_process,
+        FaultGroup::Radio | FaultGroup::World => !is_of_process,
+        FaultGroup::Robot => false,
+    });
+    let kind = kinds.choose(rng).expect("faults of processes");
+    let role = ["executing:report-progress", "idle"][rng.random_range(0..2)];
+    let has_role = kind.takes_role && rng.random_bool(0.2);
+    let examples = examples_of(kind);
+    let fault = examples.choose(rng).expect("an example of each fault");
+    let mut order = Order::now(fault.with_target(if has_role { role } else { robot }));
+    if !order.fault.is_instantaneous() && !rng.random_bool(permanent) {
+        order.for_s = [0.05, 0.5, 1.0, 3.0].choose(rng).copied();
+        order.every_s = rng.random_bool(0.15).then_some(5.0);
+    }
+    if order.every_s.is_none() && rng.random_bool(0.15) {
+        let event = ["dies", "stalls"][rng.random_range(0..2)];
+        order.when = format!("{robot} {event}").parse().ok();
+    }
+    order
 }
 
 /// Runs a mission, and adds the inputs to `coverage`.
@@ -100,22 +113,19 @@ pub fn run(
         } else {
             fuzzer.step()?;
         }
-        waited = if fuzzer.simulation.tick() == tick {
-            waited + 1
-        } else {
-            0
-        };
-        tick = fuzzer.simulation.tick();
+        let now = fuzzer.simulation.tick();
+        waited = if now == tick { waited + 1 } else { 0 };
+        tick = now;
+        let is_alive = waited < HANG;
         assert!(
-            waited < HANG,
+            is_alive,
             "seed {seed} hangs in tick {tick}: {}",
             fuzzer.state()
         );
     }
     let outcome = fuzzer.simulation.outcome().unwrap_or(Outcome::Interrupted);
-    fuzzer
-        .recorder
-        .finish(outcome, fuzzer.simulation.ending())?;
+    let ending = fuzzer.simulation.ending();
+    fuzzer.recorder.finish(outcome, ending)?;
     Ok(fuzzer.recorder)
 }
 
@@ -137,6 +147,7 @@ struct Fuzzer<'c> {
 }
 
 /// The process of an agent with its messages that the world has not received yet.
+#[derive(Default)]
 struct Process {
     robot: RobotId,
     incarnation: Incarnation,
@@ -212,18 +223,12 @@ impl Fuzzer<'_> {
         let robots = self.peers.iter().enumerate().map(|(rank, peer)| {
             let process = peer.pid.map(|pid| &self.processes[pid]);
             let process = process.map(|process| {
-                (
-                    process.stopped,
-                    process.ended,
-                    process.inbox.len(),
-                    process.outbox.len(),
-                )
+                let waiting = (process.inbox.len(), process.outbox.len());
+                (process.stopped, process.ended, waiting)
             });
             let place = barrier.presence(RobotId(rank as u16));
-            format!(
-                "{place:?} (stopped, ended, inbox, outbox: {process:?}, awaited {})",
-                peer.awaited
-            )
+            let awaited = peer.awaited;
+            format!("{place:?} (stopped, ended, messages: {process:?}, awaited {awaited})")
         });
         let robots: Vec<String> = robots.collect();
         let act = self.under_way.filter(|_| self.simulation.awaits_act());
@@ -242,24 +247,16 @@ impl Fuzzer<'_> {
     fn spawn(&mut self, robot: RobotId) -> usize {
         self.processes.push(Process {
             robot,
-            incarnation: 0,
-            agent: None,
-            has_requested_join: false,
-            stopped: false,
-            ended: false,
-            inbox: VecDeque::new(),
-            outbox: VecDeque::new(),
+            ..Process::default()
         });
         self.processes.len() - 1
     }
 
     /// Executes the next work of a random process.
     fn work(&mut self) {
-        let Some(pid) = self.pick(|process| {
-            !process.ended
-                && !process.stopped
-                && (!process.has_requested_join || !process.inbox.is_empty())
-        }) else {
+        let has_work = |process: &Process| !process.has_requested_join || !process.inbox.is_empty();
+        let runs = |process: &Process| !process.ended && !process.stopped && has_work(process);
+        let Some(pid) = self.pick(runs) else {
             return;
         };
         let process = &mut self.processes[pid];
@@ -354,8 +351,12 @@ impl Fuzzer<'_> {
         if process.agent.is_some() {
             process.outbox.push_back(AgentMessage::TokenDown);
         }
-        self.launcher_messages
-            .push_back(LauncherMessage::Ended(pid));
+        self.send(LauncherMessage::Ended(pid));
+    }
+
+    /// Queues a message of the launcher to the world.
+    fn send(&mut self, message: LauncherMessage) {
+        self.launcher_messages.push_back(message);
     }
 
     /// Executes the next requested act of the launcher.
@@ -369,34 +370,27 @@ impl Fuzzer<'_> {
             (_, _) if fails => Err("the act failed".to_owned()),
             (ProcessAction::Start, _) => Ok(self.spawn(request.robot)),
             (_, None) => Err("its process has ended".to_owned()),
-            (ProcessAction::Kill | ProcessAction::Terminate, Some(pid)) => {
-                self.end(pid);
-                Ok(pid)
-            }
-            (ProcessAction::Stop, Some(pid)) => {
-                self.stop(pid);
-                Ok(pid)
-            }
-            (ProcessAction::Continue, Some(pid)) => {
-                self.resume(pid);
+            (act, Some(pid)) => {
+                match act {
+                    ProcessAction::Stop => self.stop(pid),
+                    ProcessAction::Continue => self.resume(pid),
+                    _ => self.end(pid),
+                }
                 Ok(pid)
             }
         };
-        self.launcher_messages
-            .push_back(LauncherMessage::Answer(request.number, result));
+        self.send(LauncherMessage::Answer(request.number, result));
     }
 
     fn stop(&mut self, pid: usize) {
         if !std::mem::replace(&mut self.processes[pid].stopped, true) {
-            self.launcher_messages
-                .push_back(LauncherMessage::Stopped(pid));
+            self.send(LauncherMessage::Stopped(pid));
         }
     }
 
     fn resume(&mut self, pid: usize) {
         if std::mem::replace(&mut self.processes[pid].stopped, false) {
-            self.launcher_messages
-                .push_back(LauncherMessage::Continued(pid));
+            self.send(LauncherMessage::Continued(pid));
         }
     }
 
@@ -482,8 +476,7 @@ impl Fuzzer<'_> {
             return;
         }
         let name = &self.simulation.setup().scenario.robots[rank].name;
-        let order = ORDERS[self.rng.random_range(0..ORDERS.len())].replace("{}", name);
-        let order: Order = serde_json::from_str(&order).expect("all entries are orders");
+        let order = process_order(name, 0.15, &mut self.rng);
         let _ = self.simulation.order(order);
     }
 

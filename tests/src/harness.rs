@@ -31,6 +31,52 @@ pub fn alliance() -> PathBuf {
     target.join("alliance-under-test")
 }
 
+/// The arguments of a command: words with blanks between them, or a list if a word contains a blank.
+pub trait Arguments {
+    fn words(&self) -> Vec<String>;
+}
+
+impl Arguments for str {
+    fn words(&self) -> Vec<String> {
+        self.split_whitespace().map(str::to_owned).collect()
+    }
+}
+
+impl Arguments for String {
+    fn words(&self) -> Vec<String> {
+        self.as_str().words()
+    }
+}
+
+impl<T: AsRef<str>> Arguments for [T] {
+    fn words(&self) -> Vec<String> {
+        self.iter().map(|word| word.as_ref().to_owned()).collect()
+    }
+}
+
+impl<T: AsRef<str>, const N: usize> Arguments for [T; N] {
+    fn words(&self) -> Vec<String> {
+        self[..].words()
+    }
+}
+
+impl<T: AsRef<str>> Arguments for Vec<T> {
+    fn words(&self) -> Vec<String> {
+        self[..].words()
+    }
+}
+
+impl<A: Arguments + ?Sized> Arguments for &A {
+    fn words(&self) -> Vec<String> {
+        (**self).words()
+    }
+}
+
+/// Returns two lists of arguments as one.
+pub fn join(first: impl Arguments, rest: impl Arguments) -> Vec<String> {
+    [first.words(), rest.words()].concat()
+}
+
 /// The folder, the runtime folder and the processes of one test.
 pub struct Lab {
     folder: TempDir,
@@ -64,11 +110,54 @@ impl Lab {
         self.folder.path().join(name)
     }
 
-    pub fn start(&self, arguments: &[&str]) -> Process {
+    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    #[track_caller]
+    pub fn bytes(&self, name: &str) -> Vec<u8> {
+        let bytes = std::fs::read(self.path(name));
+        bytes.unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    #[track_caller]
+    pub fn text(&self, name: &str) -> String {
+        String::from_utf8(self.bytes(name)).unwrap()
+    }
+
+    #[track_caller]
+    pub fn json(&self, name: &str) -> serde_json::Value {
+        serde_json::from_slice(&self.bytes(name)).unwrap()
+    }
+
+    pub fn exists(&self, name: &str) -> bool {
+        self.path(name).exists()
+    }
+
+    /// Returns the names of all entries of a folder in order, including hidden ones.
+    pub fn names(&self, folder: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(self.path(folder)).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
+        names.sort();
+        names
+    }
+
+    pub fn start(&self, arguments: impl Arguments) -> Process {
         self.start_with(arguments, &[])
     }
 
-    pub fn start_with(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
+    /// Starts a world by hand, with the run folder `out`.
+    pub fn world(&self, out: &str, arguments: &str) -> Process {
+        self.start(format!("cluster world --out {out} {arguments}"))
+    }
+
+    /// Starts an agent by hand.
+    pub fn agent(&self, robot: &str) -> Process {
+        self.start(format!("cluster agent --robot {robot}"))
+    }
+
+    pub fn start_with(&self, arguments: impl Arguments, variables: &[(&str, &str)]) -> Process {
         let runtime = self.path("runtime");
         std::fs::create_dir_all(&runtime).unwrap();
         let mut command = Command::new(alliance());
@@ -77,16 +166,17 @@ impl Lab {
         self.spawn(command, arguments)
     }
 
-    pub fn start_on(&self, hosts: &Hosts, host: &str, arguments: &[&str]) -> Process {
+    pub fn start_on(&self, hosts: &Hosts, host: &str, arguments: impl Arguments) -> Process {
         self.spawn(hosts.command(host, alliance()), arguments)
     }
 
-    fn spawn(&self, mut command: Command, arguments: &[&str]) -> Process {
+    fn spawn(&self, mut command: Command, arguments: impl Arguments) -> Process {
         static COUNT: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
         let number = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let output = self.path(&format!("process-{number}"));
+        let arguments = arguments.words();
         let child = command
-            .args(arguments)
+            .args(&arguments)
             .current_dir(self.folder.path())
             .env("RUST_BACKTRACE", "0")
             .env_remove("RUST_LOG")
@@ -102,13 +192,13 @@ impl Lab {
         }
     }
 
-    pub fn run(&self, arguments: &[&str]) -> Finished {
+    pub fn run(&self, arguments: impl Arguments) -> Finished {
         self.start(arguments).wait()
     }
 
     /// Returns the one-line error of a command that is refused with exit status 2 and has no other output.
     #[track_caller]
-    pub fn refusal(&self, arguments: &[&str]) -> String {
+    pub fn refusal(&self, arguments: impl Arguments) -> String {
         let finished = self.run(arguments).expect(2);
         let error = finished.stderr;
         assert_eq!(error.lines().count(), 1, "{}: {error}", finished.name);
@@ -126,15 +216,21 @@ impl Lab {
             spill.items = items / 2;
         }
         let file = format!("mission-of-{items}.toml");
-        std::fs::write(self.path(&file), scenario.to_toml().unwrap()).unwrap();
+        self.write(&file, scenario.to_toml().unwrap());
         file
     }
 
     /// Runs `alliance run` with `--out NAME`, without a page, to its end.
-    pub fn mission(&self, out: &str, arguments: &[&str]) -> Finished {
-        let mut all = vec!["run", "--no-page", "--out", out];
-        all.extend(arguments);
-        self.run(&all)
+    pub fn mission(&self, out: &str, arguments: impl Arguments) -> Finished {
+        self.run(join(["run", "--no-page", "--out", out], arguments))
+    }
+
+    /// Checks that a replay of a run is identical.
+    #[track_caller]
+    pub fn assert_repeated(&self, run: &str) {
+        let again = self.run(["replay", run]).expect(0);
+        let (answer, stderr) = (again.answer(), &again.stderr);
+        assert!(answer.starts_with("identical"), "{run}: {stderr}");
     }
 
     pub fn log(&self, out: &str) -> RunLog {
@@ -256,15 +352,8 @@ impl Process {
         }
     }
 
-    /// Returns the ids of the live children of all threads.
     pub fn children(&self) -> Vec<u32> {
-        let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id()));
-        let threads = threads.into_iter().flatten().flatten();
-        let children: String = threads
-            .map(|thread| read(&thread.path().join("children")))
-            .collect();
-        let children = children.split_whitespace();
-        children.map(|child| child.parse().unwrap()).collect()
+        children(self.pid())
     }
 }
 
@@ -292,6 +381,14 @@ impl Finished {
         answer
     }
 
+    /// Checks that stderr contains a text.
+    #[track_caller]
+    pub fn shows(&self, text: &str) -> &Self {
+        let Self { name, stderr, .. } = self;
+        assert!(stderr.contains(text), "no '{text}' of {name}:\n{stderr}");
+        self
+    }
+
     /// Parses the output of `alliance run --json`.
     pub fn json(&self) -> serde_json::Value {
         serde_json::from_str(&self.stdout).unwrap()
@@ -312,6 +409,15 @@ impl Finished {
     }
 }
 
+/// Waits for the end of processes and checks their exit status.
+#[track_caller]
+pub fn expect_all(processes: impl IntoIterator<Item = Process>, code: i32) -> Vec<Finished> {
+    let processes = processes.into_iter();
+    processes
+        .map(|process| process.wait().expect(code))
+        .collect()
+}
+
 /// Waits until the condition holds. Fails after a long time.
 #[track_caller]
 pub fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
@@ -320,6 +426,17 @@ pub fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
         assert!(Instant::now() < until, "no {what} within the time limit");
         std::thread::sleep(Duration::from_millis(5));
     }
+}
+
+/// Returns the ids of the live children of all threads of a process.
+pub fn children(pid: u32) -> Vec<u32> {
+    let threads = std::fs::read_dir(format!("/proc/{pid}/task"));
+    let threads = threads.into_iter().flatten().flatten();
+    let children: String = threads
+        .map(|thread| read(&thread.path().join("children")))
+        .collect();
+    let children = children.split_whitespace();
+    children.map(|child| child.parse().unwrap()).collect()
 }
 
 /// Returns the command line of a live process, or `None` after its end.

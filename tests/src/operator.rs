@@ -1,16 +1,18 @@
 //! Clients of a live run on this machine, and the processes that they attack.
 
 use cluster::rendezvous::{ConnectionRole, Rendezvous};
+use nix::sched::{CpuSet, sched_setaffinity};
+use nix::unistd::Pid;
 use proto::join::{JoinReply, JoinRequest};
 use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use zenoh::{Session, Wait};
 
-use crate::harness::{Lab, Process, command_line, wait_until};
+use crate::harness::{Lab, Process, children, command_line, wait_until};
 
 /// The limit of resident memory in MiB. A process above it has kept hostile messages, which have ten times as many
 /// bytes.
-pub const MEMORY_MIB: u64 = 256;
+pub const MEMORY_MIB: f64 = 256.0;
 
 /// Returns the announcement of the lab's only live run.
 #[track_caller]
@@ -62,27 +64,39 @@ pub fn join(
 pub fn gateway_of(world: &Process) -> u32 {
     let mut found = None;
     wait_until("a gateway", || {
-        let mut children = world.children().into_iter();
-        found = children.find(|child| command_line(*child).is_some());
+        found = child_of(world.pid());
         found.is_some()
     });
     found.unwrap()
 }
 
+/// Returns the first live child of a process.
+pub fn child_of(pid: u32) -> Option<u32> {
+    let mut children = children(pid).into_iter();
+    children.find(|child| command_line(*child).is_some())
+}
+
 /// Returns the peak resident memory of a live process, in MiB.
-pub fn peak_memory(pid: u32) -> Option<u64> {
+pub fn peak_memory(pid: u32) -> Option<f64> {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    Some(line.trim().trim_end_matches(" kB").parse::<u64>().unwrap() / 1024)
+    let mut lines = status.lines();
+    let peak = lines.find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: f64 = peak.trim().trim_end_matches(" kB").parse().ok()?;
+    Some(kib / 1024.0)
+}
+
+/// Binds this thread and its later children to one core.
+pub fn stay_on(core: usize) {
+    let mut cores = CpuSet::new();
+    cores.set(core).unwrap();
+    // On a machine with one core, run and attackers share it.
+    let _ = sched_setaffinity(Pid::from_raw(0), &cores);
 }
 
 /// Returns the hash of a complete run without unscripted inputs.
 #[track_caller]
 pub fn hash(lab: &Lab, run: &str) -> String {
-    let text = std::fs::read_to_string(lab.path(run).join("run.json")).unwrap();
-    let run: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let run = lab.json(&format!("{run}/run.json"));
     assert_eq!(run["outcome"], "complete");
     assert_eq!(run["unscripted"], false);
     run["hash"].as_str().unwrap().to_owned()

@@ -5,7 +5,7 @@ use in_process::Team;
 use missions::Registry;
 use proto::tick::Outcome;
 use run_log::recorder::Recorder;
-use run_log::{LogLevel, MemoryLog, RunLog};
+use run_log::{EventRow, LogLevel, MemoryLog, RunLog};
 use scenario::{Scenario, Setup, Vocabulary};
 use world_server::simulation::Simulation;
 
@@ -111,4 +111,38 @@ pub fn checked(scenario: Scenario, level: LogLevel) -> (Outcome, RunLog, Option<
     let ended = team(setup, level).run_for(u64::MAX, Outcome::TimeLimit, check);
     let (outcome, recorder) = ended.unwrap();
     (outcome, log_of(recorder), violation)
+}
+
+/// The events of a log.
+pub trait Events {
+    /// Returns the events of a kind.
+    fn events(&self, kind: &str) -> Vec<EventRow>;
+
+    /// Returns the events of a kind of one robot.
+    fn events_of(&self, robot: &str, kind: &str) -> Vec<EventRow> {
+        let mut rows = self.events(kind);
+        rows.retain(|row| row.robot == robot);
+        rows
+    }
+
+    /// Returns the times of a robot's events of a kind, in ms.
+    fn times_of(&self, robot: &str, kind: &str) -> Vec<u64> {
+        let rows = self.events_of(robot, kind);
+        rows.iter().map(|row| row.t_ms.0).collect()
+    }
+}
+
+impl Events for RunLog {
+    fn events(&self, kind: &str) -> Vec<EventRow> {
+        let mut rows = self.rows::<EventRow>().unwrap();
+        rows.retain(|row| row.kind == kind);
+        rows
+    }
+}
+
+/// Replaces the list of all allocators in error messages, so that a snapshot does not depend on their number.
+#[must_use]
+pub fn without_allocators(text: &str) -> String {
+    let all: Vec<&str> = allocators().collect();
+    text.replace(&all.join(", "), "ALL ALLOCATORS")
 }

@@ -1,11 +1,9 @@
 //! A live mission whose processes can be killed, stopped, continued and restarted.
 
-use std::time::Duration;
-
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
-use crate::harness::{Finished, Lab, Process, command_line, wait_until};
+use crate::harness::{Arguments, Finished, Lab, Process, command_line, join, wait_until};
 
 /// A mission under `alliance run`, in the folder `run` of its lab.
 pub struct Team<'l> {
@@ -17,15 +15,13 @@ pub struct Team<'l> {
 
 impl<'l> Team<'l> {
     /// Starts the mission without a page, and waits for all process ids.
-    pub fn start(lab: &'l Lab, arguments: &[&str]) -> Self {
-        Self::start_with_page(lab, &[arguments, &["--no-page"]].concat())
+    pub fn start(lab: &'l Lab, arguments: impl Arguments) -> Self {
+        Self::start_with_page(lab, join(arguments, "--no-page"))
     }
 
     /// Starts the mission with its page, unless the arguments disable it. The launcher's stderr contains the link.
-    pub fn start_with_page(lab: &'l Lab, arguments: &[&str]) -> Self {
-        let mut all = vec!["run", "--out", "run", "--json"];
-        all.extend(arguments);
-        let mut launcher = lab.start(&all);
+    pub fn start_with_page(lab: &'l Lab, arguments: impl Arguments) -> Self {
+        let mut launcher = lab.start(join("run --out run --json", arguments));
         launcher.wait_for_stderr("process ids: ");
         let stderr = launcher.stderr();
         let after = |label: &str| {
@@ -104,13 +100,12 @@ impl<'l> Team<'l> {
     pub fn restart(&mut self, name: &str) -> Process {
         let agent = self
             .lab
-            .start(&["cluster", "agent", "--robot", name, "--run", &self.id]);
-        let entry = self
-            .pids
-            .iter_mut()
-            .find(|(known, _)| known == name)
-            .unwrap();
-        entry.1 = agent.pid();
+            .start(format!("cluster agent --robot {name} --run {}", self.id));
+        for (known, pid) in &mut self.pids {
+            if known == name {
+                *pid = agent.pid();
+            }
+        }
         agent
     }
 
@@ -123,11 +118,6 @@ impl<'l> Team<'l> {
     #[track_caller]
     pub fn wait_for_stderr(&mut self, text: &str) {
         self.launcher.wait_for_stderr(text);
-    }
-
-    /// Waits for a wall-clock time while the mission runs.
-    pub fn run_for(&self, span: Duration) {
-        std::thread::sleep(span);
     }
 
     pub fn wait(self) -> Finished {

@@ -1,9 +1,10 @@
 //! The robots and the faults of several tests, and readers of the folders that commands write.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use run_log::{RunLog, RunOutcome, TickRow};
 use scenario::fault::{Fault, Order};
 
 /// The robots of the default mission, by rank.
@@ -91,4 +92,46 @@ pub fn journal_rows(folder: &Path) -> usize {
     journals
         .map(|path| lines(&fs::read(path).unwrap()).saturating_sub(1))
         .sum()
+}
+
+/// Checks that the log of a run with a killed world is readable and complete up to a tick.
+#[track_caller]
+pub fn assert_whole_up_to_a_tick(log: &RunLog) {
+    assert_eq!(log.run.outcome, RunOutcome::Running);
+    let last = log.last.as_ref().unwrap().tick;
+    assert!(last > 0);
+    let rows = log.rows::<TickRow>().unwrap().into_iter();
+    let ticks: BTreeSet<u64> = rows
+        .filter(|row| row.section == "run")
+        .map(|row| row.tick)
+        .collect();
+    let missing: Vec<u64> = (0..=last).filter(|tick| !ticks.contains(tick)).collect();
+    assert_eq!(missing, Vec::<u64>::new(), "ticks up to {last}");
+}
+
+/// Returns the number in a cell.
+///
+/// # Panics
+///
+/// If the cell contains no number.
+#[must_use]
+#[track_caller]
+pub fn number(row: &Row, column: &str) -> f64 {
+    let cell = &row[column];
+    cell.parse()
+        .unwrap_or_else(|_| panic!("{column} is '{cell}'"))
+}
+
+/// Returns the path of a file of the repository.
+#[must_use]
+pub fn in_repository(path: &str) -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    root.join(path)
+}
+
+/// Returns the path of a plan in the folder `campaigns`.
+#[must_use]
+pub fn campaign(name: &str) -> String {
+    let plan = in_repository(&format!("campaigns/{name}.toml"));
+    plan.display().to_string()
 }

@@ -350,9 +350,13 @@ proptest! {
 fn an_unknown_allocator_gives_a_message_of_one_line() {
     let mut setup = default_setup(1);
     setup.scenario.allocator = Some("telepathy".to_owned());
-    let error = TeamConfig::new(&setup, &AgentRegistry::built_in()).unwrap_err();
+    let registry = AgentRegistry::built_in();
+    let error = TeamConfig::new(&setup, &registry).unwrap_err();
+    let known = registry.vocabulary().allocators;
+    let known: Vec<&str> = known.iter().map(|allocator| allocator.name).collect();
+    let names = known.join(", ");
     assert_eq!(
         error.to_string(),
-        "allocators.telepathy: there is no such allocator; there are alliance, l-alliance, nearest, nearest-silent, first-come, random, static, oracle, ble, murdoch, cbaa, cbba, acbba, grape, threshold"
+        format!("allocators.telepathy: there is no such allocator; there are {names}")
     );
 }

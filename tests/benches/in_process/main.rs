@@ -1,98 +1,87 @@
-//! Robot steps per second on one core in one process, for 3 to 10,000 robots.
+//! Robot steps per second on one core in one process, for 3 to 10,000 robots and for each allocator.
 //!
-//! The reference is the world alone: the same bodies, sensors and physics without controllers, radio and log. Other
-//! groups measure each allocator and other missions.
+//! The reference is the world alone: the same bodies, sensors and physics without controllers, radio and log.
 //!
-//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]`, `allocators` or `missions`; results:
-//! BENCHMARKS.md.
+//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]` or `allocators`; results: BENCHMARKS.md.
 
 // A benchmark uses the real clock and stops at the first error.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
-mod report;
-mod run;
-mod world;
+#[path = "../lockstep/figures.rs"]
+mod figures;
+mod subject;
 
 use std::time::Duration;
 
-use criterion::{Criterion, SamplingMode, Throughput};
-use missions::Registry;
+use alliance_tests::runs::allocators;
 use run_log::LogLevel;
+use scenario::Scenario;
 
-use run::Run;
-use world::World;
+use figures::{Figures, print};
+use subject::{Run, World, setup};
 
 /// Team sizes. Each team has two spills for every three robots.
 const ROBOTS: [usize; 5] = [3, 10, 100, 1_000, 10_000];
 
-/// Team sizes of the allocator group, without a log.
-const ALLOCATOR_TEAMS: [usize; 4] = [3, 10, 30, 100];
+/// Team sizes of the allocators, without a log.
+const ALLOCATOR_TEAMS: [usize; 2] = [3, 100];
 
-/// The team size of the missions group, without a log.
-const MISSION_TEAM: usize = 100;
+/// The number of samples of a measurement, and the least duration of a sample.
+const SAMPLES: usize = 10;
+const LEAST: Duration = Duration::from_millis(300);
 
-/// The log levels of each team, in addition to the world alone.
-const LEVELS: [LogLevel; 3] = [LogLevel::Off, LogLevel::Summary, LogLevel::Full];
-
-/// The number of ticks of one iteration: one second of the mission, in which each robot broadcasts once.
+/// The number of ticks of one round: one second of the mission, in which each robot broadcasts once.
 ///
 /// In a large team most robots broadcast in the same few ticks, which take longer than the others.
 const ROUND: u64 = 20;
 
+/// Returns thousands of robot steps per second. `time` runs ticks and returns their duration.
+fn steps(robots: usize, mut time: impl FnMut(u64) -> Duration) -> Figures {
+    let mut figures = Figures::default();
+    let once_s = time(ROUND).as_secs_f64();
+    let rounds = (LEAST.as_secs_f64() / once_s).ceil() as u64;
+    for _ in 0..SAMPLES {
+        let ticks = rounds * ROUND;
+        let steps = (ticks * robots as u64) as f64;
+        figures.push(steps / time(ticks).as_secs_f64() / 1e3);
+    }
+    figures
+}
+
 fn main() {
-    let mut criterion = Criterion::default()
-        .sample_size(10)
-        .warm_up_time(Duration::from_millis(500))
-        .measurement_time(Duration::from_secs(3))
-        .configure_from_args();
+    let mut arguments = std::env::args().skip(1);
+    let filter = arguments.find(|argument| !argument.starts_with("--"));
+    let mut results = Vec::new();
+    let mut measure = |name: String, measured: &dyn Fn() -> Figures| {
+        if filter.as_ref().is_none_or(|filter| name.contains(filter)) {
+            results.push((name, measured()));
+        }
+    };
     for robots in ROBOTS {
-        let mut group = criterion.benchmark_group(format!("robots/{robots}"));
-        group.throughput(Throughput::Elements(robots as u64 * ROUND));
-        // All samples have the same length, so that late samples count as much as early ones.
-        group.sampling_mode(SamplingMode::Flat);
-        group.bench_function("world", |bencher| {
+        measure(format!("robots/{robots}, world alone"), &|| {
             let mut world = World::new(robots);
-            bencher.iter_custom(|rounds| world.time(rounds * ROUND));
+            steps(robots, |ticks| world.time(ticks))
         });
-        for level in LEVELS {
-            group.bench_function(level.as_str(), |bencher| {
-                let mut run = Run::new(run::setup(robots), level);
-                bencher.iter_custom(|rounds| run.time(rounds * ROUND));
+        for level in [LogLevel::Off, LogLevel::Summary, LogLevel::Full] {
+            let name = format!("robots/{robots}, log {}", level.as_str());
+            measure(name, &|| {
+                let mut run = Run::new(setup(robots, Scenario::DEFAULT_ALLOCATOR), level);
+                steps(robots, |ticks| run.time(ticks))
             });
         }
-        group.finish();
     }
-    let known = Registry::built_in().vocabulary();
     for robots in ALLOCATOR_TEAMS {
-        let mut group = criterion.benchmark_group(format!("allocators/{robots}"));
-        group.throughput(Throughput::Elements(robots as u64 * ROUND));
-        group.sampling_mode(SamplingMode::Flat);
-        for allocator in &known.allocators {
-            group.bench_function(allocator.name, |bencher| {
-                let mut run = Run::new(run::with_allocator(robots, allocator.name), LogLevel::Off);
-                bencher.iter_custom(|rounds| run.time(rounds * ROUND));
+        for allocator in allocators() {
+            measure(format!("allocators/{robots}, {allocator}"), &|| {
+                let mut run = Run::new(setup(robots, allocator), LogLevel::Off);
+                steps(robots, |ticks| run.time(ticks))
             });
         }
-        group.finish();
     }
-    let mut group = criterion.benchmark_group(format!("missions/{MISSION_TEAM}"));
-    group.throughput(Throughput::Elements(MISSION_TEAM as u64 * ROUND));
-    group.sampling_mode(SamplingMode::Flat);
-    let missions = [
-        ("service", run::service(MISSION_TEAM)),
-        ("push", run::push(MISSION_TEAM)),
-        ("observe", run::observe(MISSION_TEAM)),
-    ];
-    for (mission, setup) in &missions {
-        group.bench_function(*mission, |bencher| {
-            let mut run = Run::new(setup.clone(), LogLevel::Off);
-            bencher.iter_custom(|rounds| run.time(rounds * ROUND));
-        });
-    }
-    group.finish();
-    criterion.final_summary();
-    report::print(&ROBOTS);
-    let names = known.allocators.iter().map(|allocator| allocator.name);
-    report::print_each("allocators", &names.collect::<Vec<_>>(), &ALLOCATOR_TEAMS);
-    report::print_each("missions", &missions.map(|(name, _)| name), &[MISSION_TEAM]);
+    println!("\nthousand robot-steps per second and core\n");
+    print(
+        results
+            .iter()
+            .map(|(name, figures)| (name.clone(), figures)),
+    );
 }

@@ -1,8 +1,7 @@
-//! The median and the spread of measurements.
+//! The values of one quantity from several runs.
 
 use std::fmt;
 
-/// The values of one quantity from several runs.
 #[derive(Clone, Debug, Default)]
 pub struct Figures(Vec<f64>);
 
@@ -10,16 +9,6 @@ impl Figures {
     pub fn push(&mut self, value: f64) {
         self.0.push(value);
         self.0.sort_by(f64::total_cmp);
-    }
-
-    /// Returns the middle value, or the mean of the two middle values.
-    pub fn median(&self) -> f64 {
-        let middle = self.0.len() / 2;
-        match (self.0.len().is_multiple_of(2), middle.checked_sub(1)) {
-            (true, None) => f64::NAN,
-            (true, Some(before)) => f64::midpoint(self.0[before], self.0[middle]),
-            (false, _) => self.0[middle],
-        }
     }
 }
 
@@ -29,11 +18,19 @@ impl fmt::Display for Figures {
         let (Some(least), Some(most)) = (self.0.first(), self.0.last()) else {
             return f.pad("-");
         };
-        let digits = if self.median() < 100.0 { 2 } else { 0 };
-        let text = format!(
-            "{:.digits$} [{least:.digits$} .. {most:.digits$}]",
-            self.median()
-        );
-        f.pad(&text)
+        let (low, high) = ((self.0.len() - 1) / 2, self.0.len() / 2);
+        let median = f64::midpoint(self.0[low], self.0[high]);
+        let digits = if median < 100.0 { 2 } else { 0 };
+        f.pad(&format!(
+            "{median:.digits$} [{least:.digits$} .. {most:.digits$}]"
+        ))
+    }
+}
+
+/// Prints a table with a line for each quantity.
+pub fn print<'f>(lines: impl IntoIterator<Item = (String, &'f Figures)>) {
+    println!("| | median [least .. most] |\n|---|---|");
+    for (label, figures) in lines {
+        println!("| {label} | {figures} |");
     }
 }

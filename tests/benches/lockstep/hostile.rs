@@ -4,10 +4,11 @@
 
 use std::io::Write;
 use std::os::unix::net::UnixStream;
-use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
+use alliance_tests::harness::Lab;
+use alliance_tests::operator::{announced, stay_on};
 use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use cluster::session::client;
 use proto::keys::KeyExpressions;
@@ -15,12 +16,8 @@ use zenoh::Wait;
 use zenoh::qos::{CongestionControl, Priority};
 
 use crate::figures::Figures;
+use crate::mission::Mission;
 use crate::real::Run;
-use crate::stop::wait_for;
-use crate::team::Team;
-
-const CORE_OF_RUN: usize = 0;
-const CORE_OF_ATTACKERS: usize = 1;
 
 /// The number of simultaneous attackers.
 const CROWD: usize = 8;
@@ -38,86 +35,55 @@ const ITEMS: usize = 1000;
 /// The work of an attacker until the flag is set. It adds to the counter.
 type Attack = fn(&Rendezvous, &AtomicBool, &AtomicU64);
 
-const ATTACKS: [(&str, &str, Attack); 15] = [
-    ("no attack", "", |_, _, _| ()),
-    ("no token: burns its core", "rounds", burn_core),
-    (
-        "no token: junk on new connections",
-        "connections",
-        send_junk,
-    ),
-    (
-        "no token: half a greeting, then idle",
-        "connections",
-        send_half_greeting,
-    ),
-    (
-        "no token: requests sessions with a wrong password",
-        "tries",
-        try_passwords,
-    ),
-    (
-        "token: 60 kB on all robots' keys, at the highest priority of the run",
-        "MB",
-        flood,
-    ),
-    ("token: empty messages there", "messages", send_empty),
-    (
-        "token: requests without a seal on the control topic",
-        "requests",
-        request,
-    ),
-    (
-        "token: as many liveliness tokens as possible",
-        "tokens",
-        declare_tokens,
-    ),
-    (
-        "token: subscribes to as many keys as possible",
-        "subscribers",
-        subscribe,
-    ),
-    (
-        "token: subscribes to everything with a blocked callback",
-        "subscribers",
-        block_callback,
-    ),
-    ("token: new sessions without end", "sessions", open_sessions),
-    (
-        "the team's endpoint: junk on new connections",
-        "connections",
-        |run, over, count| send_junk(&with_team_endpoint(run), over, count),
-    ),
-    (
-        "the team's endpoint: half a greeting, then idle",
-        "connections",
-        |run, over, count| send_half_greeting(&with_team_endpoint(run), over, count),
-    ),
-    (
-        "the team's endpoint: requests with a wrong password",
-        "tries",
-        |run, over, count| try_passwords(&with_team_endpoint(run), over, count),
-    ),
+/// The name of each attack and the unit of its amount.
+const LABELS: &str = "no attack|
+no token: burns its core|rounds
+no token: junk on new connections|connections
+no token: half a greeting, then idle|connections
+no token: requests sessions with a wrong password|tries
+token: 60 kB on all robots' keys, at the highest priority of the run|MB
+token: empty messages there|messages
+token: requests without a seal on the control topic|requests
+token: as many liveliness tokens as possible|tokens
+token: subscribes to as many keys as possible|subscribers
+token: subscribes to everything with a blocked callback|subscribers
+token: new sessions without end|sessions
+the team's endpoint: junk on new connections|connections
+the team's endpoint: half a greeting, then idle|connections
+the team's endpoint: requests with a wrong password|tries";
+
+const ATTACKS: [Attack; 15] = [
+    |_, _, _| (),
+    burn_core,
+    send_junk,
+    send_half_greeting,
+    try_passwords,
+    flood,
+    send_empty,
+    request,
+    declare_tokens,
+    subscribe,
+    block_callback,
+    open_sessions,
+    |run, over, count| send_junk(&with_team_endpoint(run), over, count),
+    |run, over, count| send_half_greeting(&with_team_endpoint(run), over, count),
+    |run, over, count| try_passwords(&with_team_endpoint(run), over, count),
 ];
 
 /// Runs all attacks in turn, so that all have the same background load. Ratios refer to the run without an attack in
-/// the same round.
+/// the same round. The run has the first core, and the attackers have the second.
 pub fn measure(rounds: usize, limit_s: f64) {
-    let me = std::process::id().to_string();
-    let pinned = Command::new("taskset")
-        .args(["-a", "-p", "-c", &CORE_OF_ATTACKERS.to_string(), &me])
-        .output();
-    if !pinned.is_ok_and(|output| output.status.success()) {
-        return println!("\n## Hostile programs\n\nnot measured: needs `taskset` and two cores");
-    }
-    let team = Team::busy(TEAM, 0.5, ITEMS, limit_s);
-    let mut results = [(); ATTACKS.len()].map(|()| [(); 4].map(|()| Figures::default()));
+    let mission = Mission::busy(TEAM, 0.5, ITEMS, limit_s);
+    let mut results = ATTACKS.map(|_| [(); 4].map(|()| Figures::default()));
     let (mut changed, mut undisturbed) = ([0; ATTACKS.len()], None);
     for _ in 0..rounds {
-        let mut alone = f64::NAN;
-        for (index, (_, _, attack)) in ATTACKS.into_iter().enumerate() {
-            let run = Run::start_on(CORE_OF_RUN, &team, &["--log=off", "--no-page"]);
-            let rendezvous = wait_for(|| run.rendezvous());
+        let mut alone = None;
+        for (index, attack) in ATTACKS.into_iter().enumerate() {
+            let lab = Lab::new();
+            stay_on(0);
+            let run = Run::start(&lab, &mission, "--log=off --no-page");
+            stay_on(1);
+            let rendezvous = announced(&lab);
             let (over, count) = (AtomicBool::new(false), AtomicU64::new(0));
             let finished = std::thread::scope(|scope| {
                 for _ in 0..CROWD {
@@ -127,29 +93,24 @@ pub fn measure(rounds: usize, limit_s: f64) {
                 over.store(true, Ordering::Relaxed);
                 finished
             });
-            if index == 0 {
-                alone = finished.ticks_per_s;
+            let of_alone = finished.ticks_per_s / *alone.get_or_insert(finished.ticks_per_s);
+            let first = undisturbed.get_or_insert_with(|| finished.hash.clone());
+            changed[index] += u32::from(*first != finished.hash);
+            let amount = count.into_inner() as f64;
+            let values = [of_alone, finished.world, finished.gateway, amount];
+            for (figures, value) in results[index].iter_mut().zip(values) {
+                figures.push(value);
             }
-            let hash = finished.run.hash;
-            let first = undisturbed.get_or_insert_with(|| hash.clone());
-            changed[index] += u32::from(*first != hash);
-            let [rate, world, gateway, counts] = &mut results[index];
-            rate.push(finished.ticks_per_s / alone);
-            world.push(finished.world.resident);
-            gateway.push(finished.gateway.resident);
-            counts.push(count.into_inner() as f64);
         }
     }
     println!(
-        "\n## Hostile programs, {CROWD} at a time, {TEAM} agents, {limit_s} s of simulated time\n"
+        "\n## Hostile programs, {CROWD} at a time, {TEAM} agents, {limit_s} s of simulated time\n\n\
+         | attack | how much | ticks/s / without attack | memory of the world, MB | of its gateway, MB | another hash |\n\
+         |---|---|---|---|---|---|"
     );
-    println!(
-        "| attack | how much | ticks/s / without attack | memory of the world, MB | of its gateway, MB | another hash |"
-    );
-    println!("|---|---|---|---|---|---|");
-    for (index, (attack, unit, _)) in ATTACKS.into_iter().enumerate() {
-        let [rate, world, gateway, counts] = &results[index];
-        let changed = changed[index];
+    for (label, (figures, changed)) in LABELS.lines().zip(results.iter().zip(changed)) {
+        let (attack, unit) = label.split_once('|').unwrap();
+        let [rate, world, gateway, counts] = figures;
         println!(
             "| {attack} | {counts} {unit} | {rate} | {world} | {gateway} | {changed} of {rounds} |"
         );
@@ -168,10 +129,8 @@ fn with_team_endpoint(run: &Rendezvous) -> Rendezvous {
 fn burn_core(_: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     while !over.load(Ordering::Relaxed) {
         let digest = (0..10_000_000_u64).fold(1, |sum: u64, number| sum.rotate_left(1) ^ number);
-        count.fetch_add(
-            u64::from(std::hint::black_box(digest) != 1),
-            Ordering::Relaxed,
-        );
+        let is_done = std::hint::black_box(digest) != 1;
+        count.fetch_add(is_done.into(), Ordering::Relaxed);
     }
 }
 
@@ -229,18 +188,14 @@ fn put(run: &Rendezvous, over: &AtomicBool, bytes: usize, mut put: impl FnMut())
     let Ok(session) = session(run) else { return };
     let keys = KeyExpressions::new(&run.run);
     let keys = ["r0", "r1", "r2"].map(|robot| {
-        [
-            keys.tick(robot),
-            keys.report(robot),
-            keys.team(robot, "heartbeat"),
-        ]
+        let heartbeat = keys.team(robot, "heartbeat");
+        [keys.tick(robot), keys.report(robot), heartbeat]
     });
     for key in keys.as_flattened().iter().cycle() {
         let message = session.put(key, vec![7; bytes]);
         let message = message.congestion_control(CongestionControl::Block);
-        if message.priority(Priority::InteractiveHigh).wait().is_err()
-            || over.load(Ordering::Relaxed)
-        {
+        let sent = message.priority(Priority::InteractiveHigh).wait();
+        if sent.is_err() || over.load(Ordering::Relaxed) {
             break;
         }
         put();
@@ -291,9 +246,8 @@ fn block_callback(run: &Rendezvous, over: &AtomicBool, count: &AtomicU64) {
     let Ok(session) = session(run) else { return };
     let everything = format!("alliance/{}/**", run.run);
     let subscriber = session.declare_subscriber(everything);
-    let subscriber = subscriber
-        .callback(|_| std::thread::sleep(Duration::from_secs(1)))
-        .wait();
+    let subscriber = subscriber.callback(|_| std::thread::sleep(Duration::from_secs(1)));
+    let subscriber = subscriber.wait();
     while !over.load(Ordering::Relaxed) {
         std::thread::sleep(Duration::from_millis(50));
     }

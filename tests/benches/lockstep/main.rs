@@ -8,14 +8,12 @@
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 mod bare;
-mod cpu;
 mod figures;
 mod hostile;
+mod mission;
 mod rates;
 mod real;
 mod stop;
-mod team;
-mod traffic;
 
 use std::time::Duration;
 
@@ -57,13 +55,13 @@ fn main() {
     let wanted = |part| options.only.is_none_or(|only| only == part);
     if wanted(Part::Rates) {
         rates::default_mission(options.rounds);
-        rates::measure(&options.agents, options.rounds, options.limit);
+        for agents in &options.agents {
+            rates::measure(*agents, options.rounds, options.limit);
+        }
     }
     if wanted(Part::Stop) {
-        stop::measure(
-            options.rounds,
-            Duration::from_secs_f64(60.0 * options.minutes),
-        );
+        let stop = Duration::from_secs_f64(60.0 * options.minutes);
+        stop::measure(options.rounds, stop);
     }
     if wanted(Part::Hostile) {
         hostile::measure(options.rounds, options.limit);

@@ -1,25 +1,20 @@
 //! An `alliance run` in its own folder, observed from outside.
 
-use missions::Registry;
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use cluster::rendezvous::Rendezvous;
-use run_log::RunFile;
-use tempfile::TempDir;
+use alliance_tests::harness::{Lab, join};
+use alliance_tests::operator::{child_of, peak_memory};
+use alliance_tests::team::Team;
 
-use crate::team::Team;
-
-const EXECUTABLE: &str = env!("CARGO_BIN_EXE_alliance-under-test");
+use crate::mission::Mission;
 
 /// The interval between observations. It is long, so that observation costs little.
 const INTERVAL: Duration = Duration::from_millis(200);
 
 /// A running `alliance run`. It ends when the value is dropped.
-pub struct Run {
-    folder: TempDir,
-    launcher: Child,
+pub struct Run<'l> {
+    lab: &'l Lab,
+    pub team: Team<'l>,
     started: SystemTime,
 }
 
@@ -27,178 +22,67 @@ pub struct Finished {
     pub ticks_per_s: f64,
     /// The time from the start of `alliance run` to the first tick.
     pub start_s: f64,
-    /// The time from the start of the world to the first tick.
-    pub world_start_s: f64,
     pub running_s: f64,
-    pub run: RunFile,
-    /// The peak memory of any agent and of the world.
-    pub agent: Memory,
-    pub world: Memory,
-    pub gateway: Memory,
+    pub simulated_s: f64,
+    pub hash: Option<String>,
+    /// The peak resident memory of any agent, of the world and of its gateway, MB.
+    pub agent: f64,
+    pub world: f64,
+    pub gateway: f64,
 }
 
-/// The memory of a process in MB: the resident set, and the proportional share, which divides shared pages among
-/// their processes.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Memory {
-    pub resident: f64,
-    pub share: f64,
-}
-
-impl Run {
-    pub fn start(team: &Team, options: &[&str]) -> Self {
-        Self::spawn(Command::new(EXECUTABLE), team, options)
-    }
-
-    /// Starts a run with all processes on one core.
-    pub fn start_on(core: usize, team: &Team, options: &[&str]) -> Self {
-        let mut command = Command::new("taskset");
-        command.args(["-c", &core.to_string(), EXECUTABLE]);
-        Self::spawn(command, team, options)
-    }
-
-    fn spawn(mut command: Command, team: &Team, options: &[&str]) -> Self {
-        let folder = TempDir::new().unwrap();
-        std::fs::write(folder.path().join("team.toml"), &team.text).unwrap();
-        std::fs::create_dir(folder.path().join("runtime")).unwrap();
+impl<'l> Run<'l> {
+    pub fn start(lab: &'l Lab, mission: &Mission, options: &str) -> Self {
+        lab.write("team.toml", &mission.text);
         let started = SystemTime::now();
-        let launcher = command
-            .args(["run", "team.toml", "--out=run"])
-            .args(options)
-            .current_dir(folder.path())
-            .env("XDG_RUNTIME_DIR", folder.path().join("runtime"))
-            .env_remove("RUST_LOG")
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
         Self {
-            folder,
-            launcher,
+            lab,
+            team: Team::start_with_page(lab, join("team.toml", options)),
             started,
         }
     }
 
-    /// Returns the process id of "world" or of a robot's agent, once the process exists.
-    pub fn pid(&self, part: &str) -> Option<u32> {
-        self.parts()
-            .find(|(name, _)| name == part)
-            .map(|(_, pid)| pid)
-    }
-
-    /// Returns the rendezvous of the run's bus, once it is announced.
-    pub fn rendezvous(&self) -> Option<Rendezvous> {
-        let runs = std::fs::read_dir(self.folder.path().join("runtime/alliance")).ok()?;
-        let announced = runs.flatten().find(|file| {
-            file.path()
-                .extension()
-                .is_some_and(|extension| extension == "json")
-        })?;
-        serde_json::from_str(&std::fs::read_to_string(announced.path()).ok()?).ok()
-    }
-
     /// Waits for the end of the run and returns its measurements.
     pub fn finish(mut self) -> Finished {
-        let [mut agent, mut world, mut gateway] = [Memory::default(); 3];
-        while self.launcher.try_wait().unwrap().is_none() {
-            for (name, pid) in self.parts() {
-                let seen = if name == "world" {
-                    &mut world
-                } else {
-                    &mut agent
-                };
-                *seen = seen.max(Memory::of(pid));
-                if name == "world" {
-                    let child = children(pid).next();
-                    gateway = gateway.max(child.map_or(Memory::default(), Memory::of));
-                }
+        let (mut agent, mut world, mut gateway) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let peak = |pid: Option<u32>| pid.and_then(peak_memory).unwrap_or_default();
+        let robots = self.team.robots();
+        let pid = self.team.pid("world");
+        while self.team.is_running() {
+            for robot in &robots {
+                agent = agent.max(peak(Some(self.team.pid(robot))));
             }
+            world = world.max(peak(Some(pid)));
+            gateway = gateway.max(peak(child_of(pid)));
             std::thread::sleep(INTERVAL);
         }
-        let out = self.folder.path().join("run");
-        let document = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
-        let host: serde_json::Value = serde_json::from_str(&document("host.json")).unwrap();
+        let host = self.lab.json("run/host.json");
         let number = |key: &str| host[key].as_f64().unwrap_or(f64::NAN);
-        let began = self
-            .started
-            .duration_since(UNIX_EPOCH)
-            .unwrap()
-            .as_secs_f64();
+        let began = self.started.duration_since(UNIX_EPOCH).unwrap();
+        let first_tick_s = number("started_unix_ms") / 1000.0 + number("start_to_first_tick_s");
+        let run = self.lab.log("run").run;
         Finished {
             ticks_per_s: number("ticks_per_s"),
-            start_s: number("started_unix_ms") / 1000.0 + number("start_to_first_tick_s") - began,
-            world_start_s: number("start_to_first_tick_s"),
+            start_s: first_tick_s - began.as_secs_f64(),
             running_s: number("running_s"),
-            run: RunFile::parse(
-                document("run.json").as_bytes(),
-                &Registry::built_in().vocabulary(),
-            )
-            .unwrap(),
+            simulated_s: run.result.sim_time_ms.as_secs_f64(),
+            hash: run.hash,
             agent,
             world,
             gateway,
         }
     }
-
-    fn parts(&self) -> impl Iterator<Item = (String, u32)> {
-        children(self.launcher.id()).filter_map(|pid| {
-            let command = read(format!("/proc/{pid}/cmdline"));
-            // The agents and the world are subcommands of `cluster`; the page is a command.
-            let mut arguments = command
-                .split('\0')
-                .skip(1)
-                .filter(|word| *word != "cluster");
-            match arguments.next()? {
-                "agent" => arguments.nth(1).map(|robot| (robot.to_owned(), pid)),
-                part => Some((part.to_owned(), pid)),
-            }
-        })
-    }
 }
 
-impl Drop for Run {
-    fn drop(&mut self) {
-        // The other processes end with the launcher.
-        let _ = self.launcher.kill();
-        let _ = self.launcher.wait();
-    }
-}
-
-impl Memory {
-    pub fn of(pid: u32) -> Self {
-        let now = read(format!("/proc/{pid}/smaps_rollup"));
-        let megabytes = |key: &str| {
-            let line = now.lines().find_map(|line| line.strip_prefix(key));
-            let number = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
-            number.map_or(0.0, |kilobytes| kilobytes / 1024.0)
-        };
-        Self {
-            resident: megabytes("Rss:"),
-            share: megabytes("Pss:"),
-        }
-    }
-
-    fn max(self, other: Self) -> Self {
-        Self {
-            resident: self.resident.max(other.resident),
-            share: self.share.max(other.share),
-        }
-    }
-}
-
-/// Returns the child processes of all threads of a process.
-fn children(pid: u32) -> impl Iterator<Item = u32> {
-    let threads = std::fs::read_dir(format!("/proc/{pid}/task")).into_iter();
-    let children = threads.flatten().flatten().map(|thread| {
-        let children = read(thread.path().join("children"));
-        let children = children.split_whitespace().map(str::parse);
-        children.flatten().collect::<Vec<u32>>()
-    });
-    children.flatten()
-}
-
-/// Reads a file. Returns an empty text if the file is missing, because processes can end at any time.
-fn read(path: impl AsRef<Path>) -> String {
-    std::fs::read_to_string(path).unwrap_or_default()
+/// Returns the processor time of all ended child processes that were waited for, in s. Processor time depends little
+/// on the load of the machine.
+pub fn cpu_of_ended_children_s() -> f64 {
+    /// The clock ticks per second in which Linux counts processor time.
+    const HZ: f64 = 100.0;
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    // The process name, in brackets, may contain spaces. The 14th and 15th field after it are the children's user and
+    // system time.
+    let (_, fields) = stat.rsplit_once(')').unwrap();
+    let times = fields.split_whitespace().skip(13).take(2);
+    times.map(|ticks| ticks.parse::<f64>().unwrap() / HZ).sum()
 }

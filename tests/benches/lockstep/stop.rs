@@ -3,19 +3,19 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use alliance_tests::harness::{Lab, wait_until};
+use alliance_tests::operator::{announced, connect, peak_memory};
 use cluster::rendezvous::ConnectionRole;
-use cluster::session;
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use nix::sys::signal::Signal;
 use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use proto::view::View;
 use scenario::ids::Tick;
 use zenoh::{Session, Wait};
 
-use crate::figures::Figures;
-use crate::real::{Memory, Run};
-use crate::team::Team;
+use crate::figures::{Figures, print};
+use crate::mission::Mission;
+use crate::real::Run;
 
 const TEAM: usize = 10;
 
@@ -25,96 +25,66 @@ const WARM_UP: Duration = Duration::from_secs(3);
 /// The longest measurement before and after the stop.
 const ASIDE: Duration = Duration::from_secs(60);
 
-/// A low speed and many items per spill, so that the mission outlasts the stop at any rate.
-const SLOW_M_S: f64 = 0.05;
-const ITEMS: usize = 1000;
-
-/// A simulated time limit in s that is longer than any measurement.
-const NO_LIMIT: f64 = 1e6;
-
-/// The rates of the team before, during and after the stop, and of a team without that robot.
-#[derive(Default)]
-struct Results {
-    before: Figures,
-    during: Figures,
-    after: Figures,
-    without: Figures,
-    kept: Figures,
-    against_without: Figures,
-    /// The memory of the world in MB, before the stop and at its end.
-    memory: [Figures; 2],
-}
+/// The labels of the measured figures.
+const LABELS: [&str; 8] = [
+    "before, ticks/s",
+    "during, ticks/s",
+    "after, ticks/s",
+    "a team without it, ticks/s",
+    "during / before",
+    "during / without",
+    "memory of the world before, MB",
+    "memory of the world at the end of the stop, MB",
+];
 
 /// Measures the team with the stop and the team without the robot in turn.
 pub fn measure(rounds: usize, stop: Duration) {
-    let [ten, nine] = [TEAM, TEAM - 1].map(|size| Team::busy(size, SLOW_M_S, ITEMS, NO_LIMIT));
-    let mut results = Results::default();
+    // A low speed, many items per spill and a long limit, so that the mission outlasts the stop at any rate.
+    let [ten, nine] = [TEAM, TEAM - 1].map(|size| Mission::busy(size, 0.05, 1000, 1e6));
+    let mut results = LABELS.map(|_| Figures::default());
     for _ in 0..rounds {
-        let without = Watched::start(&nine).rate(stop.min(ASIDE));
-        let ten = Watched::start(&ten);
-        let world = ten.run.pid("world").unwrap();
-        let before = ten.rate(stop.min(ASIDE));
-        results.memory[0].push(Memory::of(world).resident);
-        let last = Pid::from_raw(ten.run.pid(&format!("r{}", TEAM - 1)).unwrap() as i32);
-        kill(last, Signal::SIGSTOP).unwrap();
-        let during = ten.rate(stop);
-        results.memory[1].push(Memory::of(world).resident);
-        kill(last, Signal::SIGCONT).unwrap();
+        let lab = Lab::new();
+        let without = Watched::start(&lab, &nine).rate(stop.min(ASIDE));
+        let lab = Lab::new();
+        let ten = Watched::start(&lab, &ten);
+        let memory = || peak_memory(ten.run.team.pid("world")).unwrap();
+        let last = format!("r{}", TEAM - 1);
+        let (before, memory_before) = (ten.rate(stop.min(ASIDE)), memory());
+        ten.run.team.signal(&last, Signal::SIGSTOP);
+        let (during, memory_after) = (ten.rate(stop), memory());
+        ten.run.team.signal(&last, Signal::SIGCONT);
         let after = ten.rate(stop.min(ASIDE));
-
-        results.before.push(before);
-        results.during.push(during);
-        results.after.push(after);
-        results.without.push(without);
-        results.kept.push(during / before);
-        results.against_without.push(during / without);
+        let ratios = [during / before, during / without];
+        let values = [before, during, after, without].into_iter().chain(ratios);
+        let values = values.chain([memory_before, memory_after]);
+        for (figures, value) in results.iter_mut().zip(values) {
+            figures.push(value);
+        }
     }
-    println!(
-        "\n## One of {TEAM} agents stopped for {} s\n",
-        stop.as_secs()
-    );
-    println!("| | median [least .. most] |\n|---|---|");
-    for (label, figures) in [
-        ("before, ticks/s", &results.before),
-        ("during, ticks/s", &results.during),
-        ("after, ticks/s", &results.after),
-        ("a team without it, ticks/s", &results.without),
-        ("during / before", &results.kept),
-        ("during / without", &results.against_without),
-        ("memory of the world before, MB", &results.memory[0]),
-        (
-            "memory of the world at the end of the stop, MB",
-            &results.memory[1],
-        ),
-    ] {
-        println!("| {label} | {figures} |");
-    }
+    let stop_s = stop.as_secs();
+    println!("\n## One of {TEAM} agents stopped for {stop_s} s\n");
+    print(LABELS.map(str::to_owned).into_iter().zip(&results));
 }
 
-struct Watched {
-    run: Run,
-    seen: Arc<Mutex<Option<(Tick, Instant)>>>,
+type Seen = Arc<Mutex<Option<(Tick, Instant)>>>;
+
+struct Watched<'l> {
+    run: Run<'l>,
+    seen: Seen,
     /// The session of the observer, kept open on the bus.
     _session: Session,
 }
 
-impl Watched {
+impl<'l> Watched<'l> {
     /// Starts a run, joins its bus and waits for the warm-up to pass.
-    fn start(team: &Team) -> Self {
-        let run = Run::start(team, &["--log=off", "--no-page"]);
-        let world = wait_for(|| run.rendezvous());
-        let config = zenoh::Config::from_json5(&session::client(
-            &world.login(ConnectionRole::Operator).unwrap(),
-            false,
-        ))
-        .unwrap();
-        let session = zenoh::open(config).wait().unwrap();
-        let seen = Arc::new(Mutex::new(None));
+    fn start(lab: &'l Lab, mission: &Mission) -> Self {
+        let run = Run::start(lab, mission, "--log=off --no-page");
+        let world = announced(lab);
+        let session = connect(&world, ConnectionRole::Operator);
+        let seen = Seen::default();
         let latest = Arc::clone(&seen);
-        let (key, secret) = (
-            KeyExpressions::new(&world.run).view(),
-            Secret::from_token(&world.token),
-        );
+        let key = KeyExpressions::new(&world.run).view();
+        let secret = Secret::from_token(&world.token);
         session
             .declare_subscriber(key.clone())
             .callback(move |sample| {
@@ -129,7 +99,9 @@ impl Watched {
             seen,
             _session: session,
         };
-        wait_for(|| watched.latest().filter(|(tick, _)| *tick > 0));
+        wait_until("the first tick", || {
+            watched.latest().is_some_and(|(tick, _)| tick > 0)
+        });
         std::thread::sleep(WARM_UP);
         watched
     }
@@ -144,16 +116,5 @@ impl Watched {
 
     fn latest(&self) -> Option<(Tick, Instant)> {
         *self.seen.lock().unwrap()
-    }
-}
-
-pub fn wait_for<T>(mut look: impl FnMut() -> Option<T>) -> T {
-    let until = Instant::now() + Duration::from_secs(30);
-    loop {
-        if let Some(found) = look() {
-            return found;
-        }
-        assert!(Instant::now() < until, "the run does not begin");
-        std::thread::sleep(Duration::from_millis(20));
     }
 }

@@ -3,11 +3,12 @@
 use alliance_tests::harness::Lab;
 use alliance_tests::python::python;
 use alliance_tests::team::Team;
+use alliance_tests::testkit::in_repository;
 use nix::sys::signal::Signal;
 use run_log::{LogLevel, MotivationRow, RunOutcome, TableRow};
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::{bad_day, bytes, files, read};
+use super::{bad_day, read};
 
 const TABLES: [&str; 6] = [
     "events",
@@ -23,30 +24,40 @@ const PARQUET: [&str; 2] = ["pandas", "pyarrow"];
 
 /// Returns the number of rows of a table of a run.
 fn rows(lab: &Lab, run: &str, table: &str) -> u64 {
-    let text = String::from_utf8(bytes(lab, &format!("{run}/{table}.csv"))).unwrap();
+    let text = lab.text(&format!("{run}/{table}.csv"));
     text.lines().count() as u64 - 1
+}
+
+/// Returns the names of the tables in an exported folder.
+fn tables(lab: &Lab, folder: &str) -> Vec<String> {
+    let names = lab.names(folder).into_iter();
+    names.map(|name| name.replace(".parquet", "")).collect()
 }
 
 #[test]
 fn a_recording_contains_every_row_and_the_scene() {
     let Some(python) = python(&MCAP) else { return };
     let lab = Lab::new();
-    bad_day(&lab, "run", &["--seed", "3", "--mcap"]);
+    bad_day(&lab, "run", "--seed 3 --mcap");
     // The script compares every message with its row, and the scene with the log.
     let found = read(&lab, &python, "read_mcap.py", &["run", "run/run.mcap"]);
 
     let log = lab.log("run");
     let metadata = &found["metadata"]["run"];
-    assert_eq!(metadata["seed"], "3");
-    assert_eq!(metadata["scenario"], "a-bad-day");
-    assert_eq!(metadata["outcome"], "time-limit");
-    assert_eq!(metadata["hash"], json!(log.run.hash));
-    assert_eq!(metadata["version"], json!(log.run.version));
+    for (key, expected) in [
+        ("seed", json!("3")),
+        ("scenario", json!("a-bad-day")),
+        ("outcome", json!("time-limit")),
+        ("hash", json!(log.run.hash)),
+        ("version", json!(log.run.version)),
+    ] {
+        assert_eq!(metadata[key], expected, "{key}");
+    }
     // The recording alone is enough to repeat the run.
     let scenario = metadata["scenario_toml"].as_str().unwrap();
-    std::fs::write(lab.path("again.toml"), scenario).unwrap();
-    lab.mission("again", &["again.toml", "--seed", "3", "--in-process"])
-        .expect(1);
+    lab.write("again.toml", scenario);
+    let again = "again.toml --seed 3 --in-process";
+    lab.mission("again", again).expect(1);
     assert_eq!(lab.log("again").run.hash, log.run.hash);
 
     for table in ["motivations", "messages", "events", "poses", "mission"] {
@@ -62,21 +73,19 @@ fn a_recording_contains_every_row_and_the_scene() {
         found["topics"]["/motivations/red/report-progress"]
     );
 
-    let labels = |robot: &str| {
-        found["labels"][format!("robots/{robot}")]
-            .as_array()
-            .unwrap()
+    let labels = |robot: &str| &found["labels"][format!("robots/{robot}")];
+    let has = |robot: &str, label: &str| {
+        let labels = labels(robot).as_array().unwrap();
+        assert!(labels.contains(&json!(label)), "{robot}: {labels:?}");
     };
-    assert!(labels("blue").contains(&json!("blue: find-locations-methodical")));
-    assert!(labels("gold").contains(&json!("gold: dead")));
+    has("blue", "blue: find-locations-methodical");
+    has("gold", "gold: dead");
     // The robot is absent at first.
     assert_eq!(labels("red")[0], "");
-    assert!(labels("red").contains(&json!("red: idle")));
+    has("red", "red: idle");
     // Slow ground from the start, and an obstacle for ten seconds.
-    assert_eq!(
-        found["obstacles"],
-        json!([[0, 1], [30_050, 2], [40_050, 1]])
-    );
+    let obstacles = json!([[0, 1], [30_050, 2], [40_050, 1]]);
+    assert_eq!(found["obstacles"], obstacles);
     // A report changes the color of the report site.
     let site = found["site"].as_array().unwrap();
     assert!(site.len() >= 3, "{site:?}");
@@ -88,26 +97,26 @@ fn a_recording_contains_every_row_and_the_scene() {
     assert!(found["sensed"]["avoidance"].as_u64() > Some(100));
     assert!(found["warnings"].as_u64() >= Some(5));
     // Static parts of the scene are not sent in every tick.
-    let rarely = |topic: &str| found["topics"][topic].as_u64().unwrap() < 100;
-    assert!(rarely("/scene/room") && rarely("/scene/items") && rarely("/scene/robots/blue"));
+    for topic in ["/scene/room", "/scene/items", "/scene/robots/blue"] {
+        assert!(found["topics"][topic].as_u64().unwrap() < 100, "{topic}");
+    }
 }
 
 #[test]
 fn a_recording_is_the_same_at_each_log_level_and_at_each_export() {
     let lab = Lab::new();
-    bad_day(&lab, "full", &["--mcap", "--in-process"]);
-    bad_day(&lab, "summary", &["--log", "summary", "--in-process"]);
-    bad_day(&lab, "off", &["--log", "off", "--mcap"]);
-    lab.run(&["export", "summary", "--mcap=elsewhere.mcap"])
-        .expect(0);
-    let full = bytes(&lab, "full/run.mcap");
-    assert!(full == bytes(&lab, "off/run.mcap"), "--log off");
-    assert!(full == bytes(&lab, "elsewhere.mcap"), "--log summary");
+    bad_day(&lab, "full", "--mcap --in-process");
+    bad_day(&lab, "summary", "--log summary --in-process");
+    bad_day(&lab, "off", "--log off --mcap");
+    lab.run("export summary --mcap=elsewhere.mcap").expect(0);
+    let full = lab.bytes("full/run.mcap");
+    assert!(full == lab.bytes("off/run.mcap"), "--log off");
+    assert!(full == lab.bytes("elsewhere.mcap"), "--log summary");
     // The export replaces an older file.
-    std::fs::write(lab.path("full/run.mcap"), "old").unwrap();
-    let finished = lab.run(&["export", "full", "--mcap"]).expect(0);
+    lab.write("full/run.mcap", "old");
+    let finished = lab.run("export full --mcap").expect(0);
     assert_eq!(finished.answer(), "mcap    full/run.mcap\n");
-    assert!(full == bytes(&lab, "full/run.mcap"), "a second time");
+    assert!(full == lab.bytes("full/run.mcap"), "a second time");
 }
 
 #[test]
@@ -116,8 +125,8 @@ fn tables_keep_every_value() {
         return;
     };
     let lab = Lab::new();
-    bad_day(&lab, "run", &["--in-process"]);
-    let finished = lab.run(&["export", "run", "--parquet"]).expect(0);
+    bad_day(&lab, "run", "--in-process");
+    let finished = lab.run("export run --parquet").expect(0);
     assert_eq!(finished.stderr, "parquet run/parquet\n");
     // The script compares every value with that of the CSV file.
     let found = read(&lab, &python, "read_parquet.py", &["run", "run/parquet"]);
@@ -135,114 +144,78 @@ fn tables_keep_every_value() {
     assert!(found["mission"]["nulls"].as_u64() > Some(0));
     assert_eq!(found["poses"]["nulls"], 0, "energy is simulated");
 
-    let names = TABLES.map(|table| format!("{table}.parquet"));
-    assert_eq!(files(&lab, "run/parquet"), names);
-    lab.run(&["export", "run", "--parquet=again/tables"])
-        .expect(0);
-    for name in names {
-        let [first, second] =
-            ["run/parquet", "again/tables"].map(|folder| bytes(&lab, &format!("{folder}/{name}")));
+    assert_eq!(tables(&lab, "run/parquet"), TABLES);
+    lab.run("export run --parquet=again/tables").expect(0);
+    for name in TABLES {
+        let [first, second] = ["run/parquet", "again/tables"]
+            .map(|folder| lab.bytes(&format!("{folder}/{name}.parquet")));
         assert!(first == second, "{name}");
     }
 }
 
+/// A short run that exports its tables into the same folder as the others: tables that are not logged are omitted, and
+/// their older files are removed. The utilities of an allocator without motivations and the targets of a mission are
+/// in both formats.
 #[test]
-fn unlogged_tables_are_omitted_and_their_older_files_removed() {
-    let Some(python) = python(&PARQUET) else {
-        return;
-    };
+fn each_run_has_its_own_tables_and_topics_in_both_formats() {
     let lab = Lab::new();
-    lab.mission("full", &["--limit", "5", "--in-process"])
-        .expect(1);
-    lab.run(&["export", "full", "--parquet=tables"]).expect(0);
-    lab.mission(
-        "summary",
-        &["--limit", "5", "--log", "summary", "--in-process"],
-    )
-    .expect(1);
-    let finished = lab
-        .run(&["export", "summary", "--parquet=tables"])
-        .expect(0);
-    assert_eq!(
-        finished.stderr,
-        "note: --log summary keeps no motivations, messages, poses\nparquet tables\n"
-    );
-    assert_eq!(
-        files(&lab, "tables"),
-        ["events.parquet", "mission.parquet", "ticks.parquet"]
-    );
-    let found = read(&lab, &python, "read_parquet.py", &["summary", "tables"]);
-    assert_eq!(found["events"]["rows"], rows(&lab, "summary", "events"));
-}
-
-/// The utilities of an allocator without motivations are in both formats. A later export of another run removes their
-/// table.
-#[test]
-fn utilities_are_exported_like_motivations() {
-    let lab = Lab::new();
-    let short = ["--limit", "30", "--in-process"];
-    let nearest = [&short[..], &["--allocator", "nearest", "--mcap"]].concat();
-    lab.mission("nearest", &nearest).expect(1);
-    lab.run(&["export", "nearest", "--parquet=tables"])
-        .expect(0);
-    assert!(files(&lab, "tables").contains(&"allocation.parquet".to_owned()));
-    if let Some(python) = python(&[MCAP, PARQUET].concat()) {
-        let expected = rows(&lab, "nearest", "allocation");
-        assert!(expected > 1000);
-        let mcap = ["nearest", "nearest/run.mcap"];
-        let found = read(&lab, &python, "read_mcap.py", &mcap);
-        assert_eq!(found["counts"]["allocation"], expected);
-        for set in ["find-locations-methodical", "find-locations-wander"] {
-            let topic = format!("/allocation/blue/{set}");
-            assert!(found["topics"][&topic].as_u64() > Some(100), "{topic}");
+    let python = python(&[MCAP, PARQUET].concat());
+    let utilities = "/allocation/blue/find-locations-wander";
+    let motivations = "/motivations/blue/report-progress";
+    let nearest = "--limit 30 --allocator nearest";
+    for (run, arguments, table, topic, least) in [
+        ("nearest", nearest, "allocation", utilities, 1000),
+        ("full", "--limit 5", "motivations", motivations, 100),
+        (
+            "watched",
+            "cmommt --limit 10",
+            "targets",
+            "/targets/t0",
+            200,
+        ),
+        ("summary", "--limit 5 --log summary", "events", "", 3),
+    ] {
+        let mission = format!("{arguments} --in-process --mcap");
+        lab.mission(run, mission).expect(1);
+        let exported = lab.run(format!("export {run} --parquet=tables")).expect(0);
+        let tables = tables(&lab, "tables");
+        if run == "summary" {
+            assert_eq!(tables, ["events", "mission", "ticks"]);
+            exported.shows("note: --log summary keeps no motivations, messages, poses\n");
+        } else {
+            assert_eq!(exported.stderr, "parquet tables\n");
+            assert!(tables.iter().any(|name| name == table), "{run}: {tables:?}");
+            assert!(run != "full" || tables == TABLES, "{tables:?}");
         }
-        let found = read(&lab, &python, "read_parquet.py", &["nearest", "tables"]);
-        assert_eq!(found["allocation"]["rows"], expected);
+        let expected = rows(&lab, run, table);
+        assert!(expected >= least, "{run}: {expected}");
+        let Some(python) = &python else {
+            continue;
+        };
+        let found = read(&lab, python, "read_parquet.py", &[run, "tables"]);
+        assert_eq!(found[table]["rows"], expected);
+        if !topic.is_empty() {
+            let mcap = format!("{run}/run.mcap");
+            let found = read(&lab, python, "read_mcap.py", &[run, &mcap]);
+            assert_eq!(found["counts"][table], expected);
+            assert!(found["topics"][topic].as_u64() > Some(90), "{topic}");
+        }
     }
-    lab.mission("alliance", &short).expect(1);
-    let exported = lab
-        .run(&["export", "alliance", "--parquet=tables"])
-        .expect(0);
-    assert_eq!(exported.stderr, "parquet tables\n");
-    let names = TABLES.map(|table| format!("{table}.parquet"));
-    assert_eq!(files(&lab, "tables"), names);
-}
-
-#[test]
-fn each_target_has_a_topic_and_the_table_has_all_rows() {
-    let lab = Lab::new();
-    let short = ["cmommt", "--limit", "10", "--in-process", "--mcap"];
-    lab.mission("watched", &short).expect(1);
-    lab.run(&["export", "watched", "--parquet=tables"])
-        .expect(0);
-    let Some(python) = python(&[MCAP, PARQUET].concat()) else {
-        return;
-    };
-    let expected = rows(&lab, "watched", "targets");
-    assert!(expected >= 200);
-    let mcap = ["watched", "watched/run.mcap"];
-    let found = read(&lab, &python, "read_mcap.py", &mcap);
-    assert_eq!(found["counts"]["targets"], expected);
-    assert!(found["topics"]["/targets/t0"].as_u64() >= Some(200));
-    let found = read(&lab, &python, "read_parquet.py", &["watched", "tables"]);
-    assert_eq!(found["targets"]["rows"], expected);
 }
 
 #[test]
 fn the_run_of_a_killed_world_is_exported_up_to_its_last_complete_tick() {
     let lab = Lab::new();
-    let mut team = Team::start(&lab, &["--speed", "10x"]);
+    let mut team = Team::start(&lab, "--speed 10x");
     team.wait_for_row("events.csv", &[",activated,"]);
     team.signal("world", Signal::SIGKILL);
     team.wait().expect(3);
     let log = lab.log("run");
     assert_eq!(log.run.outcome, RunOutcome::Running);
     let last = log.last.unwrap();
-    let exported = lab.run(&["export", "run", "--mcap", "--parquet"]).expect(0);
-    assert_eq!(
-        exported.stderr,
-        "parquet run/parquet\nmcap    run/run.mcap\n"
-    );
+    let exported = lab.run("export run --mcap --parquet").expect(0);
+    let paths = "parquet run/parquet\nmcap    run/run.mcap\n";
+    assert_eq!(exported.stderr, paths);
 
     let Some(python) = python(&[MCAP, PARQUET].concat()) else {
         return;
@@ -250,7 +223,7 @@ fn the_run_of_a_killed_world_is_exported_up_to_its_last_complete_tick() {
     // The readers must find the complete part of each table.
     let tables = run_log::Table::ALL.into_iter();
     for table in tables.filter(|table| !table.is_optional()) {
-        std::fs::write(lab.path("run").join(table.file_name()), log.table(table)).unwrap();
+        lab.write(&format!("run/{}", table.file_name()), log.table(table));
     }
     let found = read(&lab, &python, "read_mcap.py", &["run", "run/run.mcap"]);
     let hash = format!("{:016x}", last.hash);
@@ -268,31 +241,30 @@ fn the_run_of_a_killed_world_is_exported_up_to_its_last_complete_tick() {
 fn layouts_use_only_existing_topics() {
     let Some(python) = python(&MCAP) else { return };
     let lab = Lab::new();
-    lab.mission("run", &["--limit", "100", "--in-process", "--mcap"])
-        .expect(1);
-    let layouts = format!("{}/../docs/layouts", env!("CARGO_MANIFEST_DIR"));
-    let found = read(
-        &lab,
-        &python,
-        "read_layouts.py",
-        &[
-            "run/run.mcap",
-            &format!("{layouts}/foxglove.json"),
-            &format!("{layouts}/plotjuggler.xml"),
-        ],
-    );
-    let names = |layout: &str, topic: &str| {
+    let mission = "--limit 100 --in-process --mcap";
+    lab.mission("run", mission).expect(1);
+    let layouts = ["foxglove.json", "plotjuggler.xml"].map(|name| {
+        in_repository("docs/layouts")
+            .join(name)
+            .display()
+            .to_string()
+    });
+    let files = ["run/run.mcap", &layouts[0], &layouts[1]];
+    let found = read(&lab, &python, "read_layouts.py", &files);
+    let both = [
+        "/motivations/gold/move-spill(top)",
+        "/motivations/blue/find-locations-methodical",
+        "/threshold",
+    ];
+    let foxglove = ["/log", "/scene/robots/green", "/sensors/blue/border"];
+    for (layout, own) in [
+        ("foxglove", &foxglove[..]),
+        ("plotjuggler", &["/poses/green"]),
+    ] {
         let topics = found[layout].as_array().unwrap();
-        assert!(topics.contains(&json!(topic)), "{layout}: {topic}");
-    };
-    for layout in ["foxglove", "plotjuggler"] {
-        names(layout, "/motivations/gold/move-spill(top)");
-        names(layout, "/motivations/blue/find-locations-methodical");
-        names(layout, "/threshold");
+        for topic in both.iter().chain(own) {
+            assert!(topics.contains(&json!(topic)), "{layout}: {topic}");
+        }
     }
-    names("foxglove", "/log");
-    names("foxglove", "/scene/robots/green");
-    names("foxglove", "/sensors/blue/border");
-    names("plotjuggler", "/poses/green");
-    assert!(matches!(&found["plotjuggler"], Value::Array(topics) if topics.len() > 15));
+    assert!(found["plotjuggler"].as_array().unwrap().len() > 15);
 }

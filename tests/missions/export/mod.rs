@@ -6,7 +6,7 @@ mod refusals;
 
 use std::path::Path;
 
-use alliance_tests::harness::Lab;
+use alliance_tests::harness::{Lab, join};
 use alliance_tests::python::run;
 use serde_json::Value;
 
@@ -37,28 +37,14 @@ timeline = [
 "#;
 
 /// Runs the scenario for two minutes with the run folder `out`.
-fn bad_day(lab: &Lab, out: &str, arguments: &[&str]) {
-    std::fs::write(lab.path("day.toml"), BAD_DAY).unwrap();
-    let all = [&["day.toml", "--limit", "120"], arguments].concat();
-    lab.mission(out, &all).expect(1);
+fn bad_day(lab: &Lab, out: &str, arguments: &str) {
+    lab.write("day.toml", BAD_DAY);
+    let arguments = join("day.toml --limit 120", arguments);
+    lab.mission(out, arguments).expect(1);
 }
 
 /// Returns the JSON output of a script for files of the lab.
 #[track_caller]
 fn read(lab: &Lab, python: &Path, script: &str, files: &[&str]) -> Value {
     serde_json::from_str(&run(lab, python, script, files)).unwrap()
-}
-
-fn bytes(lab: &Lab, file: &str) -> Vec<u8> {
-    std::fs::read(lab.path(file)).unwrap()
-}
-
-/// Returns the names of all files in a folder, including hidden ones.
-fn files(lab: &Lab, folder: &str) -> Vec<String> {
-    let entries = std::fs::read_dir(lab.path(folder)).unwrap();
-    let mut names: Vec<String> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
 }

@@ -1,13 +1,13 @@
 //! The notebook example draws the values of the log.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use alliance_tests::harness::Lab;
 use alliance_tests::python::python;
+use alliance_tests::testkit::in_repository;
 use run_log::MotivationRow;
 
-use super::{bytes, read};
+use super::read;
 
 #[test]
 fn figure_4_9_shows_the_motivations_of_the_log() {
@@ -15,19 +15,12 @@ fn figure_4_9_shows_the_motivations_of_the_log() {
         return;
     };
     let lab = Lab::new();
-    lab.mission(
-        "run",
-        &["thesis-no-interruption", "--limit", "150", "--in-process"],
-    )
-    .expect(1);
-    lab.run(&["export", "run", "--parquet"]).expect(0);
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/examples/fig_4_9.py");
-    let drawn = read(
-        &lab,
-        &python,
-        "read_figure.py",
-        &[example.to_str().unwrap(), "run", "figure.png"],
-    );
+    let mission = "thesis-no-interruption --limit 150 --in-process";
+    lab.mission("run", mission).expect(1);
+    lab.run("export run --parquet").expect(0);
+    let example = in_repository("docs/examples/fig_4_9.py");
+    let arguments = [example.to_str().unwrap(), "run", "figure.png"];
+    let drawn = read(&lab, &python, "read_figure.py", &arguments);
     let drawn: BTreeMap<String, Vec<(f64, f64)>> = serde_json::from_value(drawn).unwrap();
 
     let mut logged: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
@@ -39,11 +32,8 @@ fn figure_4_9_shows_the_motivations_of_the_log() {
     }
     assert_eq!(drawn, logged);
     assert_eq!(drawn["gold"].len(), 3000);
-    assert!(
-        drawn["gold"]
-            .iter()
-            .any(|(_, motivation)| *motivation == 100.0)
-    );
-    let picture = bytes(&lab, "figure.png");
+    let mut motivations = drawn["gold"].iter().map(|(_, motivation)| *motivation);
+    assert!(motivations.any(|motivation| motivation == 100.0));
+    let picture = lab.bytes("figure.png");
     assert!(picture.starts_with(b"\x89PNG") && picture.len() > 20_000);
 }

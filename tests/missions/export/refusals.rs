@@ -3,64 +3,58 @@
 use alliance_tests::harness::Lab;
 use scenario::testkit::entry;
 
-use super::{bytes, files};
-
 #[test]
 fn wrong_arguments_are_refused_in_one_line() {
     let lab = Lab::new();
-    lab.mission("run", &["--limit", "2", "--log", "off", "--in-process"])
-        .expect(1);
-    let before = files(&lab, "run");
+    let mission = "--limit 2 --log off --in-process";
+    lab.mission("run", mission).expect(1);
+    let before = lab.names("run");
     std::fs::create_dir_all(lab.path("taken.mcap")).unwrap();
-    let commands: &[&[&str]] = &[
-        &["export"],
-        &["export", "run"],
-        &["export", "run", "--mcpa"],
-        &["export", "run", "--csv"],
-        &["export", "nowhere", "--mcap"],
-        &["export", "run", "--parquet"],
-        &["export", "run", "--mcap=no/such/folder.mcap"],
-        &["export", "run", "--mcap=taken.mcap"],
+    let commands = [
+        "export",
+        "export run",
+        "export run --mcpa",
+        "export run --csv",
+        "export nowhere --mcap",
+        "export run --parquet",
+        "export run --mcap=no/such/folder.mcap",
+        "export run --mcap=taken.mcap",
     ];
-    let mut answers = String::new();
-    for command in commands {
-        answers += &entry(&command.join(" "), &lab.refusal(command));
-        assert_eq!(files(&lab, "run"), before, "{command:?}");
-    }
-    insta::assert_snapshot!(answers);
-    assert!(files(&lab, "").iter().all(|name| !name.starts_with('.')));
+    let answers = commands.map(|command| {
+        let answer = entry(command, &lab.refusal(command));
+        assert_eq!(lab.names("run"), before, "{command}");
+        answer
+    });
+    insta::assert_snapshot!(answers.concat());
+    assert!(lab.names("").iter().all(|name| !name.starts_with('.')));
 }
 
 #[test]
 fn a_run_that_this_program_does_not_reproduce_has_no_recording() {
     let lab = Lab::new();
-    lab.mission("run", &["--limit", "2", "--in-process", "--mcap"])
-        .expect(1);
-    let before = bytes(&lab, "run/run.mcap");
-    let run = lab.path("run/run.json");
-    let text = std::fs::read_to_string(&run).unwrap();
+    let mission = "--limit 2 --in-process --mcap";
+    lab.mission("run", mission).expect(1);
+    let before = lab.bytes("run/run.mcap");
     let hash = lab.log("run").run.hash.unwrap();
-    std::fs::write(&run, text.replace(&hash, "0123456789abcdef")).unwrap();
-    let files_before = files(&lab, "run");
-    let line = lab.run(&["export", "run", "--mcap"]).expect(1).stderr;
+    let tampered = lab.text("run/run.json").replace(&hash, "0123456789abcdef");
+    lab.write("run/run.json", tampered);
+    let names = lab.names("run");
+    let line = lab.run("export run --mcap").expect(1).stderr;
     assert_eq!(line.lines().count(), 1, "{line}");
-    assert!(
-        line.starts_with(
-            "alliance export: run/run.mcap: this program does not reproduce the logged run exactly"
-        ),
-        "{line}"
-    );
-    assert!(before == bytes(&lab, "run/run.mcap"));
-    assert_eq!(files(&lab, "run"), files_before);
+    let reason =
+        "alliance export: run/run.mcap: this program does not reproduce the logged run exactly";
+    assert!(line.starts_with(reason), "{line}");
+    assert!(before == lab.bytes("run/run.mcap"));
+    assert_eq!(lab.names("run"), names);
     // The export of tables does not depend on a replay.
-    lab.run(&["export", "run", "--parquet"]).expect(0);
+    lab.run("export run --parquet").expect(0);
 }
 
 #[test]
 fn a_run_whose_recording_cannot_be_written_fails_at_its_end() {
     let lab = Lab::new();
     std::fs::create_dir_all(lab.path("run/run.mcap")).unwrap();
-    let finished = lab.mission("run", &["--limit", "2", "--mcap"]).expect(3);
+    let finished = lab.mission("run", "--limit 2 --mcap").expect(3);
     let last = finished.stderr.lines().last().unwrap();
     assert_eq!(
         last,

@@ -43,33 +43,27 @@ fn every_run_of_the_fault_fuzzer_is_repeated() {
 #[test]
 fn a_difference_is_reported_with_tick_robot_and_field() {
     let lab = Lab::new();
-    lab.mission("a", &["--limit", "60"]).expect(1);
+    lab.mission("a", "--limit 60").expect(1);
     let altered = "[alliance.robots.gold.sets.find-locations-wander]\nfast_impatience = 2.0\n";
-    std::fs::write(lab.path("other.toml"), altered).unwrap();
-    lab.mission("b", &["other.toml", "--limit", "60"]).expect(1);
-    let finished = lab.run(&["diff", "a", "b"]).expect(1);
-    let (cause, line) = finished.stderr.split_once('\n').unwrap();
+    lab.write("other.toml", altered);
+    lab.mission("b", "other.toml --limit 60").expect(1);
+    let stderr = lab.run("diff a b").expect(1).stderr;
     assert!(
-        cause.starts_with("scenario: alliance.robots.gold"),
-        "{cause}"
+        stderr.starts_with("scenario: alliance.robots.gold"),
+        "{stderr}"
     );
-    assert!(
-        line.starts_with(
-            "differs first in tick 0 (0.000 s): gold motivations, motivations.csv: impatience"
-        ),
-        "{line}"
-    );
-    let json = lab.run(&["diff", "a", "b", "--json"]).expect(1).json();
+    let first =
+        "\ndiffers first in tick 0 (0.000 s): gold motivations, motivations.csv: impatience";
+    assert!(stderr.contains(first), "{stderr}");
+    let json = lab.run("diff a b --json").expect(1).json();
     assert_eq!(json["result"], "differs");
     assert_eq!(json["robot"], "gold");
 
     // A changed parameter changes the replay.
-    let path = lab.path("a").join("run.json");
-    let mut run: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    let mut run = lab.json("a/run.json");
     run["scenario"]["body"]["speed_m_s"] = 0.4.into();
-    std::fs::write(&path, run.to_string()).unwrap();
-    let finished = lab.run(&["replay", "a"]).expect(1);
+    lab.write("a/run.json", run.to_string());
+    let finished = lab.run("replay a").expect(1);
     assert!(finished.answer().starts_with("differs first in tick"));
-    lab.run(&["replay", "nowhere"]).expect(2);
+    lab.run("replay nowhere").expect(2);
 }

@@ -11,7 +11,7 @@ mod whole;
 use std::fs;
 use std::time::Duration;
 
-use alliance_tests::harness::{Finished, Lab, Process, wait_until};
+use alliance_tests::harness::{Arguments, Finished, Lab, Process, join, wait_until};
 use alliance_tests::hosts::Hosts;
 use run_log::{Input, RunLog};
 
@@ -19,6 +19,12 @@ const WORLD: &str = "tls/10.0.0.1:7447";
 
 /// The silence in s after which an agent counts as stalled: long for a busy machine, short for a test.
 const STALL_AFTER: &str = "2";
+
+/// The two robots that are on another host than the world in most tests.
+const AWAY: [&str; 2] = ["gold", "green"];
+
+/// Blue is with the world, and the other two robots on another host.
+const TWO_HOSTS: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &AWAY)];
 
 /// The hosts of a team with its cluster file and keys.
 struct Machines {
@@ -38,26 +44,24 @@ impl Machines {
     fn enter(count: u8, places: &[(&str, &[&str])]) -> Option<Self> {
         let hosts = Hosts::enter(count)?;
         let lab = Lab::new();
-        let places: String = places
-            .iter()
-            .map(|(host, robots)| {
-                let at = hosts.address(host);
-                format!("[[hosts]]\nname = {host:?}\nrobots = {robots:?}\nat = [\"{at}\"]\n")
-            })
-            .collect();
+        let places = places.iter().map(|(host, robots)| {
+            let at = hosts.address(host);
+            format!("[[hosts]]\nname = {host:?}\nrobots = {robots:?}\nat = [\"{at}\"]\n")
+        });
         let cluster = format!(
-            "scenario = \"waste-cleanup\"\nlisten = {WORLD:?}\nkeys = \"keys\"\nworld = \"h1\"\n{places}"
+            "scenario = \"waste-cleanup\"\nlisten = {WORLD:?}\nkeys = \"keys\"\nworld = \"h1\"\n{}",
+            places.collect::<String>()
         );
-        fs::write(lab.path("cluster.toml"), cluster).unwrap();
-        lab.run(&["cluster", "keys", "cluster.toml"]).expect(0);
+        lab.write("cluster.toml", cluster);
+        lab.run("cluster keys cluster.toml").expect(0);
         Some(Self { hosts, lab })
     }
 
     fn use_scenario(&self, text: &str) {
-        fs::write(self.lab.path("scenario.toml"), text).unwrap();
-        let file = self.lab.path("cluster.toml");
-        let cluster = fs::read_to_string(&file).unwrap();
-        fs::write(file, cluster.replace("waste-cleanup", "scenario.toml")).unwrap();
+        self.lab.write("scenario.toml", text);
+        let cluster = self.lab.text("cluster.toml");
+        let cluster = cluster.replace("waste-cleanup", "scenario.toml");
+        self.lab.write("cluster.toml", cluster);
     }
 
     /// Copies the keys of these members to a new folder, as for another machine, and returns its name.
@@ -83,40 +87,35 @@ impl Machines {
         members.extend(robots.iter().map(|robot| format!("robot-{robot}")));
         let members: Vec<&str> = members.iter().map(String::as_str).collect();
         let keys = self.keys_of(&members);
-        self.start(
-            on,
-            &[
-                "cluster",
-                "host",
-                "--name",
-                name,
-                "--connect",
-                WORLD,
-                "--keys",
-                &keys,
-                "--once",
-            ],
-        )
+        let host = format!("cluster host --name {name} --connect {WORLD} --keys {keys} --once");
+        self.start(on, host)
     }
 
-    fn start(&self, host: &str, arguments: &[&str]) -> Process {
+    fn start(&self, host: &str, arguments: impl Arguments) -> Process {
         self.lab.start_on(&self.hosts, host, arguments)
     }
 
-    fn up(&self, arguments: &[&str]) -> Run<'_> {
-        let common = ["cluster", "up", "cluster.toml", "--no-page", "--out", "run"];
+    fn up(&self, arguments: impl Arguments) -> Run<'_> {
+        let up = "cluster up cluster.toml --no-page --out run";
         Run {
             machines: self,
-            launcher: self.start("h1", &[&common, arguments].concat()),
+            launcher: self.start("h1", join(up, arguments)),
         }
+    }
+
+    /// Starts a run with gold and green on `h2`, and waits until they work.
+    fn at_work(&self, arguments: &str) -> (Run<'_>, Process) {
+        let daemon = self.daemon("h2", "h2", &AWAY);
+        let mut run = self.up(format!("--limit 200 {arguments}"));
+        run.wait_for("activated", &AWAY, 1);
+        (run, daemon)
     }
 
     /// Checks that the run in the folder `run` has the bytes of an undisturbed run on one machine.
     #[track_caller]
     fn assert_same_as_one_machine(&self, limit: &str) {
-        let arguments = ["--in-process", "--limit", limit];
-        let alone = self.lab.mission("alone", &arguments).expect(1);
-        drop(alone);
+        let alone = format!("--in-process --limit {limit}");
+        self.lab.mission("alone", alone).expect(1);
         let (run, alone) = (self.lab.log("run").run, self.lab.log("alone").run);
         assert!(!run.unscripted, "there must be no unscripted input");
         assert!(run.hash.is_some());
@@ -128,7 +127,7 @@ impl Machines {
     #[track_caller]
     fn assert_inputs(&self, expected: &[&str]) {
         let log = self.replayed_log();
-        for robot in ["gold", "green"] {
+        for robot in AWAY {
             assert_eq!(inputs_of(&log, robot), expected, "{robot}");
         }
         assert_eq!(inputs_of(&log, "blue"), ["joined 1"]);
@@ -137,9 +136,7 @@ impl Machines {
     /// Checks that a replay of the run is identical, and returns the log of the run.
     #[track_caller]
     fn replayed_log(&self) -> RunLog {
-        let replay = self.lab.run(&["replay", "run"]).expect(0);
-        let answer = replay.answer();
-        assert!(answer.starts_with("identical"), "{answer}");
+        self.lab.assert_repeated("run");
         self.lab.log("run")
     }
 }
@@ -152,29 +149,22 @@ impl Run<'_> {
         let launcher = &mut self.launcher;
         wait_until(&format!("{kind} of {robots:?}, {times} times"), || {
             let events = fs::read_to_string(&path).unwrap_or_default();
-            let found = robots
-                .iter()
-                .all(|robot| events.matches(&format!(",{kind},{robot},")).count() >= times);
-            assert!(
-                found || launcher.is_running(),
-                "ended without {kind} of {robots:?}:\n{}",
-                launcher.stderr()
-            );
+            let count = |robot: &&str| events.matches(&format!(",{kind},{robot},")).count();
+            let found = robots.iter().all(|robot| count(robot) >= times);
+            let is_alive = found || launcher.is_running();
+            assert!(is_alive, "ended:\n{}", launcher.stderr());
             found
         });
     }
 
-    /// Waits until each of the robots has its second incarnation.
+    /// Waits until gold and green have their second incarnations.
     #[track_caller]
-    fn wait_for_second_incarnations(&mut self, robots: &[&str]) {
-        let lab = &self.machines.lab;
-        for robot in robots {
+    fn wait_for_second_incarnations(&mut self) {
+        for robot in AWAY {
             let joined = format!(",joined,{robot},");
-            lab.wait_for_row(
-                &mut self.launcher,
-                "events.csv",
-                &[&joined, "incarnation 2"],
-            );
+            let row = [&*joined, "incarnation 2"];
+            let lab = &self.machines.lab;
+            lab.wait_for_row(&mut self.launcher, "events.csv", &row);
         }
     }
 
@@ -200,7 +190,7 @@ impl Run<'_> {
     /// Sets the speed: `max`, or a factor such as `2x`.
     #[track_caller]
     fn pace(&self, speed: &str) {
-        let clock = self.machines.start("h1", &["clock", "speed", speed]);
+        let clock = self.machines.start("h1", format!("clock speed {speed}"));
         clock.wait().expect(0);
     }
 
@@ -220,23 +210,17 @@ impl Run<'_> {
 }
 
 /// Returns the external inputs about a robot, in order.
-fn inputs_of(log: &RunLog, robot: &str) -> Vec<String> {
-    let lines = log.inputs().unwrap().into_iter();
-    let inputs = lines.filter_map(|line| match line.input {
-        Input::Join {
-            robot, incarnation, ..
-        } => Some((robot, format!("joined {incarnation}"))),
-        Input::Gone {
-            robot, incarnation, ..
-        } => Some((robot, format!("gone {incarnation}"))),
-        Input::StallBegin { robot, .. } => Some((robot, "stalled".to_owned())),
-        Input::StallEnd { robot, .. } => Some((robot, "back".to_owned())),
+fn inputs_of(log: &RunLog, name: &str) -> Vec<String> {
+    let mut lines = log.inputs().unwrap();
+    lines.retain(|line| line.input.robot() == Some(name));
+    let inputs = lines.into_iter().filter_map(|line| match line.input {
+        Input::Join { incarnation, .. } => Some(format!("joined {incarnation}")),
+        Input::Gone { incarnation, .. } => Some(format!("gone {incarnation}")),
+        Input::StallBegin { .. } => Some("stalled".to_owned()),
+        Input::StallEnd { .. } => Some("back".to_owned()),
         _ => None,
     });
-    inputs
-        .filter(|(of_robot, _)| of_robot == robot)
-        .map(|(_, input)| input)
-        .collect()
+    inputs.collect()
 }
 
 /// Waits by the wall clock, because a network needs real time.

@@ -7,23 +7,13 @@ use std::time::{Duration, Instant};
 
 use alliance_tests::harness::Process;
 
-use super::{Machines, Run, STALL_AFTER};
+use super::{AWAY, Machines, Run, STALL_AFTER, TWO_HOSTS};
 
-const AWAY: [&str; 2] = ["gold", "green"];
-
-/// Starts a run with robots gold and green on `h2`, waits until they work, and sets the speed.
-fn at_work<'m>(machines: &'m Machines, speed: &str) -> (Run<'m>, Process) {
-    let daemon = machines.daemon("h2", "h2", &AWAY);
-    let mut run = machines.up(&[
-        "--limit",
-        "200",
-        "--speed",
-        "20x",
-        "--stall-after",
-        STALL_AFTER,
-    ]);
-    run.wait_for("activated", &AWAY, 1);
-    run.pace(speed);
+/// Starts a run, waits until gold and green work, and sets a lower speed.
+fn at_work(machines: &Machines) -> (Run<'_>, Process) {
+    let arguments = format!("--speed 20x --stall-after {STALL_AFTER}");
+    let (mut run, daemon) = machines.at_work(&arguments);
+    run.pace("5x");
     run.run_for(2);
     (run, daemon)
 }
@@ -55,29 +45,25 @@ fn assert_only_stalls(machines: &Machines, run: Run<'_>, daemon: Process, times:
     assert!(run.unscripted, "the scenario does not contain the outage");
 }
 
-fn places() -> [(&'static str, &'static [&'static str]); 2] {
-    [("h1", &["blue"]), ("h2", &AWAY)]
-}
-
 /// The outage is much longer than the time after which a robot counts as stalled.
 #[test]
 fn an_unplugged_cable_is_a_stall() {
-    let Some(machines) = Machines::enter(2, &places()) else {
+    let Some(machines) = Machines::enter(2, &TWO_HOSTS) else {
         return;
     };
     let hosts = &machines.hosts;
-    let (mut run, daemon) = at_work(&machines, "5x");
+    let (mut run, daemon) = at_work(&machines);
     cut_off(&mut run, 12, || hosts.unplug("h2"), || hosts.plug("h2"), 1);
     assert_only_stalls(&machines, run, daemon, 1);
 }
 
 #[test]
 fn a_partition_is_a_stall_in_each_direction_and_in_both() {
-    let Some(machines) = Machines::enter(2, &places()) else {
+    let Some(machines) = Machines::enter(2, &TWO_HOSTS) else {
         return;
     };
     let hosts = &machines.hosts;
-    let (mut run, daemon) = at_work(&machines, "5x");
+    let (mut run, daemon) = at_work(&machines);
     let ways: [&[(&str, &str)]; 3] = [
         &[("h1", "h2")],
         &[("h2", "h1")],

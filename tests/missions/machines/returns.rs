@@ -3,22 +3,10 @@
 use alliance_tests::harness::{Process, command_line, wait_until};
 use nix::sys::signal::Signal;
 
-use super::{Machines, Run, STALL_AFTER, sleep};
+use super::{AWAY, Machines, Run, STALL_AFTER, TWO_HOSTS, sleep};
 
-const AWAY: [&str; 2] = ["gold", "green"];
-
-fn start<'m>(machines: &'m Machines) -> (Run<'m>, Process) {
-    let daemon = machines.daemon("h2", "h2", &AWAY);
-    let mut run = machines.up(&[
-        "--limit",
-        "200",
-        "--speed",
-        "10x",
-        "--stall-after",
-        STALL_AFTER,
-    ]);
-    run.wait_for("activated", &AWAY, 1);
-    (run, daemon)
+fn start(machines: &Machines) -> (Run<'_>, Process) {
+    machines.at_work(&format!("--speed 10x --stall-after {STALL_AFTER}"))
 }
 
 /// Kills a daemon and waits for the end of its agents, which detect it by themselves.
@@ -34,8 +22,7 @@ fn kill(daemon: Process) {
 
 #[test]
 fn a_killed_and_restarted_host_has_new_incarnations() {
-    let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &AWAY)];
-    let Some(machines) = Machines::enter(2, &places) else {
+    let Some(machines) = Machines::enter(2, &TWO_HOSTS) else {
         return;
     };
     let (mut run, daemon) = start(&machines);
@@ -43,7 +30,7 @@ fn a_killed_and_restarted_host_has_new_incarnations() {
     run.wait_for("gone", &AWAY, 1);
     run.run_for(5);
     let daemon = machines.daemon("h2", "h2", &AWAY);
-    run.wait_for_second_incarnations(&AWAY);
+    run.wait_for_second_incarnations();
     run.end_soon();
     daemon.wait().expect(0);
     machines.assert_inputs(&["joined 1", "gone 1", "joined 2"]);
@@ -52,8 +39,7 @@ fn a_killed_and_restarted_host_has_new_incarnations() {
 /// The world receives no closed connection from the lost host.
 #[test]
 fn a_lost_host_that_returns_elsewhere_supersedes_the_stalled_incarnations() {
-    let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &AWAY)];
-    let Some(machines) = Machines::enter(3, &places) else {
+    let Some(machines) = Machines::enter(3, &TWO_HOSTS) else {
         return;
     };
     let (mut run, daemon) = start(&machines);
@@ -63,7 +49,7 @@ fn a_lost_host_that_returns_elsewhere_supersedes_the_stalled_incarnations() {
     sleep(2);
     run.run_for(5);
     let daemon = machines.daemon("h3", "h2", &AWAY);
-    run.wait_for_second_incarnations(&AWAY);
+    run.wait_for_second_incarnations();
     run.end_soon();
     daemon.wait().expect(0);
     machines.assert_inputs(&["joined 1", "stalled", "gone 1", "joined 2"]);

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use alliance_tests::harness::{alliance, command_line, wait_until};
+use alliance_tests::harness::{alliance, command_line, join, wait_until};
 use nix::sys::signal::Signal;
 
 use super::{Machines, Run};
@@ -37,11 +37,8 @@ fn agent(run: &mut Run<'_>, host: &str, robot: &str) -> u32 {
         let log = fs::read_to_string(&path).unwrap_or_default();
         let mut lines = log.lines().filter_map(|line| line.strip_prefix(&prefix));
         found = lines.next().and_then(|pid| pid.parse().ok());
-        assert!(
-            run.launcher.is_running(),
-            "ended:\n{}",
-            run.launcher.stderr()
-        );
+        let is_running = run.launcher.is_running();
+        assert!(is_running, "ended:\n{}", run.launcher.stderr());
         found.is_some()
     });
     found.unwrap()
@@ -65,28 +62,17 @@ fn contains_a_key(folder: &Path) -> bool {
 #[test]
 fn hosts_are_started_with_keys_that_are_in_no_file() {
     let Some(machines) = enter() else { return };
-    let mut run = machines.up(&[
-        "--start",
-        &start(),
-        "--limit",
-        "60",
-        "--stall-after",
-        "30",
-        "--speed",
-        "max",
-        "--paused",
-    ]);
+    let options = "--limit 60 --stall-after 30 --speed max --paused";
+    let mut run = machines.up(join(["--start", &start()], options));
     let agents =
         [("h2", "gold"), ("h3", "green")].map(|(host, robot)| agent(&mut run, host, robot));
     run.launcher.wait_for_stderr("the clock is held");
-    let everywhere = ["/run/h1", "/run/h2", "/run/h3"].map(Path::new);
-    for folder in everywhere
-        .into_iter()
-        .chain([machines.lab.path(".").as_path()])
-    {
+    let lab = machines.lab.path(".");
+    let hosts = ["/run/h1", "/run/h2", "/run/h3"].map(Path::new);
+    for folder in hosts.into_iter().chain([lab.as_path()]) {
         assert!(!contains_a_key(folder), "{}", folder.display());
     }
-    let resume = machines.start("h1", &["clock", "resume"]);
+    let resume = machines.start("h1", "clock resume");
     resume.wait().expect(0);
     run.end();
     for agent in agents {
@@ -98,13 +84,9 @@ fn hosts_are_started_with_keys_that_are_in_no_file() {
 #[test]
 fn a_host_that_cannot_be_started_is_reported_before_the_run_begins() {
     let Some(machines) = enter() else { return };
-    let run = machines.up(&["--start", "sh -c 'echo no way to {name} >&2; exit 7' sh"]);
-    let stderr = run.launcher.wait().expect(3).stderr;
-    assert!(
-        stderr.contains(
-            "alliance cluster up: the run could not begin: host h2 ended with exit status 7:\n    no way to h2"
-        ),
-        "{stderr}"
+    let run = machines.up(["--start", "sh -c 'echo no way to {name} >&2; exit 7' sh"]);
+    run.launcher.wait().expect(3).shows(
+        "alliance cluster up: the run could not begin: host h2 ended with exit status 7:\n    no way to h2",
     );
 }
 
@@ -114,7 +96,7 @@ fn a_host_that_cannot_be_started_is_reported_before_the_run_begins() {
 fn started_hosts_end_with_their_launcher() {
     let Some(machines) = enter() else { return };
     machines.hosts.unplug("h2");
-    let run = machines.up(&["--start", &start()]);
+    let run = machines.up(["--start", &start()]);
     let log = machines.lab.path("run/logs/host.h2.log");
     wait_until("a host that searches for the world", || {
         let text = fs::read_to_string(&log).unwrap_or_default();

@@ -2,35 +2,32 @@
 
 use std::time::Duration;
 
+use alliance_tests::harness::expect_all;
+use alliance_tests::runs::Events;
 use nix::sys::signal::Signal;
-use run_log::EventRow;
 
-use super::{Machines, inputs_of};
+use super::{AWAY, Machines, TWO_HOSTS, inputs_of};
 
 #[test]
 fn a_team_on_three_hosts_gives_the_bytes_of_one_machine() {
-    let places: [(&str, &[&str]); 3] = [("h1", &[]), ("h2", &["gold", "green"]), ("h3", &["blue"])];
+    let places: [(&str, &[&str]); 3] = [("h1", &[]), ("h2", &AWAY), ("h3", &["blue"])];
     let Some(machines) = Machines::enter(3, &places) else {
         return;
     };
     // One daemon starts before the world, the other after it.
-    let early = machines.daemon("h2", "h2", &["gold", "green"]);
-    let run = machines.up(&["--limit", "60", "--stall-after", "30"]);
+    let early = machines.daemon("h2", "h2", &AWAY);
+    let run = machines.up("--limit 60 --stall-after 30");
     let late = machines.daemon("h3", "h3", &["blue"]);
     run.end();
-    for daemon in [early, late] {
-        daemon.wait().expect(0);
-    }
+    expect_all([early, late], 0);
     machines.assert_same_as_one_machine("60");
     let log = machines.replayed_log();
     for robot in ["blue", "gold", "green"] {
         assert_eq!(inputs_of(&log, robot), ["joined 1"], "{robot}");
     }
     assert_eq!(machines.hosts.frames().stopped, 0);
-    assert!(
-        machines.hosts.frames().passed > 1000,
-        "all messages must use the network"
-    );
+    let passed = machines.hosts.frames().passed;
+    assert!(passed > 1000, "all messages must use the network");
 }
 
 /// Signals and restarts go to the robot's host, which reports their result.
@@ -45,56 +42,43 @@ fn process_faults_reach_robots_on_every_host() {
         machines.daemon("h2", "h2", &["gold"]),
         machines.daemon("h3", "h3", &["green"]),
     ];
-    let run = machines.up(&["--limit", "60", "--stall-after", "30"]);
+    let run = machines.up("--limit 60 --stall-after 30");
     run.end();
-    for daemon in daemons {
-        daemon.wait().expect(0);
-    }
+    expect_all(daemons, 0);
     let log = machines.replayed_log();
-    assert_eq!(inputs_of(&log, "gold"), ["joined 1", "gone 1", "joined 2"]);
-    assert_eq!(
-        inputs_of(&log, "green"),
-        ["joined 1", "stalled", "back", "gone 1", "joined 2"]
-    );
-    assert_eq!(inputs_of(&log, "blue"), ["joined 1", "gone 1", "joined 2"]);
-    let events: Vec<EventRow> = log.rows().unwrap();
-    let when = |kind: &str, robot: &str| -> Vec<f64> {
-        let rows = events.iter().filter(|row| row.kind == kind);
-        rows.filter(|row| row.robot == robot)
-            .map(|row| row.t_ms.as_secs_f64())
-            .collect()
-    };
-    assert_eq!(when("gone", "gold"), [20.0]);
-    assert_eq!(when("joined", "gold"), [0.0, 30.0]);
-    assert_eq!(when("stalled", "green"), [15.0]);
-    assert_eq!(when("back", "green"), [25.0]);
-    assert_eq!(when("gone", "green"), [40.0]);
-    assert_eq!(when("joined", "green"), [0.0, 40.0]);
-    assert_eq!(when("gone", "blue"), [35.0]);
-    assert_eq!(when("joined", "blue"), [0.0, 45.0]);
+    let restarted = "joined 1, gone 1, joined 2";
+    let paused = "joined 1, stalled, back, gone 1, joined 2";
+    for (robot, inputs) in [("gold", restarted), ("green", paused), ("blue", restarted)] {
+        assert_eq!(inputs_of(&log, robot).join(", "), inputs, "{robot}");
+    }
+    for (kind, robot, times_s) in [
+        ("gone", "gold", &[20][..]),
+        ("joined", "gold", &[0, 30]),
+        ("stalled", "green", &[15]),
+        ("back", "green", &[25]),
+        ("gone", "green", &[40]),
+        ("joined", "green", &[0, 40]),
+        ("gone", "blue", &[35]),
+        ("joined", "blue", &[0, 45]),
+    ] {
+        let times_ms: Vec<u64> = times_s.iter().map(|time_s| 1000 * time_s).collect();
+        assert_eq!(log.times_of(robot, kind), times_ms, "{kind} {robot}");
+    }
     // The same faults on one machine give the same bytes.
-    let arguments = ["scenario.toml", "--limit", "60", "--stall-after", "30"];
-    machines.lab.mission("alone", &arguments).expect(1);
+    let alone = "scenario.toml --limit 60 --stall-after 30";
+    machines.lab.mission("alone", alone).expect(1);
     machines.lab.assert_same_bytes("run", "alone");
 }
 
 const FAULTS: &str = r#"
     name = "faults-on-hosts"
-    [[faults.timeline]]
-    fault.pause = "green"
-    at_s = 15.0
-    for_s = 10.0
-    [[faults.timeline]]
-    fault.kill = "gold"
-    at_s = 20.0
-    for_s = 10.0
-    [[faults.timeline]]
-    fault.terminate = "blue"
-    at_s = 35.0
-    for_s = 10.0
-    [[faults.timeline]]
-    fault.restart = "green"
-    at_s = 40.0
+    [faults]
+    timeline = [
+        { fault.pause = "green", at_s = 15.0, for_s = 10.0 },
+        { fault.kill = "gold", at_s = 20.0, for_s = 10.0 },
+        { fault.terminate = "blue", at_s = 35.0, for_s = 10.0 },
+        { fault.restart = "green", at_s = 40.0 },
+    ]
 "#;
 
 #[test]
@@ -107,34 +91,27 @@ fn a_slow_network_changes_no_byte() {
 #[test]
 fn a_network_that_loses_one_frame_in_twenty_changes_no_byte() {
     let lossy = over_a_bad_network("5", |machines| machines.hosts.lose(5.0));
-    if let Some(machines) = lossy {
-        assert!(
-            machines.hosts.frames().lost > 10,
-            "{:?}",
-            machines.hosts.frames()
-        );
-    }
+    let frames = lossy.map(|machines| machines.hosts.frames());
+    assert!(frames.is_none_or(|frames| frames.lost > 10), "{frames:?}");
 }
 
 #[test]
 fn a_host_that_is_not_connected_is_named() {
-    let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &["gold", "green"])];
-    let Some(machines) = Machines::enter(2, &places) else {
+    let Some(machines) = Machines::enter(2, &TWO_HOSTS) else {
         return;
     };
-    let mut run = machines.up(&["--limit", "5"]);
+    let mut run = machines.up("--limit 5");
     run.launcher.wait_for_stderr(
         "host h2 (gold, green) to connect; start `alliance cluster host --name h2 --connect LOCATOR --keys DIR` there",
     );
-    let daemon = machines.daemon("h2", "h2", &["gold", "green"]);
+    let daemon = machines.daemon("h2", "h2", &AWAY);
     run.end();
     daemon.wait().expect(0);
 }
 
 #[test]
 fn a_router_without_a_world_ends_at_a_signal() {
-    let Some(machines) = Machines::enter(2, &[("h1", &["blue"]), ("h2", &["gold", "green"])])
-    else {
+    let Some(machines) = Machines::enter(2, &TWO_HOSTS) else {
         return;
     };
     let keys = machines.keys_of(&["host-h2", "robot-gold", "robot-green"]);
@@ -142,16 +119,7 @@ fn a_router_without_a_world_ends_at_a_signal() {
     let world = "tls/10.0.0.9:7447";
     let mut router = machines.start(
         "h2",
-        &[
-            "cluster",
-            "router",
-            "--name",
-            "h2",
-            "--connect",
-            world,
-            "--keys",
-            &keys,
-        ],
+        format!("cluster router --name h2 --connect {world} --keys {keys}"),
     );
     router.wait_for_stderr("trying again");
     router.signal(Signal::SIGTERM);
@@ -162,11 +130,10 @@ fn a_router_without_a_world_ends_at_a_signal() {
 
 #[track_caller]
 fn over_a_bad_network(limit: &str, impair: impl Fn(&Machines)) -> Option<Machines> {
-    let places: [(&str, &[&str]); 2] = [("h1", &["blue"]), ("h2", &["gold", "green"])];
-    let machines = Machines::enter(2, &places)?;
+    let machines = Machines::enter(2, &TWO_HOSTS)?;
     impair(&machines);
-    let daemon = machines.daemon("h2", "h2", &["gold", "green"]);
-    let run = machines.up(&["--limit", limit, "--stall-after", "60"]);
+    let daemon = machines.daemon("h2", "h2", &AWAY);
+    let run = machines.up(format!("--limit {limit} --stall-after 60"));
     run.end();
     daemon.wait().expect(0);
     machines.assert_same_as_one_machine(limit);

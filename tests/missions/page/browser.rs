@@ -25,6 +25,19 @@ pub const PHONE: (u32, u32) = (390, 844);
 /// The window size of a sideways phone.
 pub const LANDSCAPE: (u32, u32) = (844, 390);
 
+const OPTIONS: [&str; 10] = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--disable-dev-shm-usage",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--enable-logging=stderr",
+];
+
 /// A browser with one window. It ends when dropped.
 pub struct Browser {
     runtime: Runtime,
@@ -67,20 +80,9 @@ impl Browser {
             .build()
             .unwrap();
         let profile = folder.path().join("profile");
+        let profile = format!("--user-data-dir={}", profile.display());
         let options = json!({
-            "args": [
-                "--headless",
-                "--no-sandbox",
-                "--disable-gpu",
-                "--disable-quic",
-                "--disable-dev-shm-usage",
-                "--no-first-run",
-                "--disable-background-networking",
-                "--disable-component-update",
-                "--disable-sync",
-                "--enable-logging=stderr",
-                format!("--user-data-dir={}", profile.display()),
-            ],
+            "args": ([&OPTIONS[..], &[profile.as_str()]].concat()),
             "mobileEmulation": {
                 "deviceMetrics": {
                     "width": width, "height": height, "pixelRatio": 1.0,
@@ -118,6 +120,20 @@ impl Browser {
         let script = format!("return ({expression});");
         let evaluated = self.runtime.block_on(self.client.execute(&script, vec![]));
         evaluated.unwrap_or_else(|error| panic!("{expression}: {error}"))
+    }
+
+    /// Sets the value of an input field, as JavaScript, like a user.
+    #[track_caller]
+    pub fn input(&self, selector: &str, value: &str) {
+        self.eval(&format!(
+            "(() => {{ const field = document.querySelector({selector:?}); field.value = {value}; field.dispatchEvent(new Event('input', {{bubbles: true}})); return true; }})()"
+        ));
+    }
+
+    /// Checks that no page has written to the console.
+    #[track_caller]
+    pub fn assert_no_console_message(&self) {
+        assert_eq!(self.console(), Vec::<String>::new());
     }
 
     /// Waits until an expression is neither null nor false, and returns it.
@@ -176,18 +192,16 @@ impl Browser {
             .then(at(between))
             .then(at(to))
             .then(PointerAction::Up { button });
-        self.runtime
-            .block_on(self.client.perform_actions(mouse))
-            .unwrap();
+        let performed = self.client.perform_actions(mouse);
+        self.runtime.block_on(performed).unwrap();
     }
 
     pub fn press(&self, key: char) {
         let keys = KeyActions::new("keyboard".to_owned())
             .then(KeyAction::Down { value: key })
             .then(KeyAction::Up { value: key });
-        self.runtime
-            .block_on(self.client.perform_actions(keys))
-            .unwrap();
+        let performed = self.client.perform_actions(keys);
+        self.runtime.block_on(performed).unwrap();
     }
 
     /// Saves a picture of the window in the build's folder for temporary files.
@@ -197,8 +211,7 @@ impl Browser {
         std::fs::write(folder.join(format!("{name}.png")), png).unwrap();
     }
 
-    /// Returns the console messages of the pages. A correct page has none.
-    pub fn console(&self) -> Vec<String> {
+    fn console(&self) -> Vec<String> {
         let text = std::fs::read_to_string(&self.log).unwrap_or_default();
         text.lines()
             .filter(|line| line.contains("CONSOLE"))

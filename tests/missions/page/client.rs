@@ -3,6 +3,8 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
+use alliance_tests::harness::{Lab, Process};
+use alliance_tests::team::Team;
 use serde_json::Value;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::stream::MaybeTlsStream;
@@ -14,6 +16,14 @@ pub struct Page {
     /// The server's port on 127.0.0.1.
     pub port: u16,
     pub token: String,
+}
+
+/// Serves the run of the lab with `alliance watch`.
+pub fn watch(lab: &Lab, run: &str) -> (Process, Page) {
+    let mut process = lab.start(format!("watch {run}"));
+    process.wait_for_stderr("/#");
+    let page = Page::from_output(&process.stderr());
+    (process, page)
 }
 
 impl Page {
@@ -28,12 +38,22 @@ impl Page {
         }
     }
 
-    pub fn link(&self) -> String {
-        format!("http://{}/#{}", self.host(), self.token)
+    /// Waits for the page of a live run. Returns it with the process id of its server.
+    pub fn of(team: &mut Team<'_>) -> (Self, u32) {
+        let server = team.wait_for_page();
+        (Self::from_output(&team.launcher().stderr()), server)
     }
 
     pub fn host(&self) -> String {
         format!("127.0.0.1:{}", self.port)
+    }
+
+    fn origin(&self) -> String {
+        format!("http://{}", self.host())
+    }
+
+    pub fn link(&self) -> String {
+        format!("{}/#{}", self.origin(), self.token)
     }
 
     /// Sends a request with exactly these headers. Returns status and body of the response.
@@ -52,35 +72,30 @@ impl Page {
         (status, body.to_owned())
     }
 
-    /// Sends a GET request like the page itself.
+    /// Sends a request like the page itself, and returns its answer.
     #[track_caller]
-    pub fn get(&self, path: &str) -> Value {
+    fn request(&self, request: &str, body: &str) -> Value {
         let bearer = format!("Bearer {}", self.token);
-        let headers = [("Host", self.host()), ("Authorization", bearer)];
-        let headers = headers
-            .each_ref()
-            .map(|(name, value)| (*name, value.as_str()));
-        let (status, body) = self.ask(&format!("GET {path}"), &headers, "");
-        assert_eq!(status, 200, "{path}: {body}");
-        serde_json::from_str(&body).unwrap()
+        let (host, origin) = (self.host(), self.origin());
+        let headers = [
+            ("Host", &host),
+            ("Origin", &origin),
+            ("Authorization", &bearer),
+        ];
+        let headers = headers.map(|(name, value)| (name, value.as_str()));
+        let (status, answer) = self.ask(request, &headers, body);
+        assert_eq!(status, 200, "{request} {body}: {answer}");
+        serde_json::from_str(&answer).unwrap()
     }
 
-    /// Sends a command like the page itself.
+    #[track_caller]
+    pub fn get(&self, path: &str) -> Value {
+        self.request(&format!("GET {path}"), "")
+    }
+
     #[track_caller]
     pub fn control(&self, command: &str) -> Value {
-        let bearer = format!("Bearer {}", self.token);
-        let origin = format!("http://{}", self.host());
-        let headers = [
-            ("Host", self.host()),
-            ("Origin", origin),
-            ("Authorization", bearer),
-        ];
-        let headers = headers
-            .each_ref()
-            .map(|(name, value)| (*name, value.as_str()));
-        let (status, body) = self.ask("POST /api/control", &headers, command);
-        assert_eq!(status, 200, "{command}: {body}");
-        serde_json::from_str(&body).unwrap()
+        self.request("POST /api/control", command)
     }
 
     /// Opens a WebSocket with this origin and token. Returns `None` if the server refuses it.
@@ -89,9 +104,8 @@ impl Page {
     }
 
     fn connect_to(&self, path: &str, origin: &str, token: &str) -> Option<LiveStream> {
-        let mut request = format!("ws://{}{path}", self.host())
-            .into_client_request()
-            .unwrap();
+        let url = format!("ws://{}{path}", self.host());
+        let mut request = url.into_client_request().unwrap();
         let headers = request.headers_mut();
         headers.insert("origin", origin.parse().unwrap());
         let protocols = format!("alliance, {token}");
@@ -102,14 +116,13 @@ impl Page {
 
     /// Opens the connection that marks a page of a log as open, until it is dropped.
     pub fn open_page(&self) -> LiveStream {
-        let origin = format!("http://{}", self.host());
-        self.connect_to("/api/page", &origin, &self.token).unwrap()
+        let page = self.connect_to("/api/page", &self.origin(), &self.token);
+        page.unwrap()
     }
 
     /// Opens a WebSocket like the page itself.
     pub fn live(&self) -> LiveStream {
-        let origin = format!("http://{}", self.host());
-        self.connect(&origin, &self.token).unwrap()
+        self.connect(&self.origin(), &self.token).unwrap()
     }
 }
 

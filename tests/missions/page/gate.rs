@@ -11,10 +11,8 @@ const KILL: &str = r#"{"fault": {"fault": {"kill": "gold"}}}"#;
 #[test]
 fn only_the_page_can_kill_a_robot() {
     let lab = Lab::new();
-    let arguments = ["--speed", "2x", "--limit", "60"];
-    let mut team = Team::start_with_page(&lab, &arguments);
-    team.wait_for_page();
-    let page = Page::from_output(&team.launcher().stderr());
+    let mut team = Team::start_with_page(&lab, "--speed 2x --limit 60");
+    let (page, _) = Page::of(&mut team);
     team.wait_for_row("events.csv", &[",activated,"]);
     let host = page.host();
     let origin_of_page = format!("http://{host}");

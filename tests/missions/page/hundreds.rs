@@ -4,31 +4,16 @@ use alliance_tests::harness::{Lab, Process};
 use serde_json::json;
 
 use super::browser::{Browser, LAPTOP};
-use super::client::Page;
+use super::client::watch;
 
 const ROBOTS: usize = 300;
 
 /// Opens the log of two seconds with 300 robots, at its end. Returns the process that serves it.
 #[must_use]
 fn open(lab: &Lab, browser: &Browser) -> Process {
-    lab.run(&[
-        "run",
-        "--in-process",
-        "--robots",
-        "300",
-        "--spills",
-        "200",
-        "--limit",
-        "2",
-        "--log",
-        "summary",
-        "--out",
-        "run",
-    ])
-    .expect(1);
-    let mut view = lab.start(&["watch", "run"]);
-    view.wait_for_stderr("/#");
-    let page = Page::from_output(&view.stderr());
+    let mission = "--robots 300 --spills 200 --limit 2 --log summary --in-process";
+    lab.mission("run", mission).expect(1);
+    let (view, page) = watch(lab, "run");
     browser.open(&page.link());
     browser.wait_for("window.alliance?.view");
     browser.press('\u{e010}');
@@ -69,17 +54,14 @@ fn a_page_of_hundreds_builds_only_visible_elements() {
     assert_eq!(count(&browser, "[data-link]"), 2 * (ROBOTS as u64 - 1));
     browser.press('\u{e00c}');
     browser.wait_for("document.querySelectorAll('[data-link]').length == 0");
-    assert_eq!(
-        browser.eval("document.querySelector('#links-whose').hidden"),
-        json!(false)
-    );
+    let is_hidden = browser.eval("document.querySelector('#links-whose').hidden");
+    assert_eq!(is_hidden, json!(false));
 
     // A few robots have curves, for the behavior sets with the largest motivations.
     browser.choose("#chart-kind", "curves");
     browser.wait_for("document.querySelectorAll('[data-chart] canvas').length == 6");
     assert!(count(&browser, "#legend .chip") <= 48);
-    let console = browser.console();
-    assert!(console.is_empty(), "{console:?}");
+    browser.assert_no_console_message();
     browser.screenshot("hundreds");
 }
 
@@ -90,9 +72,7 @@ fn a_robot_among_hundreds_can_be_found_selected_and_followed() {
     };
     let lab = Lab::new();
     let _view = open(&lab, &browser);
-    browser.eval(
-        "(() => { const field = document.querySelector('[data-search=robots]'); field.value = 'R257'; field.dispatchEvent(new Event('input')); return true; })()",
-    );
+    browser.input("[data-search=robots]", "'R257'");
     browser.wait_for("document.querySelectorAll('#robot-cards [data-robot]').length == 1");
     browser.click("#robot-cards [data-action=select]");
     browser.wait_for("!document.querySelector('#follow').disabled");

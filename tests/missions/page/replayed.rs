@@ -4,7 +4,7 @@ use alliance_tests::harness::Lab;
 use nix::sys::signal::Signal;
 
 use super::browser::{Browser, LAPTOP};
-use super::client::Page;
+use super::client::watch;
 
 #[test]
 fn a_finished_run_can_be_played_and_sought() {
@@ -12,16 +12,11 @@ fn a_finished_run_can_be_played_and_sought() {
         return;
     };
     let lab = Lab::new();
-    std::fs::write(
-        lab.path("day.toml"),
-        "[[faults.timeline]]\nfault.kill = 'gold'\nat_s = 100.0\nfor_s = 30.0\n",
-    )
-    .unwrap();
-    lab.mission("run", &["day.toml", "--limit", "150"])
-        .expect(1);
-    let mut view = lab.start(&["watch", "run"]);
-    view.wait_for_stderr("/#");
-    browser.open(&Page::from_output(&view.stderr()).link());
+    let kill = "[[faults.timeline]]\nfault.kill = 'gold'\nat_s = 100.0\nfor_s = 30.0\n";
+    lab.write("day.toml", kill);
+    lab.mission("run", "day.toml --limit 150").expect(1);
+    let (view, page) = watch(&lab, "run");
+    browser.open(&page.link());
     browser.wait_for("document.body.dataset.mode == 'log' && alliance.view != null");
     // The controls for faults are hidden.
     assert_eq!(
@@ -29,9 +24,7 @@ fn a_finished_run_can_be_played_and_sought() {
         0
     );
     let seek = |tick: u64| {
-        browser.eval(&format!(
-            "(() => {{ const slider = document.querySelector('#time-slider'); slider.value = {tick}; slider.dispatchEvent(new Event('input', {{bubbles: true}})); return true; }})()"
-        ));
+        browser.input("#time-slider", &tick.to_string());
         browser.wait_for(&format!(
             "alliance.view.tick == {tick} && document.body.dataset.tick == '{tick}'"
         ));
@@ -68,7 +61,7 @@ fn a_finished_run_can_be_played_and_sought() {
     browser.wait_for(&format!("alliance.view.tick == {}", held + 1));
     browser.press('\u{e010}');
     browser.wait_for("alliance.view.tick == 3000 && document.body.dataset.state == 'ended'");
-    assert_eq!(browser.console(), Vec::<String>::new());
+    browser.assert_no_console_message();
     view.signal(Signal::SIGINT);
     view.wait().expect(0);
 }

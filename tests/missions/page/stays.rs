@@ -5,38 +5,27 @@ use nix::sys::signal::Signal;
 
 use super::client::Page;
 
-/// An environment in which no browser can be opened.
-const NO_BROWSER: [(&str, &str); 1] = [("PATH", "")];
-
-/// Starts a run with `--open`, paused at its beginning.
-fn opened(lab: &Lab, arguments: &[&str]) -> (Process, Page) {
-    let all = [
-        &["run", "--open", "--out", "run", "--limit", "5"],
-        arguments,
-    ]
-    .concat();
-    let mut run = lab.start_with(&all, &NO_BROWSER);
+/// Starts a run with these options, paused at its beginning, in an environment in which no browser can be opened.
+fn start(lab: &Lab, options: &str) -> (Process, Page) {
+    let run = format!("run --out run --limit 5 {options}");
+    let mut run = lab.start_with(run, &[("PATH", "")]);
     run.wait_for_stderr("/#");
-    run.wait_for_stderr("the clock is held");
     let page = Page::from_output(&run.stderr());
     (run, page)
 }
 
 #[test]
 fn an_opened_page_or_a_paused_start_means_real_time_unless_a_speed_is_stated() {
-    for (arguments, speed) in [
-        (&["--open"][..], Some(1.0)),
-        (&["--paused"], Some(1.0)),
-        (&["--paused", "--speed", "max"], None),
-        (&["--open", "--speed", "3x"], Some(3.0)),
+    for (options, speed) in [
+        ("--open", Some(1.0)),
+        ("--paused", Some(1.0)),
+        ("--paused --speed max", None),
+        ("--open --speed 3x", Some(3.0)),
     ] {
         let lab = Lab::new();
-        let all = [&["run", "--out", "run", "--limit", "5"], arguments].concat();
-        let mut run = lab.start_with(&all, &NO_BROWSER);
-        run.wait_for_stderr("/#");
-        let page = Page::from_output(&run.stderr());
+        let (run, page) = start(&lab, options);
         let view = page.live().wait_for_view(|view| !view["clock"].is_null());
-        assert_eq!(view["clock"]["speed"].as_f64(), speed, "{arguments:?}");
+        assert_eq!(view["clock"]["speed"].as_f64(), speed, "{options}");
         assert_eq!(view["clock"]["paused"], true);
         run.signal(Signal::SIGINT);
         // After an interrupt the page does not stay.
@@ -45,33 +34,28 @@ fn an_opened_page_or_a_paused_start_means_real_time_unless_a_speed_is_stated() {
 }
 
 #[test]
-fn an_opened_page_stays_with_the_log() {
-    let lab = Lab::new();
-    let (mut run, page) = opened(&lab, &["--speed", "max"]);
-    assert_eq!(page.get("/api/run")["stays"], true);
-    page.control(r#"{"clock": "resume"}"#);
-    run.wait_for_stderr("shows the log");
-    let about = page.get("/api/run");
-    assert_eq!(
-        (&about["mode"], &about["log"]["ticks"]),
-        (&"log".into(), &100.into())
-    );
-    // The command continues after a reload, and ends when the page is closed.
-    drop(page.open_page());
-    let _again = page.open_page();
-    assert!(run.is_running());
-    run.signal(Signal::SIGINT);
-    run.wait().expect(1);
-
-    let lab = Lab::new();
-    let (mut run, page) = opened(&lab, &["--speed", "max"]);
-    page.control(r#"{"clock": "resume"}"#);
-    run.wait_for_stderr("shows the log");
-    drop(page.open_page());
-    let ended = run.wait().expect(1);
-    assert!(
-        !ended.stderr.contains("alliance report"),
-        "{}",
-        ended.stderr
-    );
+fn an_opened_page_stays_with_the_log_until_it_is_closed() {
+    for is_interrupted in [true, false] {
+        let lab = Lab::new();
+        let (mut run, page) = start(&lab, "--open --speed max");
+        run.wait_for_stderr("the clock is held");
+        assert_eq!(page.get("/api/run")["stays"], true);
+        page.control(r#"{"clock": "resume"}"#);
+        run.wait_for_stderr("shows the log");
+        if is_interrupted {
+            let about = page.get("/api/run");
+            assert_eq!(about["mode"], "log");
+            assert_eq!(about["log"]["ticks"], 100);
+            // The command continues after a reload.
+            drop(page.open_page());
+            let _again = page.open_page();
+            assert!(run.is_running());
+            run.signal(Signal::SIGINT);
+            run.wait().expect(1);
+        } else {
+            drop(page.open_page());
+            let stderr = run.wait().expect(1).stderr;
+            assert!(!stderr.contains("alliance report"), "{stderr}");
+        }
+    }
 }

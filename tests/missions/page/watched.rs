@@ -1,9 +1,11 @@
 //! A live run in a real browser, watched and controlled like by a user.
 
-use alliance_tests::harness::{Lab, command_line};
+use alliance_tests::harness::{Lab, command_line, join};
+use alliance_tests::runs::Events;
 use alliance_tests::team::Team;
+use alliance_tests::testkit::ROBOTS;
 use nix::sys::signal::Signal;
-use run_log::{EventRow, PoseRow};
+use run_log::PoseRow;
 use serde_json::{Value, json};
 
 use super::browser::{Browser, LANDSCAPE, LAPTOP, PHONE};
@@ -12,16 +14,16 @@ use super::client::Page;
 /// The condition that a notice acknowledges the first fault with its time.
 const NOTICE: &str = "/f1: .* from .* s .tick /.test(document.querySelector('#notices').innerText)";
 
-/// Opens the page of a run that is paused at its beginning.
-fn open<'l>(lab: &'l Lab, browser: &Browser, arguments: &[&str]) -> (Team<'l>, Page) {
-    let mut team = Team::start_with_page(lab, &[arguments, &["--paused"]].concat());
-    team.wait_for_page();
-    let page = Page::from_output(&team.launcher().stderr());
+/// Starts a browser with the page of a run that is paused at its beginning.
+fn open<'l>(lab: &'l Lab, size: (u32, u32), arguments: &str) -> Option<(Browser, Team<'l>, Page)> {
+    let browser = Browser::start(size)?;
+    let mut team = Team::start_with_page(lab, format!("{arguments} --paused"));
+    let (page, _) = Page::of(&mut team);
     browser.open(&page.link());
     browser.wait_for(
         "document.body.dataset.state == 'paused' && alliance.view.robots.every(r => r.pid != null)",
     );
-    (team, page)
+    Some((browser, team, page))
 }
 
 fn resume_at_full_speed(page: &Page) {
@@ -65,11 +67,10 @@ fn canvas(browser: &Browser, x_m: f32, y_m: f32) -> (i64, i64) {
 
 #[test]
 fn robots_move_and_the_clock_can_be_paused_stepped_and_resumed() {
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let lab = Lab::new();
+    let Some((browser, team, _)) = open(&lab, LAPTOP, "--speed 5x --limit 60") else {
         return;
     };
-    let lab = Lab::new();
-    let (team, _) = open(&lab, &browser, &["--speed", "5x", "--limit", "60"]);
     assert_eq!(browser.eval("document.body.dataset.mode"), "live");
     assert_eq!(tick(&browser), 0);
     // Keys for one and for ten steps, and the button for pause and resume.
@@ -86,7 +87,7 @@ fn robots_move_and_the_clock_can_be_paused_stepped_and_resumed() {
     assert_ne!(browser.eval(places), before);
     // The world is paused, too: its status does not advance.
     let status_tick = || {
-        let status = lab.run(&["status", "--json"]).expect(0).json();
+        let status = lab.run("status --json").expect(0).json();
         assert_eq!(status["status"]["clock"]["paused"], true);
         status["status"]["tick"].as_u64().unwrap()
     };
@@ -100,67 +101,48 @@ fn robots_move_and_the_clock_can_be_paused_stepped_and_resumed() {
     assert_eq!(tick(&browser), next);
 
     // The page shows texts, numbers and colors of the robots.
-    assert_eq!(
-        browser.text("[data-robot=blue] [data-field=state]"),
-        "present"
-    );
+    let state = browser.text("[data-robot=blue] [data-field=state]");
+    assert_eq!(state, "present");
     let doing = browser.text("[data-robot=blue] [data-field=doing]");
     assert!(doing.starts_with("find-locations-methodical"), "{doing}");
-    assert_eq!(
-        browser.eval("document.querySelectorAll('[data-chart]').length"),
-        3
-    );
-    assert_eq!(
-        browser.eval("document.querySelector('[data-task=find-locations] [data-field=executes]').dataset.robots"),
-        "blue"
-    );
+    let charts = "document.querySelectorAll('[data-chart]').length";
+    assert_eq!(browser.eval(charts), 3);
+    let executes = "document.querySelector('[data-task=find-locations] [data-field=executes]')";
+    assert_eq!(browser.eval(&format!("{executes}.dataset.robots")), "blue");
     browser.click("#speed-max");
     browser.press(' ');
     browser.wait_for("document.body.dataset.state == 'ended'");
     let ended = browser.text("#ended");
-    assert!(
-        ended.contains("time-limit") || ended.contains("time limit"),
-        "{ended}"
-    );
+    assert!(ended.replace('-', " ").contains("time limit"), "{ended}");
     let tool = "document.querySelector('[data-tool-button=obstacle]').disabled";
     assert_eq!(browser.eval(tool), true);
-    assert_eq!(browser.console(), Vec::<String>::new());
+    browser.assert_no_console_message();
     team.wait().expect(1);
 }
 
 #[test]
 fn an_obstacle_drawn_ahead_of_a_robot_is_avoided_and_can_be_undone() {
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let lab = Lab::new();
+    let arguments = "--speed max --limit 60";
+    let Some((browser, team, page)) = open(&lab, LAPTOP, arguments) else {
         return;
     };
-    let lab = Lab::new();
     // Blue's path in the undisturbed run.
-    let arguments = ["--speed", "max", "--limit", "60"];
-    lab.mission("before", &arguments).expect(1);
-    let path: Vec<PoseRow> = lab
-        .log("before")
-        .rows::<PoseRow>()
-        .unwrap()
-        .into_iter()
-        .filter(|row| row.robot == "blue")
-        .collect();
+    lab.mission("before", join(arguments, "--in-process"))
+        .expect(1);
+    let mut path = lab.log("before").rows::<PoseRow>().unwrap();
+    path.retain(|row| row.robot == "blue");
     let from = 400;
-    let start = &path[from];
-    let ahead = path[from..]
-        .iter()
-        .find(|row| (row.x_m - start.x_m).hypot(row.y_m - start.y_m) > 1.5)
-        .unwrap();
+    let (start, mut later) = (&path[from], path[from..].iter());
+    let ahead = later.find(|row| (row.x_m - start.x_m).hypot(row.y_m - start.y_m) > 1.5);
+    let ahead = ahead.unwrap();
+    // Returns whether the body touches the obstacle with this corner and size.
     let inside = |row: &PoseRow, corner: (f32, f32), size: (f32, f32), radius: f32| {
-        let dx = (corner.0 - row.x_m)
-            .max(row.x_m - corner.0 - size.0)
-            .max(0.0);
-        let dy = (corner.1 - row.y_m)
-            .max(row.y_m - corner.1 - size.1)
-            .max(0.0);
-        dx.hypot(dy) < radius
+        let beyond = |at: f32, from: f32, size: f32| (from - at).max(at - from - size).max(0.0);
+        let dx = beyond(row.x_m, corner.0, size.0);
+        dx.hypot(beyond(row.y_m, corner.1, size.1)) < radius
     };
 
-    let (team, page) = open(&lab, &browser, &arguments);
     run_to(&browser, &page, from as u64);
     let canvas = |x, y| canvas(&browser, x, y);
     browser.press('o');
@@ -174,16 +156,11 @@ fn an_obstacle_drawn_ahead_of_a_robot_is_avoided_and_can_be_undone() {
     let number = |key: &str| drawn[key].as_f64().unwrap() as f32;
     let corner = (number("x_m"), number("y_m"));
     let size = (number("width_m"), number("height_m"));
-    assert!(
-        (size.0 - 0.6).abs() < 0.1 && (size.1 - 0.6).abs() < 0.1,
-        "{drawn}"
-    );
+    let is_as_drawn = (size.0 - 0.6).abs() < 0.1 && (size.1 - 0.6).abs() < 0.1;
+    assert!(is_as_drawn, "{drawn}");
     // Without the obstacle blue would go there.
-    assert!(
-        path[from..]
-            .iter()
-            .any(|row| inside(row, corner, size, 0.2))
-    );
+    let mut later = path[from..].iter();
+    assert!(later.any(|row| inside(row, corner, size, 0.2)));
     // The page shows the time from which the obstacle exists.
     browser.wait_for(NOTICE);
 
@@ -192,7 +169,7 @@ fn an_obstacle_drawn_ahead_of_a_robot_is_avoided_and_can_be_undone() {
     browser.click("#tab-faults");
     browser.click("#faults [data-undo=f1]");
     browser.wait_for("alliance.view.obstacles.length == 0");
-    assert_eq!(browser.console(), Vec::<String>::new());
+    browser.assert_no_console_message();
     resume_at_full_speed(&page);
     team.wait().expect(1);
 
@@ -201,25 +178,21 @@ fn an_obstacle_drawn_ahead_of_a_robot_is_avoided_and_can_be_undone() {
     for row in log.rows::<PoseRow>().unwrap().iter().filter(there) {
         assert!(!inside(row, corner, size, 0.199), "{row:?} in {drawn}");
     }
-    let events = log.rows::<EventRow>().unwrap();
-    let times = |kind: &str| -> Vec<u64> {
-        let of_fault = events
-            .iter()
-            .filter(|row| row.kind == kind && row.subject == "f1");
-        of_fault.map(|row| row.t_ms.0).collect()
-    };
-    assert_eq!(times("applied"), [20_000]);
-    assert_eq!(times("healed"), [50_000]);
-    lab.run(&["replay", "run"]).expect(0);
+    for (kind, t_ms) in [("applied", 20_000), ("healed", 50_000)] {
+        let mut rows = log.events(kind);
+        rows.retain(|row| row.subject == "f1");
+        let times: Vec<u64> = rows.iter().map(|row| row.t_ms.0).collect();
+        assert_eq!(times, [t_ms], "{kind}");
+    }
+    lab.assert_repeated("run");
 }
 
 #[test]
 fn gold_is_killed_on_the_page_and_the_page_shows_the_takeover_of_its_task() {
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let lab = Lab::new();
+    let Some((browser, mut team, page)) = open(&lab, LAPTOP, "--speed max --limit 250") else {
         return;
     };
-    let lab = Lab::new();
-    let (mut team, page) = open(&lab, &browser, &["--speed", "max", "--limit", "250"]);
     // The run continues until gold moves items of a spill.
     let task = |robot: &str| {
         format!(
@@ -234,10 +207,8 @@ fn gold_is_killed_on_the_page_and_the_page_shows_the_takeover_of_its_task() {
     let spill = browser.wait_for(&task("gold"));
     let spill = spill.as_str().unwrap();
     let pid = team.pid("gold");
-    assert_eq!(
-        browser.text("[data-robot=gold] [data-field=pid]"),
-        pid.to_string()
-    );
+    let shown = browser.text("[data-robot=gold] [data-field=pid]");
+    assert_eq!(shown, pid.to_string());
     let height = "document.querySelector('#room').clientHeight";
     let before = browser.eval(height);
     let kill = "document.querySelector('[data-robot=gold] [data-action=kill]')";
@@ -266,34 +237,28 @@ fn gold_is_killed_on_the_page_and_the_page_shows_the_takeover_of_its_task() {
     // The restart button starts a new incarnation.
     browser.click("[data-robot=gold] [data-action=restart]");
     browser.wait_for("document.querySelector('[data-robot=gold]').dataset.state == 'present'");
-    assert_eq!(
-        browser.text("[data-robot=gold] [data-field=incarnation]"),
-        "2"
-    );
-    assert_eq!(browser.console(), Vec::<String>::new());
+    let incarnation = browser.text("[data-robot=gold] [data-field=incarnation]");
+    assert_eq!(incarnation, "2");
+    browser.assert_no_console_message();
     team.wait_for_row("events.csv", &[",joined,gold,", "incarnation 2"]);
     resume_at_full_speed(&page);
     team.wait();
 
     let log = lab.log("run");
-    let events = log.rows::<EventRow>().unwrap();
-    let gone = events.iter().find(|row| row.kind == "gone").unwrap();
-    assert_eq!(gone.robot, "gold");
+    assert_eq!(log.events("gone")[0].robot, "gold");
     assert_ne!(successor, "gold");
     // If the page is slow, the successor may have begun the task before the kill.
-    let has_begun = |row: &EventRow| row.kind == "activated" && row.subject == spill;
-    let mut taken = events.iter().filter(|row| has_begun(row));
-    assert!(taken.any(|row| json!(row.robot) == successor));
-    lab.run(&["replay", "run"]).expect(0);
+    let taken = log.events_of(successor.as_str().unwrap(), "activated");
+    assert!(taken.iter().any(|row| row.subject == spill));
+    lab.assert_repeated("run");
 }
 
 #[test]
 fn a_link_and_a_sensor_are_broken_by_clicks_and_both_faults_are_undone() {
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let lab = Lab::new();
+    let Some((browser, team, page)) = open(&lab, LAPTOP, "--speed max --limit 60") else {
         return;
     };
-    let lab = Lab::new();
-    let (team, page) = open(&lab, &browser, &["--speed", "max", "--limit", "60"]);
     run_to(&browser, &page, 100);
     browser.click("#tab-links");
     browser.click("[data-link='green>blue']");
@@ -339,19 +304,23 @@ fn a_link_and_a_sensor_are_broken_by_clicks_and_both_faults_are_undone() {
     browser.drag(place, place);
     browser.wait_for("alliance.view.items[24].position[1] < 3.1");
     browser.screenshot("page-own-faults");
-    assert_eq!(browser.console(), Vec::<String>::new());
+    browser.assert_no_console_message();
     resume_at_full_speed(&page);
     team.wait().expect(1);
-    let mut faults = lab.log("run").run.faults;
-    assert_eq!(faults.pop().unwrap().order.fault.name(), "move-waste");
-    let waste = faults.pop().unwrap();
-    assert_eq!((waste.order.fault.name(), waste.hits), ("waste", 1));
-    let shown: Vec<(&str, bool)> = faults
+    let faults = lab.log("run").run.faults;
+    let shown = faults
         .iter()
-        .map(|fault| (fault.order.fault.name(), fault.hits > 0))
-        .collect();
-    assert_eq!(shown, [("partition", true), ("sensor", true)]);
-    assert!(faults.iter().all(|fault| fault.healed_ms.is_some()));
+        .map(|fault| (fault.order.fault.name(), fault.hits > 0));
+    let shown: Vec<(&str, bool)> = shown.collect();
+    assert_eq!(
+        shown[..3],
+        [("partition", true), ("sensor", true), ("waste", true)]
+    );
+    assert_eq!(
+        shown[3..].iter().map(|(name, _)| *name).collect::<String>(),
+        "move-waste"
+    );
+    assert!(faults[..2].iter().all(|fault| fault.healed_ms.is_some()));
 }
 
 #[test]
@@ -361,11 +330,10 @@ fn the_page_fits_a_laptop_and_a_phone() {
         ("phone", PHONE),
         ("landscape", LANDSCAPE),
     ] {
-        let Some(browser) = Browser::start(size) else {
+        let lab = Lab::new();
+        let Some((browser, team, page)) = open(&lab, size, "--speed max --limit 100") else {
             return;
         };
-        let lab = Lab::new();
-        let (team, page) = open(&lab, &browser, &["--speed", "max", "--limit", "100"]);
         run_to(&browser, &page, 1500);
         let seen = browser.eval("[innerWidth, innerHeight]");
         assert_eq!(seen, json!([size.0, size.1]), "{name}");
@@ -385,29 +353,26 @@ fn the_page_fits_a_laptop_and_a_phone() {
 
 #[test]
 fn a_frozen_or_waiting_run_is_not_shown_as_running() {
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let lab = Lab::new();
+    let Some((browser, team, page)) = open(&lab, LAPTOP, "--speed 1x") else {
         return;
     };
-    let lab = Lab::new();
-    let (team, page) = open(&lab, &browser, &["--speed", "1x"]);
     page.control(r#"{"clock": "resume"}"#);
     browser.wait_for("document.body.dataset.state == 'running'");
     team.signal("world", Signal::SIGSTOP);
     browser.wait_for("document.body.dataset.state == 'frozen'");
-    let status = lab.run(&["status"]).expect(3);
     let cure = format!("`kill -CONT {}` resumes it", team.pid("world"));
-    assert!(status.stderr.contains(&cure), "{}", status.stderr);
+    lab.run("status").expect(3).shows(&cure);
     team.signal("world", Signal::SIGCONT);
     browser.wait_for("document.body.dataset.state == 'running'");
 
-    let robots = ["blue", "gold", "green"];
-    for robot in robots {
+    for robot in ROBOTS {
         team.signal(robot, Signal::SIGSTOP);
     }
     let warning = "document.querySelector('#warning').innerText";
     let blue = format!("blue (process {})", team.pid("blue"));
     browser.wait_for(&format!("{warning}.includes('waits for {blue}')"));
-    for robot in robots {
+    for robot in ROBOTS {
         team.signal(robot, Signal::SIGCONT);
     }
     browser.wait_for("document.body.dataset.state == 'running'");

@@ -26,6 +26,9 @@ use zenoh::{Session, Wait};
 struct BarrierCli {
     #[command(subcommand)]
     part: Part,
+    /// Locator of the world
+    #[arg(long, global = true, default_value = "")]
+    endpoint: String,
 }
 
 #[derive(Subcommand)]
@@ -38,9 +41,6 @@ enum Part {
 
 #[derive(Args)]
 struct World {
-    /// Locator to listen on
-    #[arg(long)]
-    endpoint: String,
     /// Number of agents in the team
     #[arg(long)]
     agents: usize,
@@ -54,9 +54,6 @@ struct World {
 
 #[derive(Args)]
 struct Agent {
-    /// Locator of the world
-    #[arg(long)]
-    endpoint: String,
     /// Place in the team, from 0
     #[arg(long)]
     rank: u64,
@@ -79,10 +76,24 @@ fn main() -> zenoh::Result<()> {
         .worker_threads(1)
         .enable_all()
         .build()?;
+    let BarrierCli { part, endpoint } = BarrierCli::parse();
+    // The rendezvous that a run would announce.
+    let run = Rendezvous {
+        run: "bare".to_owned(),
+        endpoint: String::new(),
+        pid: std::process::id(),
+        token: "token".to_owned(),
+        team: JoinEndpoint {
+            endpoint,
+            password: "team".to_owned(),
+        },
+        started: 0,
+        remote: None,
+    };
     runtime.block_on(async {
-        match BarrierCli::parse().part {
-            Part::World(world) => world.run().await,
-            Part::Agent(agent) => agent.run().await,
+        match part {
+            Part::World(world) => world.run(&run).await,
+            Part::Agent(agent) => agent.run(&run).await,
         }
     })
 }
@@ -95,26 +106,7 @@ fn token(name: &str) -> String {
     format!("alliance/bare/alive/{name}")
 }
 
-fn keys() -> KeyExpressions {
-    KeyExpressions::new("bare")
-}
-
-/// Returns the rendezvous that a run would announce.
-fn rendezvous(endpoint: &str) -> Rendezvous {
-    Rendezvous {
-        run: "bare".to_owned(),
-        endpoint: String::new(),
-        pid: std::process::id(),
-        token: "token".to_owned(),
-        team: JoinEndpoint {
-            endpoint: endpoint.to_owned(),
-            password: "team".to_owned(),
-        },
-        started: 0,
-        remote: None,
-    }
-}
-
+#[derive(Default)]
 struct Barrier {
     ticks: Vec<Publisher<'static>>,
     tick_bytes: usize,
@@ -160,8 +152,7 @@ impl Barrier {
 }
 
 impl World {
-    async fn run(&self) -> zenoh::Result<()> {
-        let run = rendezvous(&self.endpoint);
+    async fn run(&self, run: &Rendezvous) -> zenoh::Result<()> {
         let members = Members::new([(ConnectionRole::Team.name(), run.team.password.as_str())])?;
         let session = open(&session::router(&Router {
             listen: std::slice::from_ref(&run.team.endpoint),
@@ -171,7 +162,7 @@ impl World {
             access: String::new(),
         }))
         .await?;
-        let keys = keys();
+        let keys = KeyExpressions::new(&run.run);
         let mut ticks = Vec::new();
         for rank in 0..self.agents {
             ticks.push(declare(&session, keys.tick(&name(rank))).await?);
@@ -179,12 +170,8 @@ impl World {
         let barrier = Arc::new(Mutex::new(Barrier {
             ticks,
             tick_bytes: self.tick_bytes.max(8),
-            joined: BTreeSet::new(),
-            tick: 0,
             last: self.ticks,
-            reports: 0,
-            began: None,
-            took: None,
+            ..Barrier::default()
         }));
         let over = Arc::new(Notify::new());
 
@@ -218,13 +205,9 @@ impl World {
 }
 
 impl Agent {
-    async fn run(&self) -> zenoh::Result<()> {
-        let session = open(&session::client(
-            &rendezvous(&self.endpoint).login(ConnectionRole::Team)?,
-            false,
-        ))
-        .await?;
-        let (keys, name) = (keys(), name(self.rank));
+    async fn run(&self, run: &Rendezvous) -> zenoh::Result<()> {
+        let session = open(&session::client(&run.login(ConnectionRole::Team)?, false)).await?;
+        let (keys, name) = (KeyExpressions::new(&run.run), name(self.rank));
         let report = declare(&session, keys.report(&name)).await?;
         let team = declare(&session, keys.team(&name, "heartbeat")).await?;
         let (rank, every) = (self.rank, self.broadcast_every.max(1));

@@ -6,8 +6,9 @@ use std::thread;
 use std::time::Duration;
 
 use alliance_tests::lies::{answer, lies};
-use anyhow::{Context, bail};
-use cluster::rendezvous::{Rendezvous, RendezvousError};
+use alliance_tests::operator::{connect, join};
+use anyhow::Context;
+use cluster::rendezvous::{ConnectionRole, Rendezvous, RendezvousError};
 use cluster::session;
 use missions::Registry;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
@@ -17,21 +18,20 @@ use proto::tick::ToAgent;
 use robot_agent::agent::payload_bytes;
 use robot_agent::args::{ROBOT, RUN};
 use scenario::Setup;
-use zenoh::Wait;
+use zenoh::{Result, Wait};
 
-fn main() -> anyhow::Result<()> {
+fn main() -> Result<()> {
     let seed = std::env::args().nth(1).context("state a seed")?.parse()?;
     let lies = lies(seed);
-    let (robot, run) = (std::env::var(ROBOT)?, std::env::var(RUN)?);
-    let member = find(&run)?.member(&robot)?;
-    let keys = KeyExpressions::new(&member.run);
-    let secret = Secret::from_token(&member.secret);
-    let token = Secret::from_token(&member.token.context("a run on this machine has a token")?);
+    let (robot, run) = (std::env::var(ROBOT)?, find(&std::env::var(RUN)?)?);
+    let keys = KeyExpressions::new(&run.run);
+    let (secret, token) = (
+        Secret::of_robot(&run.token, &robot),
+        Secret::from_token(&run.token),
+    );
 
     session::prepare_process();
-    let config = zenoh::Config::from_json5(&session::client(&member.login, false));
-    let bus = zenoh::open(config.map_err(anyhow::Error::msg)?).wait();
-    let bus = bus.map_err(anyhow::Error::msg)?;
+    let bus = connect(&run, ConnectionRole::Team);
     let (sender, from_world) = mpsc::sync_channel(64);
     let (opener, key) = (secret.clone(), keys.tick(&robot));
     bus.declare_subscriber(key.clone())
@@ -42,8 +42,7 @@ fn main() -> anyhow::Result<()> {
             }
         })
         .background()
-        .wait()
-        .map_err(anyhow::Error::msg)?;
+        .wait()?;
 
     let request = JoinRequest {
         version: PROTOCOL_VERSION,
@@ -51,20 +50,12 @@ fn main() -> anyhow::Result<()> {
         pid: std::process::id(),
         nonce: 1,
     };
-    let payload = secret.seal(&keys.join(&robot), &request)?;
-    let replies = bus.get(keys.join(&robot)).payload(payload).wait();
-    let replies = replies.map_err(anyhow::Error::msg)?;
-    let reply = replies.recv().map_err(anyhow::Error::msg)?;
-    let sample = reply
-        .into_result()
-        .map_err(|error| anyhow::anyhow!("{error}"))?;
-    let bytes = sample.payload().to_bytes();
-    let welcome = match secret.open(&keys.join_answer(&robot, request.nonce), &bytes)? {
+    let welcome = match join(&bus, &run, &request, None) {
         JoinReply::Welcome(welcome) => welcome,
-        JoinReply::Refused(refusal) => bail!("refused: {refusal}"),
+        JoinReply::Refused(refusal) => return Err(format!("refused: {refusal}").into()),
     };
     let vocabulary = Registry::built_in().vocabulary();
-    let setup = Setup::from_json(&welcome.setup, &vocabulary).map_err(anyhow::Error::msg)?;
+    let setup = Setup::from_json(&welcome.setup, &vocabulary)?;
     let bulletins = setup.catalog.mission.vocabulary().bulletins;
     let alive = secret.stamp(&keys.alive(&robot, welcome.incarnation));
     let _alive = bus.liveliness().declare_token(alive).wait();
@@ -79,26 +70,24 @@ fn main() -> anyhow::Result<()> {
         for broadcast in &broadcasts {
             let key = keys.team(&robot, broadcast.body.kind().name(bulletins));
             let sealed = token.seal(&key, broadcast)?;
-            bus.put(key, sealed).wait().map_err(anyhow::Error::msg)?;
+            bus.put(key, sealed).wait()?;
         }
         let key = keys.report(&robot);
         let sealed = secret.seal(&key, &report)?;
-        bus.put(key, sealed).wait().map_err(anyhow::Error::msg)?;
+        bus.put(key, sealed).wait()?;
     }
     Ok(())
 }
 
 /// Waits for the run, because the launcher starts robots and world at once.
-fn find(run: &str) -> Result<Rendezvous, RendezvousError> {
-    let mut attempts = 0..3000;
-    loop {
+fn find(run: &str) -> std::result::Result<Rendezvous, RendezvousError> {
+    for _ in 0..3000 {
         match Rendezvous::find(Some(run)) {
-            Err(RendezvousError::None | RendezvousError::Unknown { .. })
-                if attempts.next().is_some() =>
-            {
+            Err(RendezvousError::None | RendezvousError::Unknown { .. }) => {
                 thread::sleep(Duration::from_millis(10));
             }
             found => return found,
         }
     }
+    Rendezvous::find(Some(run))
 }

@@ -29,12 +29,8 @@ pub fn waste(tables: &Tables<'_>) -> OfMission {
         let items = words.iter().position(|word| *word == "--items");
         (words[0] == "waste").then(|| items.map_or(1, |at| words[at + 1].parse().unwrap_or(0)))
     });
-    let all = section
-        .spills
-        .iter()
-        .map(|spill| u64::from(spill.items))
-        .sum::<u64>()
-        + added.sum::<u64>();
+    let spills = section.spills.iter().map(|spill| u64::from(spill.items));
+    let all: u64 = spills.chain(added).sum();
     let in_spills = tables.last("items_in_spills");
     let on_floor = tables.last("items_on_floor");
     let delivered = if section.respawn {
@@ -42,8 +38,7 @@ pub fn waste(tables: &Tables<'_>) -> OfMission {
     } else {
         all - in_spills - on_floor - carried
     };
-    let mean =
-        |ms: &[u64]| (!ms.is_empty()).then(|| ms.iter().sum::<u64>() as f64 / ms.len() as f64);
+    let latest_ms = late_ms.iter().max().copied();
     let mut mission: Named = vec![
         ("items.in_spills", in_spills.into()),
         ("items.carried", carried.into()),
@@ -51,10 +46,7 @@ pub fn waste(tables: &Tables<'_>) -> OfMission {
         ("items.delivered", delivered.into()),
         ("reports_made", count("reported").into()),
         ("report_lateness_mean_ms", mean(&late_ms).into()),
-        (
-            "report_lateness_max_ms",
-            late_ms.iter().max().copied().into(),
-        ),
+        ("report_lateness_max_ms", latest_ms.into()),
     ];
     if section.respawn {
         let hours = (tables.ticks * tables.step_ms) as f64 / 3_600_000.0;
@@ -67,6 +59,10 @@ pub fn waste(tables: &Tables<'_>) -> OfMission {
         ]
     });
     (mission, robots.collect())
+}
+
+fn mean(ms: &[u64]) -> Option<f64> {
+    (!ms.is_empty()).then(|| ms.iter().sum::<u64>() as f64 / ms.len() as f64)
 }
 
 /// A point of a service mission.
@@ -94,6 +90,13 @@ impl Steps {
         self.most += 1;
     }
 
+    fn plus(self, other: Self) -> Self {
+        Self {
+            least: self.least + other.least,
+            most: self.most + other.most,
+        }
+    }
+
     fn times(self, step_s: f64) -> Calculated {
         Calculated::Between(
             self.least as f64 * step_s - ROUNDING,
@@ -103,10 +106,8 @@ impl Steps {
 }
 
 fn number_of(point: &str) -> usize {
-    point
-        .trim_start_matches('p')
-        .parse()
-        .expect("the name of a point")
+    let number = point.trim_start_matches('p').parse();
+    number.expect("the name of a point")
 }
 
 /// Follows the workers of all points through the events. A robot works on a point from `begun` up to `left`, or until
@@ -225,39 +226,30 @@ pub fn service(tables: &Tables<'_>) -> OfMission {
         .filter(|point| !point.has_arrived && point.arrival_ms < until_ms);
     let open = pending.count() + all.iter().filter(|point| point.open).count();
     responses_ms.sort_unstable();
-    let mean =
-        |ms: &[u64]| (!ms.is_empty()).then(|| ms.iter().sum::<u64>() as f64 / ms.len() as f64);
     let p95 = |ms: &[u64]| (!ms.is_empty()).then(|| ms[(ms.len() * 95).div_ceil(100) - 1]);
     let step_s = tables.step_s();
-    let wasted = surplus.iter().fold(Steps::default(), |sum, steps| Steps {
-        least: sum.least + steps.least,
-        most: sum.most + steps.most,
-    });
+    let wasted = surplus.iter().copied().reduce(Steps::plus);
+    let wasted = wasted.unwrap_or_default();
+    let makespan_ms = last_done_ms.filter(|_| tables.is_complete());
     let mission: Named = vec![
         ("done", (responses_ms.len() as u64).into()),
         ("expired", expired.into()),
         ("open", (open as u64).into()),
-        (
-            "makespan_ms",
-            last_done_ms.filter(|_| tables.is_complete()).into(),
-        ),
+        ("makespan_ms", makespan_ms.into()),
         ("wait.mean_ms", mean(&waits_ms).into()),
         ("response.mean_ms", mean(&responses_ms).into()),
         ("response.p95_ms", p95(&responses_ms).into()),
         ("wasted_robot_s", wasted.times(step_s)),
     ];
-    let robots = tables
-        .robots
-        .iter()
-        .enumerate()
-        .map(|(rank, robot)| -> Named {
-            vec![
-                ("done", tables.count("done", robot).into()),
-                ("work_s", work[rank].times(step_s)),
-                ("surplus_s", surplus[rank].times(step_s)),
-                ("way_m", way(tables, rank)),
-            ]
-        });
+    let robots = tables.robots.iter().enumerate();
+    let robots = robots.map(|(rank, robot)| -> Named {
+        vec![
+            ("done", tables.count("done", robot).into()),
+            ("work_s", work[rank].times(step_s)),
+            ("surplus_s", surplus[rank].times(step_s)),
+            ("way_m", way(tables, rank)),
+        ]
+    });
     (mission, robots.collect())
 }
 
@@ -294,11 +286,8 @@ pub fn push(tables: &Tables<'_>) -> OfMission {
         let (mut strokes, mut changes) = ([Steps::default(); 2], Steps::default());
         let (mut pushed_m, mut pushes, mut before, mut is_sure) = (0.0, 0.0, None, true);
         for row in tables.of_kind("pushed").filter(|row| row.robot == *robot) {
-            let moved_m: f64 = row
-                .detail
-                .trim_end_matches(" m")
-                .parse()
-                .expect("an advance");
+            let moved_m = row.detail.trim_end_matches(" m").parse::<f64>();
+            let moved_m = moved_m.expect("an advance");
             pushed_m += moved_m;
             pushes += 1.0;
             // An advance at the limit can be a stroke or none.
@@ -321,34 +310,21 @@ pub fn push(tables: &Tables<'_>) -> OfMission {
             true => Calculated::from(steps.most),
             false => steps.times(1.0),
         };
-        let all = [strokes[0], strokes[1], changes];
-        for (total, part) in totals.iter_mut().zip([
-            Steps {
-                least: strokes[0].least + strokes[1].least,
-                most: strokes[0].most + strokes[1].most,
-            },
-            changes,
-        ]) {
-            total.least += part.least;
-            total.most += part.most;
-        }
-        let named = ["strokes_left", "strokes_right", "changes_of_end"]
-            .into_iter()
-            .zip(all.map(whole));
-        let mut figures: Named = named.collect();
+        totals[0] = totals[0].plus(strokes[0]).plus(strokes[1]);
+        totals[1] = totals[1].plus(changes);
         let slack_m = pushes * DIGIT_M + 1e-9;
-        figures.push((
-            "pushed_m",
-            Calculated::Between(pushed_m - slack_m, pushed_m + slack_m),
-        ));
-        robots.push(figures);
+        let pushed_m = Calculated::Between(pushed_m - slack_m, pushed_m + slack_m);
+        robots.push(vec![
+            ("strokes_left", whole(strokes[0])),
+            ("strokes_right", whole(strokes[1])),
+            ("changes_of_end", whole(changes)),
+            ("pushed_m", pushed_m),
+        ]);
     }
+    let makespan_ms = last_ms.filter(|_| tables.is_complete());
     let mission: Named = vec![
         ("arrived", arrived.into()),
-        (
-            "makespan_ms",
-            last_ms.filter(|_| tables.is_complete()).into(),
-        ),
+        ("makespan_ms", makespan_ms.into()),
         ("strokes", totals[0].times(1.0)),
         ("changes_of_end", totals[1].times(1.0)),
         ("bars_arrived", arrived.into()),
@@ -387,9 +363,8 @@ pub fn observe(tables: &Tables<'_>, targets: &[TargetRow]) -> OfMission {
                 continue;
             }
             robot_steps += 1;
-            let place = at
-                .get(&(next_ms, *robot))
-                .filter(|_| !moved.contains(&(next_ms, *robot)));
+            let after = (next_ms, *robot);
+            let place = at.get(&after).filter(|_| !moved.contains(&after));
             let Some((x_m, y_m)) = place else {
                 blind.add(false);
                 continue;
@@ -411,10 +386,10 @@ pub fn observe(tables: &Tables<'_>, targets: &[TargetRow]) -> OfMission {
             let must_see = possible
                 .iter()
                 .any(|row| near(row, -EDGE_M) && row.observers > others(row));
-            let cannot = possible.iter().all(|row| row.observers == 0)
-                || possible
-                    .iter()
-                    .any(|row| near(row, -EDGE_M) && row.observers == 0);
+            let is_unseen = |row: &&&TargetRow| row.observers == 0;
+            let mut unseen_targets = possible.iter().filter(is_unseen);
+            let cannot = unseen_targets.clone().count() == possible.len()
+                || unseen_targets.any(|row| near(row, -EDGE_M));
             if !must_see {
                 blind.add(cannot);
             }
@@ -432,29 +407,18 @@ pub fn observe(tables: &Tables<'_>, targets: &[TargetRow]) -> OfMission {
     let h = (observed > 0 && count > 1.0).then(|| entropy / count.ln());
     let share = |part: u64| part as f64 / robot_steps as f64;
     let a = observed as f64 / (steps as f64 * count);
+    let a = (count > 0.0).then_some(a);
+    let near = |value: Option<f64>| value.map_or(FigureValue::None.into(), Calculated::near);
+    let unseen_ms = (count > 0.0).then_some(longest * tables.step_ms);
+    let blind = match robot_steps {
+        0 => FigureValue::None.into(),
+        _ => Calculated::Between(share(blind.least) - ROUNDING, share(blind.most) + ROUNDING),
+    };
     let mission: Named = vec![
-        (
-            "a",
-            if count > 0.0 {
-                Calculated::near(a)
-            } else {
-                FigureValue::None.into()
-            },
-        ),
-        ("h", h.map_or(FigureValue::None.into(), Calculated::near)),
-        (
-            "unseen.max_ms",
-            (count > 0.0).then_some(longest * tables.step_ms).into(),
-        ),
-        (
-            "blind_share",
-            match robot_steps {
-                0 => FigureValue::None.into(),
-                _ => {
-                    Calculated::Between(share(blind.least) - ROUNDING, share(blind.most) + ROUNDING)
-                }
-            },
-        ),
+        ("a", near(a)),
+        ("h", near(h)),
+        ("unseen.max_ms", unseen_ms.into()),
+        ("blind_share", blind),
     ];
     (mission, vec![Named::new(); tables.robots.len()])
 }

@@ -27,7 +27,37 @@ pub use report::report;
 const ROUNDING: f64 = 1e-9;
 
 /// The differences between stated and calculated figures, one text for each.
-pub type Differences = Vec<String>;
+#[derive(Clone, Debug, Default)]
+pub struct Differences(pub Vec<String>);
+
+impl Differences {
+    /// Adds a difference if the log has another value.
+    fn compare<T: PartialEq + Debug>(&mut self, name: impl Display, stated: T, calculated: T) {
+        if stated != calculated {
+            let text = format!("{name}: {stated:?}, but the log has {calculated:?}");
+            self.0.push(text);
+        }
+    }
+
+    /// Adds a text if the condition does not hold.
+    fn require(&mut self, holds: bool, text: impl Display) {
+        if !holds {
+            self.0.push(text.to_string());
+        }
+    }
+
+    /// Compares all figures of a mission. A figure without a calculation is a difference, too.
+    fn compare_all(&mut self, of: &str, stated: &MissionFigures, calculated: &Named) {
+        let names: Vec<&str> = stated.iter().map(|(name, _)| name).collect();
+        let known: Vec<&str> = calculated.iter().map(|(name, _)| *name).collect();
+        self.compare(format!("the figures of '{of}'"), names, known);
+        for (name, calculated) in calculated {
+            let value = stated.get(name);
+            let text = format!("{of}{name}: {value:?}, but the log has {calculated:?}");
+            self.require(calculated.holds(value), text);
+        }
+    }
+}
 
 /// A figure as the tables determine it.
 #[derive(Clone, Copy, Debug)]
@@ -84,19 +114,14 @@ struct Tables<'a> {
 /// Returns an error if a table of the log cannot be read.
 pub fn run_file(log: &RunLog) -> Result<Differences, ReadError> {
     let tables = Tables::read(log)?;
-    let (run, mut found) = (&log.run, Differences::new());
+    let (run, mut found) = (&log.run, Differences::default());
     let ticks: Vec<TickRow> = log.rows()?;
     let last = ticks.iter().rev().find(|row| row.section == "run");
     let hash = last.map(|row| format!("{:016x}", row.hash));
-    same(&mut found, "hash", &run.hash, &hash);
-    same(&mut found, "ticks", &run.result.ticks, &tables.ticks);
+    found.compare("hash", &run.hash, &hash);
+    found.compare("ticks", run.result.ticks, tables.ticks);
     let end_ms = tables.ticks * tables.step_ms;
-    same(
-        &mut found,
-        "sim_time_ms",
-        &run.result.sim_time_ms.0,
-        &end_ms,
-    );
+    found.compare("sim_time_ms", run.result.sim_time_ms.0, end_ms);
     tables.check_outcome(&mut found);
 
     let inputs = log.inputs()?;
@@ -105,67 +130,55 @@ pub fn run_file(log: &RunLog) -> Result<Differences, ReadError> {
         Input::Lost { .. } | Input::Failed { .. } => true,
         _ => false,
     });
-    same(&mut found, "unscripted", &run.unscripted, &unscripted);
+    found.compare("unscripted", run.unscripted, unscripted);
     for fault in &run.faults {
         tables.check_fault(fault, &mut found);
     }
 
     let messages: Vec<MessageRow> = log.rows()?;
-    let names: Vec<&str> = run.result.robots.keys().map(String::as_str).collect();
     let team: BTreeSet<&str> = tables.robots.iter().copied().collect();
-    same(&mut found, "robots", &names, &team.into_iter().collect());
-    let (mission, by_robot) = match tables.setup.catalog.mission.name() {
+    let names = run.result.robots.keys().map(String::as_str);
+    found.compare("robots", names.collect(), team);
+    let mission_name = tables.setup.catalog.mission.name();
+    let (mission, by_robot) = match mission_name {
         "waste" => waste(&tables),
         "service" => service(&tables),
         "observe" => observe(&tables, &log.rows()?),
         "push" => push(&tables),
         other => panic!("there is no calculation for the mission '{other}'"),
     };
-    compare("", &run.result.mission, &mission, &mut found);
+    found.compare_all("", &run.result.mission, &mission);
     for (rank, robot) in tables.robots.iter().enumerate() {
         let stated = &run.result.robots[*robot];
-        let received = |deliveries: &[&str]| {
+        let received = |deliveries: &str| {
+            let is_one = |row: &&MessageRow| deliveries.split(' ').any(|one| one == row.delivery);
             let own = messages.iter().filter(|row| row.receiver == *robot);
-            own.filter(|row| deliveries.contains(&row.delivery.as_str()))
-                .count() as u64
+            own.filter(is_one).count() as u64
         };
         let named = |name: &str| format!("robots.{robot}.{name}");
-        let incarnations = tables.count("joined", robot);
-        let counts = [
-            ("incarnations", stated.incarnations.into(), incarnations),
+        let (joins, activations) = (
+            u64::from(stated.incarnations),
+            u64::from(stated.activations),
+        );
+        let counted = tables.counted[rank].len() as u64;
+        for (name, stated, calculated) in [
+            ("incarnations", joins, tables.count("joined", robot)),
+            ("ticks_counted", stated.ticks_counted, counted),
+            ("activations", activations, tables.count("activated", robot)),
             (
-                "ticks_counted",
-                stated.ticks_counted,
-                tables.counted[rank].len() as u64,
-            ),
-            (
-                "activations",
-                stated.activations.into(),
-                tables.count("activated", robot),
-            ),
-            (
-                "messages_received",
+                "received",
                 stated.messages_received,
-                received(&["received", "delayed"]),
+                received("received delayed"),
             ),
+            ("lost", stated.messages_lost, received("lost dropped cut")),
+            ("delayed", stated.messages_delayed, received("delayed")),
             (
-                "messages_lost",
-                stated.messages_lost,
-                received(&["lost", "dropped", "cut"]),
-            ),
-            (
-                "messages_delayed",
-                stated.messages_delayed,
-                received(&["delayed"]),
-            ),
-            (
-                "messages_duplicate",
+                "duplicate",
                 stated.messages_duplicate,
-                received(&["duplicate"]),
+                received("duplicate"),
             ),
-        ];
-        for (name, stated, calculated) in counts {
-            same(&mut found, named(name), &stated, &calculated);
+        ] {
+            found.compare(named(name), stated, calculated);
         }
         // The log lists a broadcast only if another robot was to receive it.
         let mut latest: BTreeMap<u32, u64> = BTreeMap::new();
@@ -174,67 +187,28 @@ pub fn run_file(log: &RunLog) -> Result<Differences, ReadError> {
             *sent = (*sent).max(row.seq.map_or(0, |seq| seq + 1));
         }
         let least: u64 = latest.values().sum();
-        if stated.messages_sent < least || (stated.bytes_sent == 0) != (stated.messages_sent == 0) {
-            let (sent, bytes) = (stated.messages_sent, stated.bytes_sent);
-            found.push(format!(
-                "{}: {sent} of {bytes} bytes, at least {least}",
-                named("messages_sent")
-            ));
-        }
-        compare(&named(""), &stated.mission, &by_robot[rank], &mut found);
+        let (sent, bytes) = (stated.messages_sent, stated.bytes_sent);
+        let text = format!("{robot} sent {sent} of {bytes} bytes, at least {least}");
+        found.require(sent >= least && (bytes == 0) == (sent == 0), text);
+        found.compare_all(&named(""), &stated.mission, &by_robot[rank]);
     }
-    if tables.setup.catalog.mission.name() == "service" {
+    if mission_name == "service" {
         let parts = run.result.robots.values();
         let parts = parts.filter_map(|robot| robot.mission.get("surplus_s").number());
         let total = Calculated::near(parts.sum());
         let stated = run.result.mission.get("wasted_robot_s");
-        if !total.holds(stated) {
-            found.push(format!(
-                "wasted_robot_s: {stated:?}, but the robots' sum is {total:?}"
-            ));
-        }
+        let text = format!("wasted_robot_s: {stated:?}, but the robots' sum is {total:?}");
+        found.require(total.holds(stated), text);
     }
     Ok(found)
-}
-
-fn same<T: PartialEq + Debug>(
-    found: &mut Differences,
-    name: impl Display,
-    stated: &T,
-    calculated: &T,
-) {
-    if stated != calculated {
-        found.push(format!(
-            "{name}: {stated:?}, but the log has {calculated:?}"
-        ));
-    }
-}
-
-/// Compares all figures of a mission. A figure without a calculation is a difference, too.
-fn compare(of: &str, stated: &MissionFigures, calculated: &Named, found: &mut Differences) {
-    let names: Vec<&str> = stated.iter().map(|(name, _)| name).collect();
-    let known: Vec<&str> = calculated.iter().map(|(name, _)| *name).collect();
-    same(found, format!("the figures of '{of}'"), &names, &known);
-    for (name, calculated) in calculated {
-        let stated = stated.get(name);
-        if !calculated.holds(stated) {
-            found.push(format!(
-                "{of}{name}: {stated:?}, but the log has {calculated:?}"
-            ));
-        }
-    }
 }
 
 impl<'a> Tables<'a> {
     fn read(log: &'a RunLog) -> Result<Self, ReadError> {
         let setup = &log.run.setup;
         let step_ms = setup.scenario.step_ms;
-        let robots: Vec<&str> = setup
-            .scenario
-            .robots
-            .iter()
-            .map(|robot| robot.name.as_str())
-            .collect();
+        let robots = setup.scenario.robots.iter();
+        let robots: Vec<&str> = robots.map(|robot| robot.name.as_str()).collect();
         let mut counted = vec![BTreeSet::new(); robots.len()];
         let mut ticks = 0;
         for row in log.each_row::<TickRow>() {
@@ -302,18 +276,14 @@ impl<'a> Tables<'a> {
             "push" => self.last("bars_left") == 0,
             _ => self.last("open") == 0 && self.last("expired") == 0 && self.is_complete(),
         };
-        same(found, "a complete mission", &self.is_complete(), &is_done);
-        match self.outcome {
-            RunOutcome::Ended(Outcome::TimeLimit) if !is_over(scenario.limit_s) => {
-                found.push(format!(
-                    "outcome: time-limit, but the log ends at {end_ms} ms"
-                ));
-            }
-            RunOutcome::Ended(Outcome::Expired) if self.last("expired") == 0 => {
-                found.push("outcome: expired, but no work has expired".to_owned());
-            }
-            _ => {}
-        }
+        found.compare("a complete mission", self.is_complete(), is_done);
+        let (is_over, has_expired) = (is_over(scenario.limit_s), self.last("expired") > 0);
+        let agrees = match self.outcome {
+            RunOutcome::Ended(Outcome::TimeLimit) => is_over,
+            RunOutcome::Ended(Outcome::Expired) => has_expired,
+            _ => true,
+        };
+        found.require(agrees, format!("{:?} at {end_ms} ms", self.outcome));
     }
 
     /// Checks the status of a fault by its events.
@@ -322,29 +292,15 @@ impl<'a> Tables<'a> {
         let last = |kinds: &[&str]| of_fault().rfind(|row| kinds.contains(&row.kind.as_str()));
         let named = |name: &str| format!("fault {} {name}", fault.id);
         let time = |kind: &str| last(&[kind]).map(|row| row.t_ms);
-        same(
-            found,
-            named("applied_ms"),
-            &fault.applied_ms,
-            &time("applied"),
-        );
-        same(found, named("healed_ms"), &fault.healed_ms, &time("healed"));
+        found.compare(named("applied_ms"), fault.applied_ms, time("applied"));
+        found.compare(named("healed_ms"), fault.healed_ms, time("healed"));
         let hits = of_fault().filter(|row| row.kind == "hit").count() as u64;
-        if fault.hits < hits || (hits == 0) != (fault.hits == 0) {
-            found.push(format!(
-                "{}: {}, but the log has {hits} first hits",
-                named("hits"),
-                fault.hits
-            ));
-        }
-        let is_over =
-            last(&["applied", "healed", "disarmed"]).is_some_and(|row| row.kind == "disarmed");
-        if is_over && fault.phase != Phase::Over {
-            found.push(format!(
-                "{}: {:?} after it was disarmed",
-                named("phase"),
-                fault.phase
-            ));
-        }
+        let agrees = fault.hits >= hits && (hits == 0) == (fault.hits == 0);
+        let text = format!("{} hits, but the log has {hits} first hits", fault.hits);
+        found.require(agrees, named(&text));
+        let change = last(&["applied", "healed", "disarmed"]);
+        let is_over = change.is_some_and(|row| row.kind == "disarmed");
+        let text = format!("{:?} after it was disarmed", fault.phase);
+        found.require(!is_over || fault.phase == Phase::Over, named(&text));
     }
 }

@@ -3,7 +3,7 @@
 use analysis::report::{History, HistoryError, Metrics};
 use run_log::{AllocationRow, EventRow, MotivationRow, ReadError, RunLog};
 
-use super::{Differences, Tables, same};
+use super::{Differences, Tables};
 
 /// Compares the tables of a report with the tables of a full log.
 ///
@@ -14,144 +14,89 @@ pub fn report(log: &RunLog) -> Result<Differences, HistoryError> {
     let metrics = Metrics::compute(&history, &log.run);
     let tables = Tables::read(log)?;
     let work = Work::read(&tables, log)?;
-    let mut found = Differences::new();
+    let mut found = Differences::default();
     let ms = |ticks: usize| ticks as u64 * tables.step_ms;
     let makespan_ms = tables.is_complete().then(|| ms(tables.ticks as usize));
     let stated_ms = metrics.makespan.map(|time| time.0);
-    same(&mut found, "makespan", &stated_ms, &makespan_ms);
+    found.compare("makespan", stated_ms, makespan_ms);
     for (rank, robot) in tables.robots.iter().enumerate() {
         let stated = &metrics.robots[rank];
         let present = &tables.counted[rank];
         let is_idle = |tick: &&u64| work.sets_of(rank).all(|set| !set.active[**tick as usize]);
-        let idle = present.iter().filter(is_idle).count();
-        let named = |name: &str| format!("report: {name} of {robot}");
-        same(
-            &mut found,
-            named("present"),
-            &stated.present.0,
-            &ms(present.len()),
-        );
-        same(&mut found, named("idle"), &stated.idle.0, &ms(idle));
+        let idle_ms = ms(present.iter().filter(is_idle).count());
         let activations = tables.count("activated", robot);
-        same(
-            &mut found,
-            named("activations"),
-            &stated.activations.into(),
-            &activations,
-        );
+        for (name, stated, calculated) in [
+            ("present", stated.present.0, ms(present.len())),
+            ("idle", stated.idle.0, idle_ms),
+            ("activations", stated.activations.into(), activations),
+        ] {
+            found.compare(format!("report: {name} of {robot}"), stated, calculated);
+        }
     }
     let stints = work.stints(&tables);
     for (task, stated) in tables.setup.catalog.tasks.iter().zip(&metrics.tasks) {
         let ticks = 0..tables.ticks as usize;
-        let sets: Vec<&SetWork> = work
-            .sets
-            .iter()
-            .filter(|set| set.task == task.name)
-            .collect();
-        let applicable = |tick: &usize| sets.iter().any(|set| set.applicable[*tick]);
-        let active = |tick: &usize| sets.iter().filter(|set| set.active[*tick]).count();
+        let sets = || work.sets.iter().filter(|set| set.task == task.name);
+        let applicable = |tick: &usize| sets().any(|set| set.applicable[*tick]);
+        let active = |tick: &usize| sets().filter(|set| set.active[*tick]).count();
         let mut productive = vec![false; tables.ticks as usize];
         for stint in stints.iter().filter(|stint| stint.task == task.name) {
             productive[stint.from..stint.idle_since(stint.to)].fill(true);
         }
-        let named = |name: &str| format!("report: {name} of {}", task.name);
         let count = |fits: &dyn Fn(&usize) -> bool| ms(ticks.clone().filter(fits).count());
-        let applicable_ms = count(&applicable);
-        same(
-            &mut found,
-            named("applicable"),
-            &stated.applicable.total().0,
-            &applicable_ms,
-        );
         let unattended_ms = count(&|tick| applicable(tick) && active(tick) == 0);
-        same(
-            &mut found,
-            named("unattended"),
-            &stated.unattended.total().0,
-            &unattended_ms,
-        );
         let orphan_ms = count(&|tick| applicable(tick) && !productive[*tick]);
-        same(
-            &mut found,
-            named("orphan"),
-            &stated.orphan.total().0,
-            &orphan_ms,
-        );
+        for (name, spans, calculated_ms) in [
+            ("applicable", &stated.applicable, count(&applicable)),
+            ("unattended", &stated.unattended, unattended_ms),
+            ("orphan", &stated.orphan, orphan_ms),
+        ] {
+            let name = format!("report: {name} of {}", task.name);
+            found.compare(name, spans.total().0, calculated_ms);
+        }
         let twice_ms = (task.max_robots == 1).then(|| count(&|tick| active(tick) > 1));
         let stated_ms = stated.duplicate.as_ref().map(|spans| spans.total().0);
-        same(&mut found, named("duplicate"), &stated_ms, &twice_ms);
+        found.compare(format!("duplicate of {}", task.name), stated_ms, twice_ms);
     }
-    let losses: Vec<_> = tables
-        .events
-        .iter()
-        .filter(|row| row.kind == "gone" || row.kind == "stalled")
-        .filter_map(|row| {
-            let rank = tables.rank(&row.robot)?;
-            let tick = row.t_ms.0 / tables.step_ms;
-            let back = tables.counted[rank].range(tick + 1..).next();
-            Some((row.t_ms.0, rank, back.map(|tick| tick * tables.step_ms)))
-        })
-        .collect();
-    let stated: Vec<_> = metrics
-        .failures
-        .iter()
-        .map(|loss| (loss.at.0, loss.robot, loss.returned_at.map(|back| back.0)))
-        .collect();
-    same(
-        &mut found,
-        "report: losses (at, robot, back)",
-        &stated,
-        &losses,
-    );
-    let stated: Vec<_> = metrics
-        .takeovers
-        .iter()
-        .map(|takeover| {
-            let task = tables.setup.catalog.tasks[takeover.task.index()]
-                .name
-                .as_str();
-            (
-                takeover.at.0,
-                task,
-                takeover.from,
-                takeover.robot,
-                takeover.idle_since.0,
-            )
-        })
-        .collect();
-    let takeovers = takeovers(&tables, &stints);
-    same(
-        &mut found,
-        "report: takeovers (at, task, from, to, idle since)",
-        &stated,
-        &takeovers,
-    );
+    let losses = tables.events.iter().filter_map(|row| {
+        let rank = tables.rank(&row.robot).filter(|_| is_loss(row))?;
+        let tick = row.t_ms.0 / tables.step_ms;
+        let back = tables.counted[rank].range(tick + 1..).next();
+        Some((row.t_ms.0, rank, back.map(|tick| tick * tables.step_ms)))
+    });
+    let stated = metrics.failures.iter();
+    let stated = stated.map(|loss| (loss.at.0, loss.robot, loss.returned_at.map(|back| back.0)));
+    let name = "report: losses (at, robot, back)";
+    found.compare(name, stated.collect::<Vec<_>>(), losses.collect());
+    let stated = metrics.takeovers.iter().map(|takeover| {
+        let task = tables.setup.catalog.tasks[takeover.task.index()]
+            .name
+            .as_str();
+        let (at_ms, since_ms) = (takeover.at.0, takeover.idle_since.0);
+        (at_ms, task, takeover.from, takeover.robot, since_ms)
+    });
+    let name = "report: takeovers (at, task, from, to, idle since)";
+    found.compare(name, stated.collect(), takeovers(&tables, &stints));
     for recurring in &metrics.recurring {
         let period_ms = recurring.period.map(|period| period.0);
         let mut before_ms = 0;
-        let calculated: Vec<_> = tables
-            .of_kind(recurring.event)
-            .map(|row| {
-                let interval_ms = row.t_ms.0 - before_ms;
-                before_ms = row.t_ms.0;
-                let late_ms =
-                    period_ms.map_or(0, |period_ms| interval_ms.saturating_sub(period_ms));
-                (row.t_ms.0, tables.rank(&row.robot), interval_ms, late_ms)
-            })
-            .collect();
-        let stated: Vec<_> = recurring
-            .moments
-            .iter()
-            .map(|moment| (moment.at.0, moment.by, moment.interval.0, moment.late.0))
-            .collect();
-        same(
-            &mut found,
-            format!("report: each '{}'", recurring.event),
-            &stated,
-            &calculated,
-        );
+        let calculated = tables.of_kind(recurring.event).map(|row| {
+            let interval_ms = row.t_ms.0 - before_ms;
+            before_ms = row.t_ms.0;
+            let late_ms = period_ms.map_or(0, |period_ms| interval_ms.saturating_sub(period_ms));
+            (row.t_ms.0, tables.rank(&row.robot), interval_ms, late_ms)
+        });
+        let moments = recurring.moments.iter();
+        let stated =
+            moments.map(|moment| (moment.at.0, moment.by, moment.interval.0, moment.late.0));
+        let name = format!("report: each '{}'", recurring.event);
+        found.compare(name, stated.collect::<Vec<_>>(), calculated.collect());
     }
     Ok(found)
+}
+
+fn is_loss(row: &EventRow) -> bool {
+    row.kind == "gone" || row.kind == "stalled"
 }
 
 /// The state of all behavior sets in each tick.
@@ -295,10 +240,8 @@ fn stint<'a>(tables: &Tables<'_>, set: &SetWork<'a>, from: usize, to: usize) -> 
     let own = || tables.events.iter().filter(|row| row.robot == name);
     let effects = own().filter_map(|row| {
         let kind = row.kind.as_str();
-        let changes_column = terms
-            .columns
-            .iter()
-            .any(|column| column.event == Some(kind));
+        let mut columns = terms.columns.iter();
+        let changes_column = columns.any(|column| column.event == Some(kind));
         let at = match kind {
             "progress" if row.detail == set.task => tick(row),
             _ if terms.effects.contains(&kind) => tick(row),
@@ -308,9 +251,8 @@ fn stint<'a>(tables: &Tables<'_>, set: &SetWork<'a>, from: usize, to: usize) -> 
         (from < at && at <= to).then_some(at)
     });
     let change = own().find(|row| {
-        tick(row) == to
-            && row.subject == set.name
-            && ["hibernated", "waiting"].contains(&row.kind.as_str())
+        let is_end = ["hibernated", "waiting"].contains(&row.kind.as_str());
+        is_end && tick(row) == to && row.subject == set.name
     });
     Stint {
         robot: set.robot,
@@ -341,19 +283,12 @@ fn takeovers<'t>(
             })
     };
     let is_bid = |stint: &Stint<'_>| stint.end != StintEnd::Absent && stint.to - stint.from <= 1;
-    let kept = || {
-        stints
-            .iter()
-            .filter(|stint| !is_bid(stint) && !gives_in(stint))
-    };
+    let is_kept = |stint: &&Stint<'_>| !is_bid(stint) && !gives_in(stint);
+    let kept = || stints.iter().filter(is_kept);
     let mut found = Vec::new();
     for next in kept() {
-        let task = tables
-            .setup
-            .catalog
-            .tasks
-            .iter()
-            .find(|task| task.name == next.task);
+        let mut tasks = tables.setup.catalog.tasks.iter();
+        let task = tasks.find(|task| task.name == next.task);
         let is_exclusive = task.is_some_and(|task| task.max_robots == 1);
         let returns = !tables.counted[next.robot].contains(&(next.from as u64).saturating_sub(1));
         let on_task = || kept().filter(|stint| stint.task == next.task);
@@ -375,13 +310,10 @@ fn takeovers<'t>(
             StintEnd::Left(_) => progress,
             StintEnd::Ongoing | StintEnd::Absent => {
                 let end_ms = before.to as u64 * tables.step_ms;
-                let mut own = tables
-                    .events
-                    .iter()
-                    .filter(|row| row.robot == tables.robots[before.robot]);
-                let loss = own.find(|row| {
-                    let is_loss = row.kind == "gone" || row.kind == "stalled";
-                    is_loss && (row.t_ms.0..=row.t_ms.0 + tables.step_ms).contains(&end_ms)
+                let lost = tables.robots[before.robot];
+                let loss = tables.events.iter().find(|row| {
+                    let ends = row.t_ms.0..=row.t_ms.0 + tables.step_ms;
+                    is_loss(row) && row.robot == lost && ends.contains(&end_ms)
                 });
                 let Some(loss) = loss else { continue };
                 loss.t_ms.0

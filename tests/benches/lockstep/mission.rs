@@ -1,9 +1,6 @@
-//! The traffic of a run on the bus, from stepping the world and the agents in this process and encoding their
-//! messages.
+//! Scenarios for teams of any size, and the traffic of their runs.
 
-use std::time::Instant;
-
-use in_process::Team;
+use alliance_tests::runs;
 use missions::Registry;
 use proto::codec::encode;
 use proto::secret::SEAL_BYTES;
@@ -15,6 +12,34 @@ use run_log::{LogLevel, MemoryLog};
 use scenario::Setup;
 use serde::Serialize;
 use world_server::simulation::Simulation;
+
+pub struct Mission {
+    pub text: String,
+    pub setup: Setup,
+}
+
+impl Mission {
+    pub fn new(text: String) -> Self {
+        let setup = runs::setup(runs::parse(&text), 1);
+        Self { text, setup }
+    }
+
+    /// Returns a team of `size` robots with the top speed and the items per spill. The first robot has blue's body,
+    /// the others have gold's.
+    pub fn busy(size: usize, speed_m_s: f64, items: usize, limit_s: f64) -> Self {
+        let spills = [("top", 0.667), ("bottom", 0.333)].map(|(name, y)| {
+            format!("[[waste.spills]]\nname = \"{name}\"\nitems = {items}\ny_fraction = {y}\n")
+        });
+        let robots = (0..size).map(|rank| {
+            let side_sensor = rank == 0;
+            format!("[[robots]]\nname = \"r{rank}\"\nside_sensor = {side_sensor}\n")
+        });
+        let head = format!(
+            "name = \"team-of-{size}\"\nlimit_s = {limit_s:.1}\n[body]\nspeed_m_s = {speed_m_s}\n"
+        );
+        Self::new(head + &spills.concat() + &robots.collect::<String>())
+    }
+}
 
 /// The mean sizes of messages in bytes, and the interval between broadcasts.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +71,7 @@ impl Count {
 }
 
 impl Traffic {
+    /// Steps the world and the agents in this process and encodes their messages.
     pub fn of(setup: &Setup) -> Self {
         let mission = Registry::current().worlds().find(&setup.scenario).unwrap();
         let mut recorder = Recorder::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
@@ -90,12 +116,4 @@ impl Traffic {
             broadcast_every: reports.messages / broadcasts.messages.max(1),
         }
     }
-}
-
-/// Returns the ticks per second of the same run in one process, without a bus.
-pub fn computed_alone(setup: &Setup) -> f64 {
-    let mut team = Team::new(setup.clone(), LogLevel::Off, MemoryLog::default()).unwrap();
-    let began = Instant::now();
-    while team.tick().unwrap().is_none() {}
-    team.simulation().tick() as f64 / began.elapsed().as_secs_f64()
 }
