@@ -1,5 +1,7 @@
 //! `alliance tune`: its results, continuation after a kill, and mistakes in the plan.
 
+use std::fs;
+
 use alliance_tests::harness::{Lab, wait_until};
 use alliance_tests::runs::without_allocators;
 use alliance_tests::testkit::{Row, campaign, files, journal_rows, number, rows};

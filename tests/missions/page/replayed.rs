@@ -74,9 +74,8 @@ fn the_page_shows_the_command_of_a_branch_which_starts_it() {
     let lab = Lab::new();
     lab.mission("run", &["--limit", "20", "--speed", "max"])
         .expect(1);
-    let mut view = lab.start(&["watch", "run"]);
-    view.wait_for_stderr("/#");
-    browser.open(&Page::from_output(&view.stderr()).link());
+    let (view, page) = watch(&lab, "run");
+    browser.open(&page.link());
     browser.wait_for("document.body.dataset.tick == '0'");
     browser.press('>');
     browser.wait_for("document.body.dataset.tick == '10'");
@@ -104,7 +103,7 @@ fn the_page_shows_the_command_of_a_branch_which_starts_it() {
     browser.click("#branch");
     let notice = browser.text("[data-notice=refused]");
     assert!(notice.contains("The run has ended here"), "{notice}");
-    assert_eq!(browser.console(), [""; 0]);
+    browser.assert_no_console_message();
     view.signal(Signal::SIGINT);
     view.wait().expect(0);
 }
