@@ -7,17 +7,14 @@ use scenario::mission::FigureValue;
 use super::design::{Cell, Design};
 use super::run::{Figures, Row, RunResult};
 use crate::columns::{Entry, Table};
+use crate::distinct;
 
 /// Creates all columns: run number, settings, outcome, figures, and the reason of a failure.
 #[must_use]
 pub fn results_table(design: &Design, rows: &[Row]) -> Table {
     let ended = || rows.iter().filter_map(figures_of);
-    let mut of_mission: Vec<&str> = Vec::new();
-    for (name, _) in ended().flat_map(|figures| figures.mission.iter()) {
-        if !of_mission.contains(&name) {
-            of_mission.push(name);
-        }
-    }
+    let of_mission = ended().flat_map(|figures| figures.mission.iter());
+    let of_mission = distinct(of_mission.map(|(name, _)| name));
     let measured = || ended().filter_map(|figures| figures.measures.as_deref());
     // Other sweeps than comparisons measure no run.
     let unmeasured = measured().next().map(|measures| measures.figures());
