@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use proto::control::FaultStatus;
 use proto::tick::Outcome;
 use scenario::mission::MissionFigures;
+use scenario::mission::columns::ColumnValue;
 use scenario::time::SimTime;
 use scenario::{Setup, SetupFile, Vocabulary};
 use serde::{Deserialize, Serialize};
@@ -44,6 +45,16 @@ impl RunFile {
         let text = serde_json::to_string_pretty(self);
         // All keys are strings and the target is memory, so serialization cannot fail.
         text.expect("run.json can be encoded") + "\n"
+    }
+
+    /// Returns the columns of the mission with their values at the end of the run.
+    #[must_use]
+    pub fn mission_row(&self) -> Vec<ColumnValue> {
+        let columns = self.setup.catalog.mission.vocabulary().columns.iter();
+        let figures = &self.result.mission;
+        let row =
+            columns.filter_map(|column| Some(column.with_value(figures.column(column.name)?)));
+        row.collect()
     }
 
     /// Parses run.json and validates it. A replay uses its contents, and users can edit the file.
