@@ -55,6 +55,17 @@ use terminal::fail;
 /// The link to the newest run: the folder that commands use by default.
 pub const LATEST: &str = "runs/latest";
 
+/// Returns the items without repetitions, in the order of their first occurrence.
+fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for item in items {
+        if !found.contains(&item) {
+            found.push(item);
+        }
+    }
+    found
+}
+
 /// Opens the log in the folder of a run.
 fn open(folder: &Path) -> Result<RunLog, ReadError> {
     RunLog::open(folder, &Registry::current().vocabulary())

@@ -10,7 +10,7 @@ use proto::program_build;
 use proto::tick::Outcome;
 use run_log::recorder::Sink;
 use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
-use scenario::Setup;
+use scenario::{Problem, Setup};
 use terminal::stderr_line;
 use world_server::simulation::Simulation;
 
@@ -65,10 +65,12 @@ impl ReplayCommand {
         if let Some(out) = &self.out
             && out.join("run.json").exists()
         {
-            bail!(
-                "--out {}: already holds a run; name a new folder",
-                out.display()
-            );
+            let option = format!("--out {}", out.display());
+            bail!(Problem::with_source(
+                option,
+                "already holds a run",
+                "name a new folder"
+            ));
         }
         let logged = open(&self.folder)?;
         tell_other_programs(&logged.run);
@@ -78,7 +80,12 @@ impl ReplayCommand {
             }
             Some(kept) => Some(Box::new(kept)),
             None if !self.controllers.is_empty() => {
-                bail!("--controller: this run has no external controllers; leave the option out")
+                let problem = "this run has no external controllers";
+                bail!(Problem::with_source(
+                    "--controller",
+                    problem,
+                    "leave the option out"
+                ))
             }
             None => None,
         };

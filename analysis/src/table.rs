@@ -1,6 +1,11 @@
 //! Tables for terminals.
 
-use comfy_table::{ColumnConstraint, ContentArrangement, LineStyle, Row, Table, TableStyle};
+use std::ops::RangeBounds;
+
+use comfy_table::{
+    CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, Row, Table, TableStyle,
+};
+use scenario::mission::FigureValue;
 
 /// The table style: a line below the header and no other borders.
 const STYLE: TableStyle = TableStyle::new().header_separator(LineStyle::none().fill('─'));
@@ -28,6 +33,25 @@ pub fn no_wrap(table: &mut Table, columns: &[usize]) {
         if let Some(column) = table.column_mut(column) {
             column.set_constraint(ColumnConstraint::ContentWidth);
         }
+    }
+}
+
+/// Aligns columns of numbers to the right.
+pub fn align_right(table: &mut Table, columns: impl RangeBounds<usize>) {
+    for (place, column) in table.column_iter_mut().enumerate() {
+        if columns.contains(&place) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+}
+
+/// Formats a figure of a mission for a cell.
+#[must_use]
+pub fn figure(value: FigureValue) -> String {
+    match value {
+        FigureValue::Count(count) => count.to_string(),
+        FigureValue::Real(number) => format!("{number:.2}"),
+        FigureValue::None => "–".to_owned(),
     }
 }
 

@@ -80,31 +80,6 @@ mod tests {
 
     use super::*;
 
-    #[track_caller]
-    fn check(arguments: &[&str], expected: &str) {
-        let command = Command::new("alliance")
-            .arg(
-                Arg::new("robot")
-                    .long("robot")
-                    .value_name("NAME")
-                    .required(true),
-            )
-            .arg(Arg::new("log").long("log").value_parser(["full", "off"]))
-            .arg(
-                Arg::new("limit")
-                    .long("limit")
-                    .value_parser(clap::value_parser!(f64)),
-            )
-            .arg(
-                Arg::new("port")
-                    .long("port")
-                    .value_parser(clap::value_parser!(u16)),
-            );
-        let all = std::iter::once(&"alliance").chain(arguments);
-        let error = command.try_get_matches_from(all).unwrap_err();
-        assert_eq!(one_line(&error.to_string()), expected);
-    }
-
     #[test]
     fn an_unknown_command_has_a_suggestion() {
         let command = Command::new("alliance")
@@ -132,26 +107,40 @@ mod tests {
 
     #[test]
     fn problem_and_remedy_are_in_one_line() {
-        check(
-            &[],
-            "the following required arguments were not provided: --robot <NAME>",
-        );
-        check(
-            &["--robto=blue"],
-            "unexpected argument '--robto' found; tip: a similar argument exists: '--robot'",
-        );
-        check(&["-5"], "unexpected argument '-5' found");
-        check(
-            &["--robot=blue", "--log=loud"],
-            "invalid value 'loud' for '--log <log>'; [possible values: full, off]",
-        );
-        check(
-            &["--robot=blue", "--limit=gold"],
-            "invalid value 'gold' for '--limit <limit>': write a number",
-        );
-        check(
-            &["--robot=blue", "--port=gold"],
-            "invalid value 'gold' for '--port <port>': write a whole number",
-        );
+        let long = |name: &'static str| Arg::new(name).long(name);
+        let command = Command::new("alliance").args([
+            long("robot").value_name("NAME").required(true),
+            long("log").value_parser(["full", "off"]),
+            long("limit").value_parser(clap::value_parser!(f64)),
+            long("port").value_parser(clap::value_parser!(u16)),
+        ]);
+        for (arguments, expected) in [
+            (
+                "",
+                "the following required arguments were not provided: --robot <NAME>",
+            ),
+            (
+                "--robto=blue",
+                "unexpected argument '--robto' found; tip: a similar argument exists: '--robot'",
+            ),
+            ("-5", "unexpected argument '-5' found"),
+            (
+                "--robot=blue --log=loud",
+                "invalid value 'loud' for '--log <log>'; [possible values: full, off]",
+            ),
+            (
+                "--robot=blue --limit=gold",
+                "invalid value 'gold' for '--limit <limit>': write a number",
+            ),
+            (
+                "--robot=blue --port=gold",
+                "invalid value 'gold' for '--port <port>': write a whole number",
+            ),
+        ] {
+            let words = format!("alliance {arguments}");
+            let words = words.split_whitespace();
+            let error = command.clone().try_get_matches_from(words).unwrap_err();
+            assert_eq!(one_line(&error.to_string()), expected);
+        }
     }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use analysis::table;
 use clap::Args;
 use cluster::rendezvous;
-use comfy_table::{CellAlignment, Table};
+use comfy_table::Table;
 use proto::control::{ControlCommand, Reply, RobotStatus, Status};
 use scenario::Problem;
 use scenario::limits::closed;
@@ -110,7 +110,7 @@ fn robots(robots: &[RobotStatus]) -> Table {
             if robot.carrying { "an item" } else { "–" }.to_owned(),
         ]);
     }
-    align_right(&mut table, &[1, 2]);
+    table::align_right(&mut table, 1..=2);
     table
 }
 
@@ -130,16 +130,8 @@ fn motivations(robots: &[RobotStatus]) -> Table {
             ]);
         }
     }
-    align_right(&mut table, &[2]);
+    table::align_right(&mut table, 2..=2);
     table
-}
-
-fn align_right(table: &mut Table, columns: &[usize]) {
-    for &column in columns {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
 }
 
 #[cfg(test)]

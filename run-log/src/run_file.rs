@@ -6,6 +6,7 @@ use proto::control::FaultStatus;
 use proto::tick::Outcome;
 use scenario::ids::Tick;
 use scenario::mission::MissionFigures;
+use scenario::mission::columns::ColumnValue;
 use scenario::time::SimTime;
 use scenario::{Setup, SetupFile, Vocabulary};
 use serde::{Deserialize, Serialize};
@@ -48,6 +49,16 @@ impl RunFile {
         let text = serde_json::to_string_pretty(self);
         // All keys are strings and the target is memory, so serialization cannot fail.
         text.expect("run.json can be encoded") + "\n"
+    }
+
+    /// Returns the columns of the mission with their values at the end of the run.
+    #[must_use]
+    pub fn mission_row(&self) -> Vec<ColumnValue> {
+        let columns = self.setup.catalog.mission.vocabulary().columns.iter();
+        let figures = &self.result.mission;
+        let row =
+            columns.filter_map(|column| Some(column.with_value(figures.column(column.name)?)));
+        row.collect()
     }
 
     /// Parses run.json and validates it. A replay uses its contents, and users can edit the file.

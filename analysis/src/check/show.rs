@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use comfy_table::{CellAlignment, Table};
+use comfy_table::Table;
 use scenario::Setup;
 use serde_json::{Value, json};
 
@@ -63,9 +63,7 @@ fn tables(forecasts: &[Forecast]) -> Vec<(Vec<&str>, Table)> {
         for column in table.column_iter_mut() {
             column.set_padding((0, 1));
         }
-        for column in table.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+        table::align_right(table, 1..8);
         table::no_wrap(table, &[0]);
     }
     tables

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::metrics::Metric;
+use crate::distinct;
 use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
 use crate::sweep::design::{Design, FAULTS, Factor, MISSION};
 use crate::sweep::results::figures_of;
@@ -304,16 +305,6 @@ fn block(design: &Design, number: usize, comparison: &Comparison) -> Block {
         }),
         cells: Vec::new(),
     }
-}
-
-fn distinct<'t>(names: impl Iterator<Item = &'t str>) -> Vec<&'t str> {
-    let mut found = Vec::new();
-    for name in names {
-        if !found.contains(&name) {
-            found.push(name);
-        }
-    }
-    found
 }
 
 #[cfg(test)]

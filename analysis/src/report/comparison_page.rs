@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use super::page::{InlineFigures, RunSection, definitions, facts, tables};
+use crate::distinct;
 use crate::page::{document, table};
 
 /// The folders of both runs' figures, relative to the page.
@@ -60,13 +61,8 @@ fn beside(left: &Markup, right: &Markup) -> Markup {
 
 /// Returns the names of the figures of either run, in the order of the first page.
 fn figure_names<'p>(parts: &'p [RunSection<'_>; 2]) -> Vec<&'p str> {
-    let mut names: Vec<&str> = Vec::new();
-    for figure in parts.iter().flat_map(|part| &part.figures) {
-        if !names.contains(&figure.name.as_str()) {
-            names.push(&figure.name);
-        }
-    }
-    names
+    let figures = parts.iter().flat_map(|part| &part.figures);
+    distinct(figures.map(|figure| figure.name.as_str()))
 }
 
 /// Returns the facts of both runs. Differing values are highlighted.
@@ -78,12 +74,7 @@ fn both(a: &RunSection<'_>, b: &RunSection<'_>) -> Markup {
             .next()
             .map_or_else(|| "–".to_owned(), |(_, value)| value.0.clone())
     };
-    let mut names: Vec<&str> = Vec::new();
-    for (name, _) in of_a.iter().chain(&of_b) {
-        if !names.contains(&name.as_str()) {
-            names.push(name);
-        }
-    }
+    let names = distinct(of_a.iter().chain(&of_b).map(|(name, _)| name.as_str()));
     html! {
         (table(&html! { th { } th.text { "A" } th.text { "B" } }, &html! {
             @for name in names {

@@ -2,7 +2,6 @@
 
 use maud::{Markup, PreEscaped, html};
 use run_log::{RunFile, RunOutcome};
-use scenario::mission::FigureValue;
 use scenario::mission::columns::{display_name, format_value, short_summary};
 use scenario::time::SimTime;
 
@@ -14,6 +13,7 @@ use super::metrics::{Metrics, Recurring};
 use super::verdict::verdict;
 use crate::figures::Figure;
 use crate::page::{document, table};
+use crate::table::figure;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -297,19 +297,11 @@ fn mission(run: &RunFile) -> Markup {
                 @for (robot, figures) in robots {
                     tr {
                         td { (robot) }
-                        @for name in &names { td { (number(figures.mission.get(name))) } }
+                        @for name in &names { td { (figure(figures.mission.get(name))) } }
                     }
                 }
             }))
         }
-    }
-}
-
-fn number(value: FigureValue) -> String {
-    match value {
-        FigureValue::Count(count) => count.to_string(),
-        FigureValue::Real(number) => format!("{number:.2}"),
-        FigureValue::None => "–".to_owned(),
     }
 }
 

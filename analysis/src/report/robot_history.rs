@@ -6,6 +6,7 @@ use scenario::BehaviorParams;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
+use super::simplify::first_last_and_extremes;
 use super::spans::{Span, Spans};
 
 #[derive(Clone, Debug)]
@@ -162,27 +163,10 @@ impl SetHistory {
 
     /// Keeps the first, last, lowest and highest level of each `step`. Returns the number of levels.
     pub(super) fn thin(&mut self, step: SimTime) -> usize {
-        let mut kept = Vec::new();
-        for group in self
+        let groups = self
             .levels
-            .chunk_by(|a, b| a.0.0 / step.0 == b.0.0 / step.0)
-        {
-            let level = |index: &usize| group[*index].1;
-            let by_level = |a: &usize, b: &usize| level(a).total_cmp(&level(b));
-            let lowest = (0..group.len()).min_by(by_level);
-            let highest = (0..group.len()).max_by(by_level);
-            let mut places =
-                [Some(0), lowest, highest, Some(group.len() - 1)].map(Option::unwrap_or_default);
-            places.sort_unstable();
-            let mut latest = None;
-            for place in places
-                .into_iter()
-                .filter(|place| latest.replace(*place) != Some(*place))
-            {
-                kept.push(group[place]);
-            }
-        }
-        self.levels = kept;
+            .chunk_by(|a, b| a.0.0 / step.0 == b.0.0 / step.0);
+        self.levels = groups.flat_map(first_last_and_extremes).collect();
         self.levels.len()
     }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
-use comfy_table::{CellAlignment, Table};
+use comfy_table::Table;
 use terminal::stderr_line;
 use world_server::mission_args::Known;
 
@@ -15,7 +15,7 @@ use super::page::Page;
 use super::results::results_table;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
-use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind, overall};
+use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind};
 use crate::figures::Figure;
 use crate::new_file::write_atomically;
 use crate::{exit_status, table};
@@ -66,7 +66,7 @@ fn finish(
     let design = &header.design;
     results_table(design, rows).write(folder, "results")?;
 
-    let overall = overall(rows);
+    let overall = Summary::of(rows);
     let conditions = by_condition(design, rows);
     let mut figures = Vec::new();
     let columns = by_column(design, rows);
@@ -177,10 +177,7 @@ fn terminal_table(page: &Page<'_>) -> Table {
         let figures = [summary.makespan_s, summary.lateness_s].map(estimated);
         table.add_row(cells.chain([complete]).chain(figures));
     }
-    let settings = page.setting_columns().len();
-    for column in table.column_iter_mut().skip(settings) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
+    table::align_right(&mut table, page.setting_columns().len()..);
     table
 }
 
@@ -193,10 +190,7 @@ fn runs(summary: &Summary) -> String {
 
 fn estimated(estimate: Option<Estimate>) -> String {
     match estimate {
-        Some(Estimate {
-            median,
-            interval: (from, to),
-        }) => format!("{median:.1}\n{from:.1} – {to:.1}"),
+        Some((median, (from, to))) => format!("{median:.1}\n{from:.1} – {to:.1}"),
         None => "–".to_owned(),
     }
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use plotters::style::RGBColor;
 
-use super::statistics::{Estimate, Interval};
+use super::statistics::Interval;
 use super::summary::{ColumnSeries, Summary};
 use crate::figures::canvas::{
     Area, Axes, DrawResult, Frame, Mark, TextLabel, WIDTH_PX, chart, label_rows, part, series, svg,
@@ -38,10 +38,6 @@ struct Panel {
 /// Returns the position of a summary on the y axis, and its interval.
 type At = fn(&Summary) -> Option<(f64, Interval)>;
 
-fn spot(estimate: Option<Estimate>) -> Option<(f64, Interval)> {
-    estimate.map(|estimate| (estimate.median, estimate.interval))
-}
-
 /// Draws the figure of a column: one block per class of faults, one below the other.
 pub fn draw(of_column: &[ColumnSeries]) -> anyhow::Result<String> {
     let blocks: Vec<Block> = of_column.iter().map(Block::new).collect();
@@ -72,8 +68,8 @@ impl<'s> Block<'s> {
             at: |summary| Some((summary.share()?, summary.completion)),
         };
         let times: [(_, At); 2] = [
-            ("median makespan in s", |summary| spot(summary.makespan_s)),
-            ("median lateness in s", |summary| spot(summary.lateness_s)),
+            ("median makespan in s", |summary| summary.makespan_s),
+            ("median lateness in s", |summary| summary.lateness_s),
         ];
         let times = times.map(|(what, at)| time_panel(against, what, at));
         let times: Vec<Panel> = times.into_iter().flatten().collect();
@@ -305,7 +301,7 @@ mod tests {
         let design = design("[grid]\nbody.speed_m_s = [0.5, 0.25]\n");
         let rows = [complete(0, 400_000), complete(1, 420_000)];
         let against = by_column(&design, &rows).remove(0);
-        let panel = time_panel(&against, "", |summary| spot(summary.makespan_s)).unwrap();
+        let panel = time_panel(&against, "", |summary| summary.makespan_s).unwrap();
         assert_eq!(panel.y, 398.4..421.6);
         assert!(time_panel(&against, "", |_| None).is_none());
     }

@@ -239,22 +239,6 @@ mod tests {
     }
 
     #[test]
-    fn a_changed_digit_is_detected() {
-        let folder = TempDir::new().unwrap();
-        let header = header(PLAN);
-        let mut journal = open(folder.path(), None, &header).unwrap();
-        journal.add(&row(3, "a")).unwrap();
-        let path = folder.path().join("journal.jsonl");
-        let text = fs::read_to_string(&path).unwrap();
-        fs::write(&path, text.replace("\"run\":3", "\"run\":4")).unwrap();
-        let error = all(&folder).unwrap_err().to_string();
-        assert!(
-            error.contains("journal.jsonl:2: the line was changed after it was written"),
-            "{error}"
-        );
-    }
-
-    #[test]
     fn an_invalid_row_is_reported_with_its_line() {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("journal.jsonl");

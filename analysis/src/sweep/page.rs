@@ -83,7 +83,7 @@ impl Page<'_> {
                 100.0 * most
             ),
         };
-        let median = |summary: &Summary| summary.makespan_s.map(|found| found.median);
+        let median = |summary: &Summary| summary.makespan_s.map(|found| found.0);
         let makespan = self.extremes(median).map(|[(least, low), (most, high)]| {
             format!("The median makespan is shortest, {least:.1} s, with {low}, and longest, {most:.1} s, with {high}.")
         });
@@ -116,14 +116,11 @@ impl Page<'_> {
     #[must_use]
     pub fn table(&self) -> Table {
         let columns = self.setting_columns();
-        let estimated = |estimate: Option<Estimate>| {
-            Entry::with_interval(estimate.map(|found| (found.median, found.interval)))
-        };
         let rows = self.conditions.iter().map(|(cells, summary)| {
             let share = summary.share().map(|share| (share, summary.completion));
             let [share, share_from, share_to] = Entry::with_interval(share);
-            let [makespan, makespan_from, makespan_to] = estimated(summary.makespan_s);
-            let [lateness, lateness_from, lateness_to] = estimated(summary.lateness_s);
+            let [makespan, makespan_from, makespan_to] = Entry::with_interval(summary.makespan_s);
+            let [lateness, lateness_from, lateness_to] = Entry::with_interval(summary.lateness_s);
             let settings = columns.iter().zip(cells);
             let settings = settings.map(|(column, cell)| (*column, Entry::text(cell)));
             settings.chain([
@@ -216,10 +213,7 @@ impl Page<'_> {
 }
 
 fn figures(summary: &Summary) -> Markup {
-    let seconds = |time: Option<Estimate>| {
-        let found = time.map(|found| (found.median, found.interval));
-        estimate(found, |seconds| format!("{seconds:.1}"))
-    };
+    let seconds = |time: Option<Estimate>| estimate(time, |seconds| format!("{seconds:.1}"));
     let share = summary.share().map(|share| (share, summary.completion));
     html! {
         td { (summary.runs) } td { (summary.failed) } td { (summary.complete) }
@@ -230,7 +224,7 @@ fn figures(summary: &Summary) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::super::results::tests::{complete, design, incomplete};
-    use super::super::summary::{by_condition, overall};
+    use super::super::summary::by_condition;
     use super::*;
 
     #[test]
@@ -242,7 +236,7 @@ mod tests {
                 sweep: "s",
                 design: &design,
                 rows,
-                overall: &overall(rows),
+                overall: &Summary::of(rows),
                 conditions: &by_condition(&design, rows),
                 figures: &[],
             };

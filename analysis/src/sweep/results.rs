@@ -7,17 +7,14 @@ use scenario::mission::FigureValue;
 use super::design::{Cell, Design};
 use super::run::{Figures, Row, RunResult};
 use crate::columns::{Entry, Table};
+use crate::distinct;
 
 /// Creates all columns: run number, settings, outcome, figures, and the reason of a failure.
 #[must_use]
 pub fn results_table(design: &Design, rows: &[Row]) -> Table {
     let ended = || rows.iter().filter_map(figures_of);
-    let mut of_mission: Vec<&str> = Vec::new();
-    for (name, _) in ended().flat_map(|figures| figures.mission.iter()) {
-        if !of_mission.contains(&name) {
-            of_mission.push(name);
-        }
-    }
+    let of_mission = ended().flat_map(|figures| figures.mission.iter());
+    let of_mission = distinct(of_mission.map(|(name, _)| name));
     let measured = || ended().filter_map(|figures| figures.measures.as_deref());
     // Other sweeps than comparisons measure no run.
     let unmeasured = measured().next().map(|measures| measures.figures());
@@ -213,13 +210,6 @@ pub(crate) mod tests {
         let rows = [complete(0, 4_000), incomplete(1), failed(2)];
         let table = results_table(&design, &rows);
         let csv = String::from_utf8(table.csv().unwrap()).unwrap();
-        let expected = "\
-            run,body.speed_m_s,waste.spills.0.name,seed,outcome,hash,build,sim_time_ms,items_delivered,items_total,reports_made,\
-            report_lateness_mean_ms,report_lateness_max_ms,activations,messages_sent,bytes_sent,messages_received,messages_lost,\
-            faults_armed,faults_hit,fault_hits,reason\n\
-            0,0.5,top,1,complete,00ff,000000000000000a,4000,24,24,2,1.5,3,8,100,2000,190,10,2,1,7,\n\
-            1,1,top,1,time-limit,00ff,000000000000000a,9000,3,24,0,,,8,100,2000,190,10,2,1,7,\n\
-            2,0.25,top,1,failed,,,,,,,,,,,,,,,,,\"no place, \"\"anywhere\"\"\"\n";
-        assert_eq!(csv, expected);
+        insta::assert_snapshot!(csv);
     }
 }

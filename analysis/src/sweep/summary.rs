@@ -8,6 +8,7 @@ use super::design::{Cell, Design, FAULTS, PRESET};
 use super::results::figures_of;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::{Estimate, Interval, estimate, wilson};
+use crate::distinct;
 
 /// The number of distinct values from which a numeric column is divided into classes.
 const MOST_GROUPS: usize = 12;
@@ -30,7 +31,9 @@ pub struct Summary {
 }
 
 impl Summary {
-    fn of<'r>(rows: impl IntoIterator<Item = &'r Row>) -> Self {
+    /// Summarizes runs.
+    #[must_use]
+    pub fn of<'r>(rows: impl IntoIterator<Item = &'r Row>) -> Self {
         let (mut runs, mut ended, mut makespans, mut lateness) = (0, 0, Vec::new(), Vec::new());
         let seconds = |ms: u64| ms as f64 / 1000.0;
         for row in rows {
@@ -60,11 +63,6 @@ impl Summary {
         let ended = self.runs - self.failed;
         (ended > 0).then(|| self.complete as f64 / ended as f64)
     }
-}
-
-#[must_use]
-pub fn overall(rows: &[Row]) -> Summary {
-    Summary::of(rows)
 }
 
 /// Counts faults by kind over all runs that have figures.
@@ -191,12 +189,7 @@ struct Groups {
 
 /// Groups the cells of a column by value. Numbers are sorted; many numbers form classes of about equal size.
 fn groups(cells: &[&Cell]) -> Groups {
-    let mut values: Vec<&Cell> = Vec::new();
-    for cell in cells {
-        if !values.contains(cell) {
-            values.push(cell);
-        }
-    }
+    let mut values: Vec<&Cell> = distinct(cells.iter().copied());
     let numbers: Option<Vec<f64>> = values.iter().map(|cell| cell.number()).collect();
     let mut numbers = numbers.map(|mut numbers| {
         let mut order: Vec<usize> = (0..values.len()).collect();
@@ -254,13 +247,13 @@ mod tests {
     fn failed_runs_count_only_as_failed() {
         let two = [complete(0, 4_000), complete(1, 6_000)];
         let rows = [&two[..], &[incomplete(2), failed(3)]].concat();
-        let summary = overall(&rows);
+        let summary = Summary::of(&rows);
         assert_eq!((summary.runs, summary.failed, summary.complete), (4, 1, 2));
         assert_eq!(summary.share(), Some(2.0 / 3.0));
         assert_eq!(summary.completion, wilson(2, 3));
-        assert_eq!(summary.makespan_s.unwrap().median, 5.0);
-        assert_eq!(summary.lateness_s.unwrap().median, 0.003);
-        let none = overall(&[failed(0)]);
+        assert_eq!(summary.makespan_s.unwrap().0, 5.0);
+        assert_eq!(summary.lateness_s.unwrap().0, 0.003);
+        let none = Summary::of(&[failed(0)]);
         assert_eq!(
             (none.share(), none.makespan_s, none.completion),
             (None, None, (0.0, 1.0))
@@ -322,7 +315,7 @@ mod tests {
     }
 
     fn median(summary: &Summary) -> f64 {
-        summary.makespan_s.unwrap().median
+        summary.makespan_s.unwrap().0
     }
 
     /// Describes the groups of each column, and the medians of each series.

@@ -177,13 +177,8 @@ fn each_command_has_a_manual_page_with_examples_and_exit_statuses() {
         commands.len()
     );
     let run = std::fs::read_to_string(folder.path().join("alliance-run.1")).unwrap();
-    let synopsis = run
-        .split("SYNOPSIS\n")
-        .nth(1)
-        .unwrap()
-        .lines()
-        .next()
-        .unwrap();
+    let (_, synopsis) = run.split_once("SYNOPSIS\n").unwrap();
+    let synopsis = synopsis.lines().next().unwrap();
     assert!(synopsis.contains("[OPTIONS] [SCENARIO|FILE]"), "{synopsis}");
 }
 
@@ -214,34 +209,18 @@ fn offered(script: &str, words: &[&str]) -> Vec<String> {
 #[test]
 fn bash_completes_commands_and_names() {
     let script = completions::script(Shell::Bash, full_command());
-    assert_eq!(offered(&script, &["alliance", "wa"]), ["watch"]);
-    assert_eq!(
-        offered(&script, &["alliance", "run", "--allocator", "cb"]),
-        ["cbaa", "cbba"]
-    );
-    assert_eq!(
-        offered(&script, &["alliance", "run", "parker-b"]),
-        ["parker-box"]
-    );
-    assert_eq!(
-        offered(&script, &["alliance", "fault", "kill", "gol"]),
-        ["gold"]
-    );
-    assert_eq!(
-        offered(&script, &["alliance", "fault", "drop", "--from", "al"]),
-        ["all"]
-    );
-    assert_eq!(
-        offered(&script, &["alliance", "list", "missions", "serv"]),
-        ["service"]
-    );
-    assert_eq!(
-        offered(
-            &script,
-            &["alliance", "cluster", "agent", "--robot", "gree"]
-        ),
-        ["green"]
-    );
+    for (line, expected) in [
+        ("wa", "watch"),
+        ("run --allocator cb", "cbaa cbba"),
+        ("run parker-b", "parker-box"),
+        ("fault kill gol", "gold"),
+        ("fault drop --from al", "all"),
+        ("list missions serv", "service"),
+        ("cluster agent --robot gree", "green"),
+    ] {
+        let words: Vec<&str> = ["alliance"].into_iter().chain(line.split(' ')).collect();
+        assert_eq!(offered(&script, &words).join(" "), expected, "{line}");
+    }
 }
 
 #[test]
@@ -274,13 +253,8 @@ fn fish_completes_positional_names() {
 #[test]
 fn zsh_completes_scenarios_and_files() {
     let script = completions::script(Shell::Zsh, full_command());
-    let function = script.split("_alliance_scenarios() {").nth(1).unwrap();
-    assert!(
-        function
-            .split('}')
-            .next()
-            .unwrap()
-            .contains("files:file:_files")
-    );
+    let (_, function) = script.split_once("_alliance_scenarios() {").unwrap();
+    let (function, _) = function.split_once('}').unwrap();
+    assert!(function.contains("files:file:_files"), "{function}");
     assert!(script.contains(":_alliance_scenarios'"));
 }

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use analysis::table;
 use clap::{Args, Subcommand};
-use comfy_table::{CellAlignment, Table};
+use comfy_table::Table;
 use proto::control::{Armed, Cleared, ControlCommand, FaultStatus, Phase, Reply, schema};
 use scenario::Problem;
 use scenario::fault::Order;
@@ -144,11 +144,7 @@ pub fn in_a_table(faults: &[FaultStatus]) -> Table {
             fault.hits.to_string(),
         ]);
     }
-    for column in 3..=5 {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
+    table::align_right(&mut table, 3..=5);
     table
 }
 

@@ -1,37 +1,23 @@
 //! `alliance list allocators`: the allocators, or the parameters of one.
 
 use analysis::table;
-use anyhow::bail;
-use clap::Args;
 use missions::Registry;
-use scenario::{AllocatorSpec, name_remedy};
+use scenario::AllocatorSpec;
+use scenario::limits::check_known;
 
 use super::parameters::blocks;
 
-/// List the allocators, or the parameters of one
-#[derive(Args, Clone, Debug, Default)]
-pub struct AllocatorsCommand {
-    /// Allocator whose parameters to list
-    #[arg(value_name = "ALLOCATOR")]
-    allocator: Option<String>,
-}
-
-impl AllocatorsCommand {
-    /// Returns the list or the description.
-    pub fn text(&self) -> anyhow::Result<String> {
-        let specs = Registry::current().vocabulary().allocators;
-        let Some(name) = &self.allocator else {
-            let listed = specs.iter().map(|spec| (spec.name, spec.about));
-            return Ok(table::list(listed));
-        };
-        match specs.iter().find(|spec| spec.name == name) {
-            Some(spec) => Ok(description(spec)),
-            None => bail!(
-                "there is no allocator '{name}'; {}",
-                name_remedy(name, specs.iter().map(|spec| spec.name))
-            ),
-        }
-    }
+/// Returns the list, or the description of one allocator.
+pub fn text(name: Option<&str>) -> anyhow::Result<String> {
+    let specs = Registry::current().vocabulary().allocators;
+    let Some(name) = name else {
+        let listed = specs.iter().map(|spec| (spec.name, spec.about));
+        return Ok(table::list(listed));
+    };
+    let names = specs.iter().map(|spec| spec.name);
+    check_known((), "there is no allocator", name, names)?;
+    let wanted = specs.iter().filter(|spec| spec.name == name);
+    Ok(wanted.map(description).collect())
 }
 
 /// Returns the description of an allocator with a block for each parameter.

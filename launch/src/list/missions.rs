@@ -1,39 +1,24 @@
 //! `alliance list missions`: the missions, or the parameters of one.
 
 use analysis::table;
-use anyhow::bail;
-use clap::Args;
 use missions::Registry;
+use scenario::limits::check_known;
 use scenario::mission::registry::Mission;
-use scenario::name_remedy;
 
 use super::parameters::blocks;
 
-/// List the missions, or the parameters of one
-#[derive(Args, Clone, Debug, Default)]
-pub struct MissionsCommand {
-    /// Mission whose parameters to list: the keys of its section in a scenario file
-    #[arg(value_name = "MISSION")]
-    mission: Option<String>,
-}
-
-impl MissionsCommand {
-    /// Returns the list or the description.
-    pub fn text(&self) -> anyhow::Result<String> {
-        let missions = Registry::current().vocabulary().missions;
-        let Some(name) = &self.mission else {
-            let listed = missions.iter();
-            let listed = listed.map(|mission| (mission.name(), mission.about()));
-            return Ok(table::list(listed));
-        };
-        match missions.iter().find(|mission| mission.name() == name) {
-            Some(mission) => Ok(description(*mission)),
-            None => bail!(
-                "there is no mission '{name}'; {}",
-                name_remedy(name, missions.iter().map(|mission| mission.name()))
-            ),
-        }
-    }
+/// Returns the list, or the description of one mission.
+pub fn text(name: Option<&str>) -> anyhow::Result<String> {
+    let missions = Registry::current().vocabulary().missions;
+    let Some(name) = name else {
+        let listed = missions.iter();
+        let listed = listed.map(|mission| (mission.name(), mission.about()));
+        return Ok(table::list(listed));
+    };
+    let names = missions.iter().map(|mission| mission.name());
+    check_known((), "there is no mission", name, names)?;
+    let wanted = missions.iter().filter(|mission| mission.name() == name);
+    Ok(wanted.copied().map(description).collect())
 }
 
 /// Returns the description of a mission with a block for each parameter.

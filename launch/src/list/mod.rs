@@ -10,11 +10,9 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use terminal::fail;
+use world_server::size::SizeArgs;
 
-use allocators::AllocatorsCommand;
-use missions::MissionsCommand;
 use runs::RunsCommand;
-use scenarios::ScenariosCommand;
 
 /// List scenarios, allocators, missions and runs, or describe one
 #[derive(Args, Clone, Debug)]
@@ -26,11 +24,22 @@ pub struct ListCommand {
 #[derive(Subcommand, Clone, Debug)]
 enum What {
     /// List the built-in scenarios, or print one
-    Scenarios(ScenariosCommand),
+    Scenarios {
+        /// Scenario to print with its comments, as a start for your own
+        scenario: Option<String>,
+        #[command(flatten)]
+        size: SizeArgs,
+    },
     /// List the allocators, or the parameters of one
-    Allocators(AllocatorsCommand),
+    Allocators {
+        /// Allocator whose parameters to list
+        allocator: Option<String>,
+    },
     /// List the missions, or the parameters of one
-    Missions(MissionsCommand),
+    Missions {
+        /// Mission whose parameters to list: the keys of its section in a scenario file
+        mission: Option<String>,
+    },
     /// List live and recorded runs, newest first
     Runs(RunsCommand),
 }
@@ -41,9 +50,16 @@ impl ListCommand {
     pub fn run(&self) -> ExitCode {
         let (name, text, status) = match &self.what {
             None => ("list", everything(), 3),
-            Some(What::Scenarios(command)) => ("list scenarios", command.text(), 2),
-            Some(What::Allocators(command)) => ("list allocators", command.text(), 2),
-            Some(What::Missions(command)) => ("list missions", command.text(), 2),
+            Some(What::Scenarios { scenario, size }) => {
+                let text = scenarios::text(scenario.as_deref(), size);
+                ("list scenarios", text, 2)
+            }
+            Some(What::Allocators { allocator }) => {
+                ("list allocators", allocators::text(allocator.as_deref()), 2)
+            }
+            Some(What::Missions { mission }) => {
+                ("list missions", missions::text(mission.as_deref()), 2)
+            }
             Some(What::Runs(command)) => ("list runs", command.text(), 3),
         };
         let command = format!("alliance {name}");
@@ -59,15 +75,15 @@ fn everything() -> anyhow::Result<String> {
     let lists = [
         (
             "Scenarios: alliance run SCENARIO",
-            ScenariosCommand::default().text()?,
+            scenarios::text(None, &SizeArgs::default())?,
         ),
         (
             "Allocators: alliance run --allocator ALLOCATOR",
-            AllocatorsCommand::default().text()?,
+            allocators::text(None)?,
         ),
         (
             "Missions: mission = \"MISSION\" in a scenario",
-            MissionsCommand::default().text()?,
+            missions::text(None)?,
         ),
         ("Runs: alliance watch RUN", RunsCommand::default().text()?),
     ];

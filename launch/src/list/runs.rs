@@ -42,6 +42,20 @@ struct Listed {
     hash: Option<String>,
 }
 
+impl Listed {
+    /// Creates an entry of a run of which only the state is known.
+    fn new(run: String, state: String) -> Self {
+        Self {
+            run,
+            state,
+            scenario: None,
+            seed: None,
+            sim_time_ms: None,
+            hash: None,
+        }
+    }
+}
+
 #[derive(Deserialize)]
 struct Log {
     outcome: String,
@@ -96,29 +110,16 @@ fn live() -> anyhow::Result<Vec<Listed>> {
 }
 
 fn describe(run: &Rendezvous, runtime: &Runtime) -> Listed {
-    let unknown = |state: &str| Listed {
-        run: run.run.clone(),
-        state: state.to_owned(),
-        scenario: None,
-        seed: None,
-        sim_time_ms: None,
-        hash: None,
-    };
+    let unknown = |state: &str| Listed::new(run.run.clone(), state.to_owned());
     if OsProcess::find(run.pid).is_some_and(|world| world.is_stopped) {
         return unknown("live, its world is stopped");
     }
     match runtime.block_on(send_command(run.clone(), ControlCommand::Status)) {
         Ok(Reply::Status(status)) => Listed {
-            state: if status.clock.paused {
-                "live, paused"
-            } else {
-                "live"
-            }
-            .to_owned(),
             scenario: Some(status.scenario),
             seed: Some(status.seed),
             sim_time_ms: Some(status.t_ms),
-            ..unknown("")
+            ..unknown(["live", "live, paused"][usize::from(status.clock.paused)])
         },
         _ => unknown("live, does not answer"),
     }
@@ -148,28 +149,21 @@ fn logs(folder: &Path) -> anyhow::Result<Vec<Listed>> {
 }
 
 fn log(path: &Path, text: &[u8]) -> Listed {
-    let run = path.display().to_string();
-    match serde_json::from_slice::<Log>(text) {
-        Ok(log) => Listed {
-            run,
-            state: match log.outcome.as_str() {
-                // The run is live, or its world was killed.
-                "running" => "without an end".to_owned(),
-                _ => log.outcome,
-            },
-            scenario: Some(log.scenario.name),
-            seed: Some(log.seed),
-            sim_time_ms: Some(log.result.sim_time_ms),
-            hash: log.hash,
-        },
-        Err(_) => Listed {
-            run,
-            state: "run.json cannot be read".to_owned(),
-            scenario: None,
-            seed: None,
-            sim_time_ms: None,
-            hash: None,
-        },
+    let listed = |state| Listed::new(path.display().to_string(), state);
+    let Ok(log) = serde_json::from_slice::<Log>(text) else {
+        return listed("run.json cannot be read".to_owned());
+    };
+    let state = match log.outcome.as_str() {
+        // The run is live, or its world was killed.
+        "running" => "without an end".to_owned(),
+        _ => log.outcome,
+    };
+    Listed {
+        scenario: Some(log.scenario.name),
+        seed: Some(log.seed),
+        sim_time_ms: Some(log.result.sim_time_ms),
+        hash: log.hash,
+        ..listed(state)
     }
 }
 

@@ -84,98 +84,72 @@ impl AccessControl {
 
 #[cfg(test)]
 mod tests {
+    use axum::http::{HeaderName, HeaderValue};
+
     use super::*;
 
-    const TOKEN: &str = "0123456789abcdef";
-
-    #[track_caller]
-    fn check(request: &str, headers: &[(&str, &str)], expected: Result<(), AccessError>) {
-        let gate = AccessControl::new(4711, TOKEN.to_owned());
-        let (method, path) = request.split_once(' ').unwrap();
-        let mut map = HeaderMap::new();
-        for (name, value) in headers {
-            let name: axum::http::HeaderName = name.parse().unwrap();
-            map.append(name, value.parse().unwrap());
-        }
-        assert_eq!(
-            gate.check(&method.parse().unwrap(), path, &map),
-            expected,
-            "{request} {headers:?}"
-        );
+    /// Returns a header by its name in the test, such as `evil-origin`.
+    fn header(word: &str) -> (HeaderName, HeaderValue) {
+        let (name, value) = match word {
+            "host" => (HOST, "127.0.0.1:4711"),
+            "localhost" => (HOST, "localhost:4711"),
+            "evil-host" => (HOST, "evil.example:4711"),
+            "other-port" => (HOST, "127.0.0.1:80"),
+            "origin" => (ORIGIN, "http://127.0.0.1:4711"),
+            "evil-origin" => (ORIGIN, "http://evil.example:4711"),
+            "null-origin" => (ORIGIN, "null"),
+            "https-origin" => (ORIGIN, "https://127.0.0.1:4711"),
+            "port-origin" => (ORIGIN, "http://127.0.0.1:4712"),
+            "token" => (AUTHORIZATION, "Bearer 0123456789abcdef"),
+            "no-token" => (AUTHORIZATION, "Bearer "),
+            "upgrade" => (UPGRADE, "websocket"),
+            "protocol" => (SEC_WEBSOCKET_PROTOCOL, "alliance, 0123456789abcdef"),
+            "bare-protocol" => (SEC_WEBSOCKET_PROTOCOL, "alliance"),
+            other => panic!("{other}"),
+        };
+        (name, HeaderValue::from_static(value))
     }
 
     #[test]
-    fn the_page_itself_passes() {
-        let host = ("host", "127.0.0.1:4711");
-        let bearer = ("authorization", "Bearer 0123456789abcdef");
-        let origin = ("origin", "http://127.0.0.1:4711");
-        check("GET /", &[host], Ok(()));
-        check("GET /assets/main.js", &[("host", "localhost:4711")], Ok(()));
-        check("GET /api/run", &[host, bearer], Ok(()));
-        check("POST /api/control", &[host, bearer, origin], Ok(()));
-        let upgrade = ("upgrade", "websocket");
-        let protocol = ("sec-websocket-protocol", "alliance, 0123456789abcdef");
-        check("GET /api/live", &[host, upgrade, origin, protocol], Ok(()));
-    }
-
-    #[test]
-    fn requests_without_the_token_are_refused() {
-        let host = ("host", "127.0.0.1:4711");
-        let origin = ("origin", "http://127.0.0.1:4711");
-        let refused = Err(AccessError::Token);
-        check("GET /api/run", &[host], refused);
-        check(
-            "GET /api/run",
-            &[host, ("authorization", "Bearer ")],
-            refused,
-        );
-        check("POST /api/control", &[host, origin], refused);
-        let protocol = ("sec-websocket-protocol", "alliance");
-        check(
-            "GET /api/live",
-            &[host, origin, ("upgrade", "websocket"), protocol],
-            refused,
-        );
-    }
-
-    #[test]
-    fn other_origins_are_refused_even_with_the_token() {
-        let host = ("host", "127.0.0.1:4711");
-        let bearer = ("authorization", "Bearer 0123456789abcdef");
-        let refused = Err(AccessError::Origin);
-        for origin in [
-            "http://evil.example",
-            "null",
-            "https://127.0.0.1:4711",
-            "http://127.0.0.1:4712",
-        ] {
-            check(
+    fn only_the_page_itself_passes() {
+        use AccessError::{Host, Origin, Token};
+        let gate = AccessControl::new(4711, "0123456789abcdef".to_owned());
+        for (request, words, expected) in [
+            ("GET /", "host", Ok(())),
+            ("GET /assets/main.js", "localhost", Ok(())),
+            ("GET /api/run", "host token", Ok(())),
+            ("POST /api/control", "host token origin", Ok(())),
+            ("GET /api/live", "host upgrade origin protocol", Ok(())),
+            ("GET /api/run", "host", Err(Token)),
+            ("GET /api/run", "host no-token", Err(Token)),
+            ("POST /api/control", "host origin", Err(Token)),
+            (
+                "GET /api/live",
+                "host origin upgrade bare-protocol",
+                Err(Token),
+            ),
+            // Other origins are refused even with the token.
+            ("POST /api/control", "host token evil-origin", Err(Origin)),
+            ("POST /api/control", "host token null-origin", Err(Origin)),
+            ("POST /api/control", "host token https-origin", Err(Origin)),
+            ("POST /api/control", "host token port-origin", Err(Origin)),
+            ("POST /api/control", "host token", Err(Origin)),
+            ("GET /api/run", "host token evil-origin", Err(Origin)),
+            ("GET /api/live", "host upgrade protocol", Err(Origin)),
+            // Another name for this machine.
+            ("GET /", "evil-host", Err(Host)),
+            (
                 "POST /api/control",
-                &[host, bearer, ("origin", origin)],
-                refused,
-            );
-            check("GET /api/run", &[host, bearer, ("origin", origin)], refused);
+                "evil-host evil-origin token",
+                Err(Host),
+            ),
+            ("GET /", "", Err(Host)),
+            ("GET /", "other-port", Err(Host)),
+        ] {
+            let (method, path) = request.split_once(' ').unwrap();
+            let headers = words.split_whitespace().map(header).collect();
+            let found = gate.check(&method.parse().unwrap(), path, &headers);
+            assert_eq!(found, expected, "{request} {words}");
         }
-        check("POST /api/control", &[host, bearer], refused);
-        let protocol = ("sec-websocket-protocol", "alliance, 0123456789abcdef");
-        check(
-            "GET /api/live",
-            &[host, ("upgrade", "websocket"), protocol],
-            refused,
-        );
-    }
-
-    #[test]
-    fn another_name_for_this_machine_is_refused() {
-        let bearer = ("authorization", "Bearer 0123456789abcdef");
-        let evil = [
-            ("host", "evil.example:4711"),
-            ("origin", "http://evil.example:4711"),
-            bearer,
-        ];
-        check("GET /", &evil[..1], Err(AccessError::Host));
-        check("POST /api/control", &evil, Err(AccessError::Host));
-        check("GET /", &[], Err(AccessError::Host));
-        check("GET /", &[("host", "127.0.0.1:80")], Err(AccessError::Host));
     }
 }

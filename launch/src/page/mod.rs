@@ -60,48 +60,22 @@ fn node(command: &mut std::process::Command, file: &str) {
 mod tests {
     use std::process::Command;
 
+    /// The curves, the faults, marks, skills, columns and events of a mission, the end of a run, cut links, and the
+    /// player of a log.
     #[test]
-    fn the_page_draws_curves() {
-        super::node(&mut Command::new("node"), "curves.test.js");
-    }
-
-    #[test]
-    fn the_page_offers_the_faults_of_the_mission() {
-        super::node(&mut Command::new("node"), "own_faults.test.js");
-    }
-
-    #[test]
-    fn the_page_shows_the_work_that_is_left() {
-        super::node(&mut Command::new("node"), "marks.test.js");
-    }
-
-    #[test]
-    fn the_page_tells_the_end_of_a_run_from_that_of_its_server() {
-        super::node(&mut Command::new("node"), "state.test.js");
-    }
-
-    #[test]
-    fn the_page_names_cut_links() {
-        super::node(&mut Command::new("node"), "links.test.js");
-    }
-
-    #[test]
-    fn the_page_has_the_skills_and_kinds_of_the_mission() {
-        super::node(&mut Command::new("node"), "skills.test.js");
-    }
-
-    #[test]
-    fn a_log_is_played_at_thirty_views_per_second() {
-        super::node(&mut Command::new("node"), "player.test.js");
-    }
-
-    #[test]
-    fn the_page_writes_the_command_of_a_branch() {
-        super::node(&mut Command::new("node"), "branch.test.js");
-    }
-
-    #[test]
-    fn the_page_shows_the_columns_and_events_of_the_mission() {
-        super::node(&mut Command::new("node"), "mission.test.js");
+    fn the_tests_of_the_page_succeed() {
+        for file in [
+            "curves",
+            "own_faults",
+            "marks",
+            "state",
+            "links",
+            "skills",
+            "player",
+            "mission",
+            "branch",
+        ] {
+            super::node(&mut Command::new("node"), &format!("{file}.test.js"));
+        }
     }
 }

@@ -6,7 +6,7 @@ use analysis::interrupted::INTERRUPTED_STATUS;
 use analysis::report::takeovers::loss_takeovers;
 use analysis::sweep::shell_quoted;
 use analysis::table;
-use comfy_table::{CellAlignment, Table};
+use comfy_table::Table;
 use missions::Registry;
 use proto::control::FaultStatus;
 use proto::tick::Outcome;
@@ -195,13 +195,8 @@ fn robots(plan: &RunPlan, run: &RunFile) -> Table {
             figures.incarnations.to_string(),
             figures.activations.to_string(),
         ];
-        let values = mission_names
-            .iter()
-            .map(|name| match figures.mission.get(name) {
-                FigureValue::Count(count) => count.to_string(),
-                FigureValue::Real(number) => format!("{number:.2}"),
-                FigureValue::None => "–".to_owned(),
-            });
+        let values = mission_names.iter();
+        let values = values.map(|name| table::figure(figures.mission.get(name)));
         let messages = [
             figures.messages_sent,
             figures.messages_received,
@@ -216,9 +211,7 @@ fn robots(plan: &RunPlan, run: &RunFile) -> Table {
                 .chain(messages),
         );
     }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
+    table::align_right(&mut table, 1..);
     table
 }
 

@@ -18,7 +18,7 @@ use crate::sweep::sampling::{Distribution, draw};
 pub(super) struct Leaf {
     pub(super) at: KeyPath,
     pub(super) path: Vec<String>,
-    value: Value,
+    pub(super) value: Value,
 }
 
 /// One setting of a factor, which is validated by itself.
@@ -40,36 +40,35 @@ pub(super) fn path(text: &str) -> Vec<String> {
     text.split('.').map(str::to_owned).collect()
 }
 
-/// Returns all values below a table in line order. Keys may be nested tables or dotted, also within quotes. A table for which
-/// `ends` is true is a value itself.
+/// Returns all values below a table in line order, as [`leaves_below`].
 pub(super) fn leaves(
     file: &TomlFile<'_>,
     at: &KeyPath,
     table: toml::Table,
     ends: fn(&toml::Table) -> bool,
 ) -> Vec<Leaf> {
-    fn collect(
-        at: &KeyPath,
-        way: &[String],
-        table: toml::Table,
-        ends: fn(&toml::Table) -> bool,
-        found: &mut Vec<Leaf>,
-    ) {
-        for (name, value) in table {
-            let at = at.key(&name);
-            let path = [way, &path(&name)].concat();
-            match value {
-                Value::Table(table) if !ends(&table) => {
-                    collect(&at, &path, table, ends, found);
-                }
-                value => found.push(Leaf { at, path, value }),
-            }
-        }
-    }
-    let mut found = Vec::new();
-    collect(at, &[], table, ends, &mut found);
+    let mut found = leaves_below(at, &[], table, ends);
     found.sort_by_cached_key(|leaf| (file.line_of(&leaf.at), leaf.path.clone()));
     found
+}
+
+/// Returns all values below a table. Keys may be nested tables or dotted, also within quotes. A table for which `ends` is
+/// true is a value itself.
+pub(super) fn leaves_below(
+    at: &KeyPath,
+    way: &[String],
+    table: toml::Table,
+    ends: fn(&toml::Table) -> bool,
+) -> Vec<Leaf> {
+    let below = table.into_iter().flat_map(|(name, value)| {
+        let at = at.key(&name);
+        let path = [way, &path(&name)].concat();
+        match value {
+            Value::Table(table) if !ends(&table) => leaves_below(&at, &path, table, ends),
+            value => vec![Leaf { at, path, value }],
+        }
+    });
+    below.collect()
 }
 
 pub(super) fn grid(

@@ -11,6 +11,7 @@ use toml::Value;
 use super::factors::{CheckedSetting, leaves, path};
 use super::file::MissionFile;
 use super::{table_of, vocabulary};
+use crate::distinct;
 use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, MISSION, apply_change};
 
 /// The largest amount of work in a scaled mission.
@@ -112,13 +113,7 @@ fn classes(
             .map(move |class| (file.line_of(["missions", name, "faults", class]), class))
     });
     let all: BTreeSet<(usize, &String)> = for_all.chain(for_one).collect();
-    let mut classes: Vec<String> = Vec::new();
-    for (_, class) in all {
-        if !classes.contains(class) {
-            classes.push(class.clone());
-        }
-    }
-    classes
+    distinct(all.into_iter().map(|(_, class)| class.clone()))
 }
 
 fn base(

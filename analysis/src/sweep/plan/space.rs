@@ -236,16 +236,12 @@ mod tests {
     }
 
     #[test]
-    fn invalid_bounds_are_refused() {
-        let error = |range: &Range| Parameter::new("a", range, &[]).unwrap_err().to_string();
-        assert!(error(&range(5.0, 5.0, false, None)).starts_with("the lower bound 5 is not below"));
-        assert!(error(&range(6.0, 5.0, false, None)).starts_with("the lower bound 6 is not below"));
-        assert!(error(&range(0.0, 5.0, true, None)).contains("no logarithm"));
-        assert!(error(&range(1.0, 5.0, true, Some("b"))).contains("none of the parameters above"));
+    fn words_are_no_bounds() {
         let words = Range {
             from: Value::String("low".to_owned()),
             ..range(0.0, 1.0, false, None)
         };
-        assert!(error(&words).contains("are not numbers"));
+        let error = Parameter::new("a", &words, &[]).unwrap_err().to_string();
+        assert!(error.contains("are not numbers"), "{error}");
     }
 }

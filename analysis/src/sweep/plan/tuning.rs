@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use scenario::{KeyPath, Problem};
 use serde::Deserialize;
 
+use super::factors::{Leaf, leaves_below};
 use super::seeds::Seeds;
 use super::space::Range;
 
@@ -45,38 +46,17 @@ impl SearchSettings {
     /// # Errors
     /// Returns the key whose bounds cannot be read, and the problem.
     pub fn ranges(&self, allocator: &str) -> Result<Vec<(String, Range)>, Problem> {
-        fn collect(
-            way: &str,
-            table: &toml::Table,
-            found: &mut Vec<(String, Range)>,
-        ) -> Result<(), Problem> {
-            for (name, value) in table {
-                let key = if way.is_empty() {
-                    name.clone()
-                } else {
-                    format!("{way}.{name}")
-                };
-                match value {
-                    toml::Value::Table(below)
-                        if !["from", "to"].iter().any(|end| below.contains_key(*end)) =>
-                    {
-                        collect(&key, below, found)?;
-                    }
-                    value => {
-                        let range = value.clone().try_into();
-                        let range = range.map_err(|error: toml::de::Error| {
-                            let at = KeyPath::verbatim(&key);
-                            Problem::at(at, error.message(), "write { from = 1.0, to = 10.0 }")
-                        })?;
-                        found.push((key, range));
-                    }
-                }
-            }
-            Ok(())
-        }
+        let table = self.parameters.get(allocator).cloned().unwrap_or_default();
+        let is_range = |table: &toml::Table| table.contains_key("from") || table.contains_key("to");
         let mut found = Vec::new();
-        if let Some(table) = self.parameters.get(allocator) {
-            collect("", table, &mut found)?;
+        for Leaf { path, value, .. } in leaves_below(&KeyPath::default(), &[], table, is_range) {
+            let key = path.join(".");
+            let range: Result<Range, _> = value.try_into();
+            let range = range.map_err(|error: toml::de::Error| {
+                let at = KeyPath::verbatim(&key);
+                Problem::at(at, error.message(), "write { from = 1.0, to = 10.0 }")
+            })?;
+            found.push((key, range));
         }
         // A parameter that is a multiple of another one comes after it.
         found.sort_by_key(|(_, range)| range.times.is_some());

@@ -32,7 +32,7 @@ fn log_of(messages: Vec<AllocationMessage>) -> MemoryLog {
 
 fn rows_of(memory: MemoryLog) -> Vec<AllocationMessageRow> {
     let run = log(LogLevel::Full, &sample()).0;
-    let log = RunLog::from_tables(Path::new(""), run, memory.tables);
+    let log = read(run, memory);
     log.rows().unwrap()
 }
 
@@ -117,28 +117,8 @@ fn every_kind_of_message_has_its_columns() {
             ..CoalitionPartition::default()
         }),
     ]);
-    let setup = default_setup(7);
-    let task = setup.catalog.task_name(task);
-    let blue = setup.roster.name(BLUE);
-    let gold = setup.roster.name(GOLD);
-    let expected = format!(
-        "t_ms,sender,incarnation,seq,kind,task,slot,robot,bid,round_ms,time_ms,auction,evolution,stamp,detail\n\
-         50,{gold},2,7,open,,,,,,,,,,mine/bid 001fff\n\
-         50,{gold},2,8,eligibility,{task},,{gold},0.25,20,,,,,\n\
-         50,{gold},2,9,announce,{task},,,,20,100,{blue}/1/3,,,\n\
-         50,{gold},2,10,bid,{task},,{gold},0.75,20,,{blue}/1/3,,,\n\
-         50,{gold},2,11,renew,{task},,{blue},,20,,{blue}/1/3,,,\n\
-         50,{gold},2,12,ack,{task},,{gold},,20,,{blue}/1/3,,,ongoing; progress 4\n\
-         50,{gold},2,13,belief,{task},1,{blue},0.5,20,,,,,\n\
-         50,{gold},2,13,belief,{task},1,,,20,,,,,\n\
-         50,{gold},2,13,news,,1,{blue},,,20,,,,block 0\n\
-         50,{gold},2,14,delta,{task},0,{blue},0.5,20,40,,,,\n\
-         50,{gold},2,15,deltas,,,,,,,,,,\n\
-         50,{gold},2,16,member,{task},,{blue},,,45,,9,0.125,part 1 of 1\n\
-         50,{gold},2,17,member,?,,?,,,0,,0,0,part 1 of 0\n"
-    );
     let table = Table::AllocationMessages;
-    assert_eq!(str::from_utf8(&memory.tables[&table]).unwrap(), expected);
+    insta::assert_snapshot!(str::from_utf8(&memory.tables[&table]).unwrap());
     let seal = "\n50,1,world,allocation_messages.csv,";
     assert!(
         str::from_utf8(&memory.tables[&Table::Ticks])

@@ -2,7 +2,6 @@
 
 use super::*;
 use scenario::mission::TeamFigures;
-use scenario::testkit::default_setup;
 
 #[test]
 fn figures_of_the_sample() {
@@ -32,11 +31,6 @@ fn figures_of_the_sample() {
 
 #[test]
 fn figures_of_the_mission_are_among_the_others_and_come_back() {
-    let mut recorder =
-        Recorder::new(&default_setup(7), LogLevel::Off, MemoryLog::default()).unwrap();
-    for tick in sample() {
-        tick.record(&mut recorder).unwrap();
-    }
     let mut figures = TeamFigures::new(3);
     figures.mission.add("items.delivered", 1_u32);
     figures.mission.add("report_lateness_mean_ms", None::<f64>);
@@ -45,32 +39,25 @@ fn figures_of_the_mission_are_among_the_others_and_come_back() {
         figures,
         ..Ending::default()
     };
-    let run = recorder.finish(Outcome::TimeLimit, ending).unwrap();
-    let text = &recorder.sink().documents[&Document::Run];
+    let (run, memory) = log_with(LogLevel::Off, &sample(), ending);
+    let text = &memory.documents[&Document::Run];
     let json: serde_json::Value = serde_json::from_str(text).unwrap();
     let result = &json["result"];
     assert_eq!(result["items"]["delivered"], 1);
     assert!(result["report_lateness_mean_ms"].is_null());
     assert_eq!(result["robots"]["gold"]["reports_made"], 1);
-    assert_eq!(
-        RunFile::parse(text.as_bytes(), &scenario::testkit::vocabulary()).unwrap(),
-        run
-    );
+    let vocabulary = scenario::testkit::vocabulary();
+    assert_eq!(RunFile::parse(text.as_bytes(), &vocabulary).unwrap(), run);
 }
 
 /// Blue has completed one task, according to the counting column.
 #[test]
 fn completed_work_is_counted_if_the_mission_has_no_figures() {
-    let mut recorder =
-        Recorder::new(&default_setup(7), LogLevel::Off, MemoryLog::default()).unwrap();
-    for tick in sample() {
-        tick.record(&mut recorder).unwrap();
-    }
     let ending = Ending {
         figures: TeamFigures::new(3),
         ..Ending::default()
     };
-    let run = recorder.finish(Outcome::TimeLimit, ending).unwrap();
+    let (run, _) = log_with(LogLevel::Off, &sample(), ending);
     let done = |robot: &str| run.result.robots[robot].mission.count("done");
     assert_eq!((done("blue"), done("gold")), (1, 0));
 }

@@ -10,7 +10,7 @@ use super::*;
 /// Returns the hashes of ticks.csv by (tick, robot, section), without those of tables and of the run.
 fn hashes(ticks: &[OwnedTick]) -> BTreeMap<(Tick, String, String), u64> {
     let (run, memory) = log(LogLevel::Full, ticks);
-    let log = RunLog::from_tables(Path::new(""), run, memory.tables);
+    let log = read(run, memory);
     let rows: Vec<TickRow> = log.rows().unwrap();
     rows.into_iter()
         .filter(|row| row.section != RUN_SECTION && !row.section.contains('.'))
@@ -108,79 +108,77 @@ fn every_bit_of_a_float_counts() {
 
 #[test]
 fn every_part_counts_in_its_section() {
-    let readings = ["blue readings"];
-    assert_eq!(
-        changed(|tick| tick.blue().0.mission = SensorReading::Nothing),
-        readings
-    );
-    assert_eq!(
-        changed(|tick| tick.blue().0.pose = Some(Pose::default())),
-        readings
-    );
-
-    let commands = ["blue commands"];
-    assert_eq!(
-        changed(
-            |tick| tick.blue().1.actuation.action = Action::Open(proto::mission::Bytes::default())
+    type Change = fn(&mut OwnedTick);
+    fn received(tick: &mut OwnedTick) -> &mut Reception {
+        &mut tick.blue().1.receptions[0]
+    }
+    fn summary(tick: &mut OwnedTick) -> &mut BroadcastSummary {
+        received(tick).content.as_mut().unwrap()
+    }
+    let stall = |tick: &mut OwnedTick| {
+        tick.inputs.push(Input::StallBegin {
+            robot: "gold".to_owned(),
+            scripted: false,
+        });
+    };
+    let open = |tick: &mut OwnedTick| {
+        tick.blue().1.actuation.action = Action::Open(proto::mission::Bytes::default());
+    };
+    let sections: [(&str, &[Change]); 7] = [
+        (
+            "blue readings",
+            &[
+                |tick| tick.blue().0.mission = SensorReading::Nothing,
+                |tick| tick.blue().0.pose = Some(Pose::default()),
+            ],
         ),
-        commands
-    );
-
-    let messages = ["blue messages"];
-    assert_eq!(changed(|tick| tick.blue().1.broadcasts ^= 1), messages);
-    assert_eq!(
-        changed(|tick| tick.blue().1.receptions[0].at.0 ^= 1),
-        messages
-    );
-    assert_eq!(
-        changed(|tick| tick.blue().1.receptions[0].delivery = Delivery::Lost),
-        messages
-    );
-    let summary = |change: fn(&mut BroadcastSummary)| {
-        changed(move |tick| change(tick.blue().1.receptions[0].content.as_mut().unwrap()))
-    };
-    assert_eq!(summary(|summary| summary.seq ^= 1), messages);
-    assert_eq!(summary(|summary| summary.state = None), messages);
-    assert_eq!(summary(|summary| summary.progress = Some(5)), messages);
-
-    let motivations = ["blue motivations"];
-    assert_eq!(
-        changed(|tick| tick.blue().1.motivations[0].acquiescence ^= true),
-        motivations
-    );
-    assert_eq!(
-        changed(|tick| tick.blue().1.changes[0].reason = Reason::WaitOver),
-        motivations
-    );
-    assert_eq!(
-        changed(|tick| tick.blue().1.notes[0].detail.push('.')),
-        motivations
-    );
-
-    let events = ["world events"];
-    assert_eq!(
-        changed(|tick| tick.events[0].kind = EventKind::Mission("dropped")),
-        events
-    );
-    assert_eq!(changed(|tick| tick.events[0].robot = None), events);
-    assert_eq!(changed(|tick| tick.events[0].subject.push('1')), events);
-    assert_eq!(changed(|tick| tick.events[0].reason.push('1')), events);
-    assert_eq!(changed(|tick| tick.events[0].detail.push('1')), events);
-    assert_eq!(changed(|tick| tick.events.clear()), events);
-
-    let state = ["world state"];
-    assert_eq!(changed(|tick| tick.robots[0].0.carrying ^= true), state);
-    assert_eq!(changed(|tick| tick.robots[0].0.active = None), state);
-    assert_eq!(changed(|tick| tick.robots[0].0.energy_j = None), state);
-    assert_eq!(changed(|tick| tick.mission_state ^= 1), state);
-
-    assert_eq!(changed(|tick| tick.inputs.clear()), ["world inputs"]);
-    let stall = || Input::StallBegin {
-        robot: "gold".to_owned(),
-        scripted: false,
-    };
-    assert_eq!(changed(|tick| tick.inputs.push(stall())), ["world inputs"]);
-
+        ("blue commands", &[open]),
+        (
+            "blue messages",
+            &[
+                |tick| tick.blue().1.broadcasts ^= 1,
+                |tick| received(tick).at.0 ^= 1,
+                |tick| received(tick).delivery = Delivery::Lost,
+                |tick| summary(tick).seq ^= 1,
+                |tick| summary(tick).state = None,
+                |tick| summary(tick).progress = Some(5),
+            ],
+        ),
+        (
+            "blue motivations",
+            &[
+                |tick| tick.blue().1.motivations[0].acquiescence ^= true,
+                |tick| tick.blue().1.changes[0].reason = Reason::WaitOver,
+                |tick| tick.blue().1.notes[0].detail.push('.'),
+            ],
+        ),
+        (
+            "world events",
+            &[
+                |tick| tick.events[0].kind = EventKind::Mission("dropped"),
+                |tick| tick.events[0].robot = None,
+                |tick| tick.events[0].subject.push('1'),
+                |tick| tick.events[0].reason.push('1'),
+                |tick| tick.events[0].detail.push('1'),
+                |tick| tick.events.clear(),
+            ],
+        ),
+        (
+            "world state",
+            &[
+                |tick| tick.robots[0].0.carrying ^= true,
+                |tick| tick.robots[0].0.active = None,
+                |tick| tick.robots[0].0.energy_j = None,
+                |tick| tick.mission_state ^= 1,
+            ],
+        ),
+        ("world inputs", &[|tick| tick.inputs.clear(), stall]),
+    ];
+    for (section, changes) in sections {
+        for (number, change) in changes.iter().enumerate() {
+            assert_eq!(changed(change), [section], "{section} {number}");
+        }
+    }
     let gold = [
         "gold commands",
         "gold messages",

@@ -60,7 +60,7 @@ fn text_lines(bytes: &[u8]) -> usize {
 fn rows(ticks: &[OwnedTick]) -> Vec<(u64, String, u64, String)> {
     let (run, memory) = log(LogLevel::Full, ticks);
     let lines = text_lines(&memory.tables[&Table::Messages]);
-    let log = RunLog::from_tables(Path::new(""), run, memory.tables);
+    let log = read(run, memory);
     let last = log.last.expect("a seal");
     assert_eq!(last.tick, ticks.len() as u64 - 1);
     assert_eq!(Some(format!("{:016x}", last.hash)), log.run.hash);

@@ -92,14 +92,21 @@ fn header(table: Table) -> &'static str {
 
 /// Logs a run that ends after these ticks.
 fn log(level: LogLevel, ticks: &[OwnedTick]) -> (RunFile, MemoryLog) {
+    log_with(level, ticks, Ending::default())
+}
+
+fn log_with(level: LogLevel, ticks: &[OwnedTick], ending: Ending) -> (RunFile, MemoryLog) {
     let mut recorder = Recorder::new(&default_setup(7), level, MemoryLog::default()).unwrap();
     for tick in ticks {
         tick.record(&mut recorder).unwrap();
     }
-    let run = recorder
-        .finish(Outcome::TimeLimit, Ending::default())
-        .unwrap();
+    let run = recorder.finish(Outcome::TimeLimit, ending).unwrap();
     (run, recorder.into_sink())
+}
+
+/// Reads a log in memory.
+fn read(run: RunFile, memory: MemoryLog) -> RunLog {
+    RunLog::from_tables(Path::new(""), run, memory.tables)
 }
 
 fn report(robot: RobotId, tick: Tick) -> Report {

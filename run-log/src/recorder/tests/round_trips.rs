@@ -10,7 +10,7 @@ fn written(change: impl FnOnce(&mut OwnedTick)) -> RunLog {
     let mut ticks = sample();
     change(&mut ticks[1]);
     let (run, memory) = log(LogLevel::Full, &ticks);
-    RunLog::from_tables(Path::new(""), run, memory.tables)
+    read(run, memory)
 }
 
 proptest! {

@@ -197,7 +197,7 @@ proptest! {
                 recorder.into_sink().memory
             }
         };
-        let torn = RunLog::from_tables(Path::new(""), run, memory.tables);
+        let torn = read(run, memory);
         let ticks_left = torn.last.map_or(0, |seal| seal.tick as usize + 1);
         // Everything flushed is present, except ticks that a summary had not sealed yet.
         let second = |tick: usize| ticks[tick].now.0 / 1000;
@@ -205,7 +205,7 @@ proptest! {
         let sealed = (0..flushed).rev().find(is_sealed);
         prop_assert!(ticks_left >= sealed.map_or(0, |tick| tick + 1));
         let (run, memory) = log(level, &ticks[..ticks_left]);
-        let expected = RunLog::from_tables(Path::new(""), run, memory.tables);
+        let expected = read(run, memory);
         prop_assert_eq!(torn.last, expected.last);
         prop_assert_eq!(all_rows(&torn), all_rows(&expected));
     }
@@ -256,12 +256,9 @@ fn a_folder_reads_like_memory() {
             bytes
         );
     }
-    let read = RunLog::open(path.path(), &scenario::testkit::vocabulary()).unwrap();
-    assert_eq!(read.run, expected);
-    assert_eq!(
-        all_rows(&read),
-        all_rows(&RunLog::from_tables(Path::new(""), run, memory.tables))
-    );
+    let opened = RunLog::open(path.path(), &scenario::testkit::vocabulary()).unwrap();
+    assert_eq!(opened.run, expected);
+    assert_eq!(all_rows(&opened), all_rows(&read(run, memory)));
 
     let mut names: Vec<_> = std::fs::read_dir(path.path())
         .unwrap()
@@ -290,7 +287,7 @@ fn answers_of_an_external_controller_are_logged_at_any_level_with_their_broadcas
     let ticks = run_of(3);
     for level in [LogLevel::Full, LogLevel::Summary, LogLevel::Off] {
         let (run, memory) = log(level, &ticks);
-        let answers = RunLog::from_tables(Path::new(""), run, memory.tables).external_answers();
+        let answers = read(run, memory).external_answers();
         let answers = answers.unwrap();
         let (tick_1, _) = (&ticks[2], assert_eq!(answers.len(), 3));
         let (_, report) = tick_1.robots[1].1.as_ref().unwrap();
@@ -326,21 +323,16 @@ fn a_log_that_is_off_has_complete_inputs() {
 fn an_error_names_the_file_that_is_not_a_run() {
     let path = tempfile::tempdir().unwrap();
     let run_json = path.path().join("run.json");
-    let error = RunLog::open(path.path(), &scenario::testkit::vocabulary())
-        .unwrap_err()
-        .to_string();
+    let error = |folder: &Path| {
+        let opened = RunLog::open(folder, &scenario::testkit::vocabulary());
+        opened.unwrap_err().to_string()
+    };
     let name = path.path().display();
     let expected = format!("{name} is not the folder of a run: it has no run.json");
-    assert_eq!(error, expected);
-    let error = RunLog::open(&path.path().join("no"), &scenario::testkit::vocabulary());
+    assert_eq!(error(path.path()), expected);
     let expected = format!("{name}/no is not the folder of a run: there is no such folder");
-    assert_eq!(error.unwrap_err().to_string(), expected);
+    assert_eq!(error(&path.path().join("no")), expected);
     std::fs::write(&run_json, "{\"version\"").unwrap();
-    let error = RunLog::open(path.path(), &scenario::testkit::vocabulary())
-        .unwrap_err()
-        .to_string();
-    assert!(
-        error.starts_with(&format!("{}: ", run_json.display())),
-        "{error}"
-    );
+    let place = format!("{}: ", run_json.display());
+    assert!(error(path.path()).starts_with(&place));
 }
