@@ -58,10 +58,9 @@ fn two_robots_do_three_tasks_after_a_kill() {
     let mut after = story.events.iter().filter(|row| row.t_ms > crash.t_ms);
     assert!(after.clone().all(|row| row.robot != victim));
     assert!(after.any(|row| row.kind == "reported"));
-    let begun = story.all("activated").filter(|row| row.t_ms > crash.t_ms);
-    let begun: Vec<_> = begun.collect();
-    let taker = begun.iter().find(|row| row.subject == orphan);
+    let begun = || story.all("activated").filter(|row| row.t_ms > crash.t_ms);
+    let taker = begun().find(|row| row.subject == orphan);
     assert_eq!(taker.unwrap().robot, "green");
-    let activated: BTreeSet<&str> = begun.iter().map(|row| &*row.subject).collect();
+    let activated: BTreeSet<&str> = begun().map(|row| &*row.subject).collect();
     assert_eq!(activated, BTreeSet::from([BOTTOM, TOP, REPORT]));
 }

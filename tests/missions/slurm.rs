@@ -210,9 +210,11 @@ fn slurm_runs_shards_and_requeues_one_that_is_killed() {
     let log = |shard: usize| lab.text(&format!("alliance-{job}_{shard}.log"));
     let killed = log(3);
     assert!(killed.contains("DUE TO JOB REQUEUE"), "{killed}");
-    let completed = killed.split_once(&format!("{RUNS} runs, "));
-    let completed = completed.map(|(_, rest)| rest);
-    let completed = completed.and_then(|rest| rest.split(' ').next());
+    let total = format!("{RUNS} runs, ");
+    let completed = killed
+        .split(&total)
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next());
     let completed = completed.and_then(|count| count.parse::<usize>().ok());
     // Killed in the middle.
     let is_torn = completed.is_some_and(|count| (2..RUNS).contains(&count));

@@ -74,6 +74,7 @@ mod tests {
             "player",
             "mission",
             "branch",
+            "faults",
         ] {
             super::node(&mut Command::new("node"), &format!("{file}.test.js"));
         }
