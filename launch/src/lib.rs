@@ -60,7 +60,7 @@ struct AllianceCli {
 #[derive(Subcommand)]
 enum Command {
     /// Run a mission with one process per robot
-    Run(run::args::RunCommand),
+    Run(Box<run::args::RunCommand>),
     /// Show a live or finished run on a page in the browser
     Watch(page::watch::WatchCommand),
     /// Inject, list and clear faults in a live run

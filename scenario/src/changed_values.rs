@@ -85,7 +85,7 @@ impl Setup {
             .unzip();
         let is_alliance = |decider: &&str| *decider == Scenario::DEFAULT_ALLOCATOR;
         if let Some(other) = deciders.iter().find(|decider| !is_alliance(decider))
-            && !deciders.iter().any(|decider| is_alliance(decider))
+            && !deciders.iter().any(is_alliance)
         {
             let what = format!("the allocator is {other}, not alliance");
             let remedy = format!("use allocators.{other}.PARAMETER");
