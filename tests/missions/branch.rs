@@ -81,7 +81,7 @@ fn branch(lab: &Lab, run: &str, at: &str, arguments: &[&str]) -> RunLog {
     }
     let many = lab.mission("many", &arguments);
     let in_one = ["run", "--in-process", "--check", "--out", "one"];
-    let one = lab.run(&[&in_one[..], &arguments].concat());
+    let one = lab.run([&in_one[..], &arguments].concat());
     assert!(
         matches!(many.status.code(), Some(0 | 1)),
         "{arguments:?}: {}",
@@ -105,7 +105,7 @@ fn branch(lab: &Lab, run: &str, at: &str, arguments: &[&str]) -> RunLog {
     assert_eq!(origin.run, run);
     assert_eq!(Some(&origin.hash), parent.run.hash.as_ref());
     assert_same_before(&parent, &log, origin.tick);
-    lab.run(&["replay", "many"]).expect(0);
+    lab.run(["replay", "many"]).expect(0);
     log
 }
 
@@ -115,7 +115,7 @@ fn each_change_of_a_scripted_run_takes_effect_after_the_branch_only() {
     std::fs::write(lab.path("faults.toml"), FAULTS).unwrap();
     std::fs::write(lab.path("other.toml"), OTHER).unwrap();
     std::fs::write(lab.path("nothing.toml"), "# no fault\n").unwrap();
-    lab.run(&["run", "faults.toml", "--in-process", "--out", "run"]);
+    lab.run(["run", "faults.toml", "--in-process", "--out", "run"]);
     let parent = lab.log("run").run;
     // Gold is dead and green is paused at 20 s; both are alive at 58 s.
     let cases: &[(&str, &[&str])] = &[
@@ -144,10 +144,10 @@ fn each_change_of_a_scripted_run_takes_effect_after_the_branch_only() {
         assert_eq!(is_same, changes.is_empty(), "{at} {changes:?}");
         if is_same {
             lab.assert_same_bytes("run", "many");
-            lab.run(&["diff", "run", "many"]).expect(0);
+            lab.run(["diff", "run", "many"]).expect(0);
             continue;
         }
-        let difference = lab.run(&["diff", "run", "many"]).expect(1).stderr;
+        let difference = lab.run(["diff", "run", "many"]).expect(1).stderr;
         assert!(
             difference.contains("inputs: a branch with "),
             "{difference}"
@@ -192,13 +192,13 @@ fn each_allocator_adopts_other_times_or_gives_the_reason() {
             allocator,
         ];
         assert!(
-            matches!(lab.run(&run).status.code(), Some(0 | 1)),
+            matches!(lab.run(run).status.code(), Some(0 | 1)),
             "{allocator}"
         );
         let change = format!("allocators.{allocator}.{change}");
         if allocator == "murdoch" {
             let refused =
-                lab.refusal(&["run", "--from", allocator, "--at", "20s", "--set", &change]);
+                lab.refusal(["run", "--from", allocator, "--at", "20s", "--set", &change]);
             assert!(
                 refused.contains("depends on this parameter of murdoch"),
                 "{refused}"
@@ -214,14 +214,14 @@ fn each_allocator_adopts_other_times_or_gives_the_reason() {
 #[test]
 fn a_branch_before_a_real_kill_spares_the_robot_and_needs_no_other_file() {
     let lab = Lab::new();
-    let mut team = Team::start(&lab, &["--speed", "60x"]);
+    let mut team = Team::start(&lab, ["--speed", "60x"]);
     team.wait_for_row("events.csv", &[",picked,"]);
-    lab.run(&["fault", "delay", "--by", "0.2s", "--for", "5s"])
+    lab.run(["fault", "delay", "--by", "0.2s", "--for", "5s"])
         .expect(0);
     team.wait_for_row("events.csv", &[",healed,"]);
     team.kill("gold");
     team.wait_for_row("events.csv", &[",gone,gold,"]);
-    lab.run(&["fault", "mute", "blue", "--for", "5s"]).expect(0);
+    lab.run(["fault", "mute", "blue", "--for", "5s"]).expect(0);
     team.wait().expect(0);
     let parent = lab.log("run");
     let inputs = parent.inputs().unwrap();
@@ -246,7 +246,7 @@ fn a_branch_before_a_real_kill_spares_the_robot_and_needs_no_other_file() {
     let orders = orders.filter(|line| matches!(line.input, Input::Order { .. }));
     assert_eq!(orders.count(), 1);
     assert_eq!(spared.run.result.robots["gold"].incarnations, 1);
-    lab.run(&["report", "run", "many", "--out", "both"])
+    lab.run(["report", "run", "many", "--out", "both"])
         .expect(0);
 
     // A branch of a branch, which replays without the runs that it comes from.
@@ -263,7 +263,7 @@ fn a_branch_before_a_real_kill_spares_the_robot_and_needs_no_other_file() {
     for parent in ["run", "spared"] {
         std::fs::remove_dir_all(lab.path(parent)).unwrap();
     }
-    lab.run(&["replay", "again"]).expect(0);
+    lab.run(["replay", "again"]).expect(0);
     let same = branch(&lab, "again", &later, &[]);
     assert_eq!(same.run.hash, again.run.hash);
 }

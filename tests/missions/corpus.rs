@@ -100,16 +100,12 @@ fn damaged_messages_requests_and_files_are_refused_or_readable() {
     damage("parameters", &[flip, insert, repeat], |text| {
         let _ = files::is_parameters(text);
     });
-    let files: [(&str, fn(&[u8])); 5] = [
-        ("setup", |text| _ = setups::kind_of(text)),
-        ("log", |text| _ = files::log_of(text)),
-        ("profile", |text| _ = files::is_profile(text)),
-        ("plan", |text| _ = files::is_plan(text)),
-        ("journal", |text| _ = files::is_journal(text)),
-    ];
-    for (target, read) in files {
-        damage(target, &[flip, insert, misspell], read);
-    }
+    let file = |target: &str, read: fn(&[u8])| damage(target, &[flip, insert, misspell], read);
+    file("setup", |text| _ = setups::kind_of(text));
+    file("log", |text| _ = files::log_of(text));
+    file("profile", |text| _ = files::is_profile(text));
+    file("plan", |text| _ = files::is_plan(text));
+    file("journal", |text| _ = files::is_journal(text));
 }
 
 #[test]

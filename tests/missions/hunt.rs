@@ -50,11 +50,11 @@ fn table(lab: &Lab, folder: &str) -> Vec<Row> {
 fn a_killed_hunt_continues_and_ends_with_the_same_bytes_on_any_number_of_jobs() {
     let lab = lab();
     let whole = ["hunt", "plan.toml", "--out", "whole", "--jobs", "2"];
-    let stderr = lab.run(&whole).expect(1).stderr;
+    let stderr = lab.run(whole).expect(1).stderr;
     let all = journal_rows(&lab.path("whole"));
     let arguments = ["hunt", "plan.toml", "--out", "torn", "--jobs", "1"];
     for (signal, done) in [(Signal::SIGKILL, 1), (Signal::SIGINT, 4)] {
-        let hunt = lab.start(&arguments);
+        let hunt = lab.start(arguments);
         wait_until("batches", || journal_rows(&lab.path("torn")) >= done);
         hunt.signal(signal);
         let finished = hunt.wait();
@@ -72,14 +72,14 @@ fn a_killed_hunt_continues_and_ends_with_the_same_bytes_on_any_number_of_jobs() 
             );
         }
     }
-    lab.run(&arguments).expect(1);
+    lab.run(arguments).expect(1);
     assert_eq!(files(&lab.path("whole")), files(&lab.path("torn")));
     // No run is repeated, and a changed plan is refused.
-    lab.run(&arguments).expect(1);
+    lab.run(arguments).expect(1);
     assert_eq!(files(&lab.path("whole")), files(&lab.path("torn")));
     let changed = PLAN.replace("runs = 40", "runs = 41");
     fs::write(lab.path("plan.toml"), changed).unwrap();
-    let refused = lab.refusal(&arguments);
+    let refused = lab.refusal(arguments);
     assert!(
         refused.contains("torn holds another hunt, or this one before it was changed"),
         "{refused}"
@@ -131,7 +131,7 @@ fn the_worst_par2_time_uses_the_whole_budget_and_a_time_is_a_budget() {
             "allocators = ['nearest']",
         );
     fs::write(lab.path("worst.toml"), &worst).unwrap();
-    lab.run(&["hunt", "worst.toml", "--out", "worst"]).expect(0);
+    lab.run(["hunt", "worst.toml", "--out", "worst"]).expect(0);
     let found = table(&lab, "worst");
     assert_eq!(found.len(), 2);
     for row in &found {
@@ -146,16 +146,13 @@ fn the_worst_par2_time_uses_the_whole_budget_and_a_time_is_a_budget() {
         .replace("{ runs = 40 }", "{ seconds = 0.5 }")
         .replace("['incomplete', 'exclusive-tasks']", "['numbers-in-range']");
     fs::write(lab.path("timed.toml"), timed).unwrap();
-    lab.run(&["hunt", "timed.toml", "--out", "timed"]).expect(0);
+    lab.run(["hunt", "timed.toml", "--out", "timed"]).expect(0);
     for row in table(&lab, "timed") {
         let runs: usize = row["runs"].parse().unwrap();
         assert!(runs >= 16 && runs.is_multiple_of(16), "{row:?}");
     }
 
-    let stderr = lab
-        .run(&["hunt", "plan.toml", "--dry-run"])
-        .expect(0)
-        .stderr;
+    let stderr = lab.run(["hunt", "plan.toml", "--dry-run"]).expect(0).stderr;
     // For two allocators: 2 runs without faults, and two searches of 40 runs with 120 more to shrink.
     assert!(stderr.contains("hunt plan: at most 644 runs"), "{stderr}");
     assert!(
@@ -170,7 +167,7 @@ fn mistakes_give_one_line_before_any_run() {
     let lab = lab();
     let refusal = |plan: &str| {
         fs::write(lab.path("bad.toml"), plan).unwrap();
-        lab.refusal(&["hunt", "bad.toml"])
+        lab.refusal(["hunt", "bad.toml"])
     };
     let changes = [
         ("budget = { runs = 40 }\n", ""),
@@ -205,7 +202,7 @@ fn mistakes_give_one_line_before_any_run() {
         let error = refusal(&PLAN.replacen(from, to, 1));
         entry(&format!("{from:?} becomes {to:?}"), &error)
     });
-    let nothing = entry("hunt nothing.toml", &lab.refusal(&["hunt", "nothing.toml"]));
+    let nothing = entry("hunt nothing.toml", &lab.refusal(["hunt", "nothing.toml"]));
     insta::assert_snapshot!(answers.concat() + &nothing);
     assert!(!lab.path("hunts").exists());
 }

@@ -150,10 +150,10 @@ fn a_killed_or_interrupted_tuning_continues_and_ends_with_the_same_bytes() {
 #[test]
 fn shards_are_merged_to_the_bytes_of_the_whole() {
     let lab = lab();
-    lab.run(&["tune", "plan.toml", "--out", "whole"]).expect(0);
+    lab.run(["tune", "plan.toml", "--out", "whole"]).expect(0);
     let shard = |number: usize| {
         let (out, part) = (format!("part-{number}"), format!("{number}/2"));
-        lab.run(&["tune", "plan.toml", "--out", &out, "--shard", &part])
+        lab.run(["tune", "plan.toml", "--out", &out, "--shard", &part])
     };
     let stderr = shard(0).expect(0).stderr;
     let advice = "alliance tune plan.toml --merge part-0";
@@ -169,11 +169,11 @@ fn shards_are_merged_to_the_bytes_of_the_whole() {
         "part-0",
         "part-1",
     ];
-    let missing = lab.refusal(&merge);
+    let missing = lab.refusal(merge);
     fs::create_dir(lab.path("part-1")).unwrap();
-    let empty = lab.refusal(&merge);
+    let empty = lab.refusal(merge);
     shard(1).expect(0);
-    lab.run(&merge).expect(0);
+    lab.run(merge).expect(0);
     assert_eq!(files(&lab.path("whole")), files(&lab.path("merged")));
 
     // Half of a shard is no shard.
@@ -182,8 +182,8 @@ fn shards_are_merged_to_the_bytes_of_the_whole() {
     let half: Vec<&str> = text.lines().take(text.lines().count() / 2).collect();
     fs::write(&journal, half.join("\n") + "\n").unwrap();
     fs::remove_dir_all(lab.path("merged")).unwrap();
-    let unfinished = lab.refusal(&merge);
-    let many = lab.refusal(&["tune", "plan.toml", "--shard", "2/3"]);
+    let unfinished = lab.refusal(merge);
+    let many = lab.refusal(["tune", "plan.toml", "--shard", "2/3"]);
     let refusals = [missing, empty, unfinished, many];
     insta::assert_snapshot!(refusals.join("\n"));
 }

@@ -72,7 +72,7 @@ fn the_page_shows_the_command_of_a_branch_which_starts_it() {
         return;
     };
     let lab = Lab::new();
-    lab.mission("run", &["--limit", "20", "--speed", "max"])
+    lab.mission("run", ["--limit", "20", "--speed", "max"])
         .expect(1);
     let (view, page) = watch(&lab, "run");
     browser.open(&page.link());
