@@ -37,7 +37,7 @@ pub struct BranchArgs {
     #[arg(long, value_name = "RUN", requires = "at", conflicts_with_all = ["scenario", "seed"])]
     pub from: Option<PathBuf>,
     /// Simulated time of the branch, such as 60s or 2min
-    #[arg(long, value_name = "TIME", requires = "from", value_parser = branch_time, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", requires = "from", value_parser = branch_time, allow_hyphen_values = true)]
     at: Option<f64>,
     /// Timeline after --at in place of all faults and events of the run: a TOML file, or 'none'
     #[arg(long, value_name = "FILE|none", requires = "from")]
@@ -49,7 +49,8 @@ pub struct BranchArgs {
 
 /// Parses the time of a branch and returns it in seconds.
 fn branch_time(text: &str) -> Result<f64, Problem> {
-    if text.starts_with('-') {
+    let is_negative = |rest: &str| rest.starts_with(|c: char| c.is_ascii_digit());
+    if text.strip_prefix('-').is_some_and(is_negative) {
         let what = format!("'{text}' is before the start of the run");
         return Err(Problem::of_value(what, "use 0 or a later time"));
     }
@@ -57,7 +58,7 @@ fn branch_time(text: &str) -> Result<f64, Problem> {
     TIME_OR_ZERO.check((), at_s).map(|()| at_s)
 }
 
-/// Parses `KEY=VALUE`.
+/// Parses a parameter and its new value, `KEY=VALUE`.
 fn parameter(text: &str) -> Result<(String, f64), Problem> {
     let parts = text.split_once('=');
     let parsed = parts.and_then(|(key, value)| Some((key.to_owned(), value.trim().parse().ok()?)));

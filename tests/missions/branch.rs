@@ -310,63 +310,45 @@ fn impossible_branches_are_refused_in_one_line() {
     };
     edit("unfinished", "\"time-limit\"", "\"running\"");
     edit("damaged", "\"seed\": 1", "\"seed\": 2");
-    let cases: &[&[&str]] = &[
-        &["--from", "run"],
-        &["--at", "10s"],
-        &["--faults", "none"],
-        &["--from", "nowhere", "--at", "10s"],
-        &["--from", "torn", "--at", "10s"],
-        &["--from", "unfinished", "--at", "10s"],
-        &["--from", "damaged", "--at", "10s"],
-        &["--from", "run", "--at", "12s"],
-        &["--from", "run", "--at", "1h"],
-        &["--from", "run", "--at", "-1s"],
-        &["--from", "run", "--at", "10s", "--faults", "nowhere.toml"],
-        &["--from", "run", "--at", "10s", "--faults", "early.toml"],
-        &["--from", "run", "--at", "10s", "--faults", "robot.toml"],
-        &["--from", "run", "--at", "10s", "--faults", "id.toml"],
-        &["--from", "run", "--at", "10s", "--faults", "random.toml"],
-        &["--from", "run", "--at", "10s", "--faults", "key.toml"],
-        &["--from", "run", "--at", "10s", "--set", "fast_impatience"],
-        &["--from", "run", "--at", "10s", "--set", "threshold=50"],
-        &[
-            "--from",
-            "run",
-            "--at",
-            "10s",
-            "--set",
-            "glod.fast_impatience=2",
-        ],
-        &[
-            "--from",
-            "run",
-            "--at",
-            "10s",
-            "--set",
-            "fast_impatience=-2",
-        ],
-        &[
-            "--from",
-            "cbba",
-            "--at",
-            "10s",
-            "--set",
-            "fast_impatience=2",
-        ],
-        &["--from", "run", "--at", "10s", "--allocator", "cbba"],
-        &["--from", "run", "--at", "10s", "--step-order", "in-order"],
-        &["--from", "run", "--at", "10s", "--limit", "60s"],
-        &["--from", "run", "--at", "10s", "--seed", "2"],
-        &["--from", "run", "--at", "10s", "service"],
+    let cases = [
+        "--from run",
+        "--at 10s",
+        "--faults none",
+        "--from nowhere --at 10s",
+        "--from torn --at 10s",
+        "--from unfinished --at 10s",
+        "--from damaged --at 10s",
+        "--from run --at 12s",
+        "--from run --at 1h",
+        "--from run --at -1s",
+        "--from run --at 10s --faults nowhere.toml",
+        "--from run --at 10s --faults early.toml",
+        "--from run --at 10s --faults robot.toml",
+        "--from run --at 10s --faults id.toml",
+        "--from run --at 10s --faults random.toml",
+        "--from run --at 10s --faults key.toml",
+        "--from run --at 10s --set fast_impatience",
+        "--from run --at 10s --set threshold=50",
+        "--from run --at 10s --set glod.fast_impatience=2",
+        "--from run --at 10s --set fast_impatience=-2",
+        "--from cbba --at 10s --set fast_impatience=2",
+        "--from cbba --at 10s --set allocators.ble.rate_hz=2",
+        "--from cbba --at 10s --set allocators.cbba.refresh=2",
+        "--from cbba --at 10s --set allocators.cbba.refresh_s=-2",
+        "--from cbba --at 10s --set allocators.cbba.bundle=3",
+        "--from run --at 10s --allocator cbba",
+        "--from run --at 10s --step-order in-order",
+        "--from run --at 10s --limit 60s",
+        "--from run --at 10s --seed 2",
+        "--from run --at 10s service",
     ];
-    let answers = cases.iter().map(|arguments| {
-        let arguments = [&["run"][..], arguments].concat();
+    let answers = cases.iter().map(|case| {
+        let arguments: Vec<&str> = ["run"].into_iter().chain(case.split(' ')).collect();
         let error = lab.refusal(&arguments);
         let command = arguments.join(" ");
-        assert!(
-            !lab.path("runs").exists(),
-            "{command}: a folder was created"
-        );
+        // The runs above have created the link `latest`.
+        let entries = std::fs::read_dir(lab.path("runs")).unwrap();
+        assert_eq!(entries.count(), 1, "{command}: a folder was created");
         assert!(
             !lab.path("runtime/alliance").exists(),
             "{command}: a process was started"

@@ -2,9 +2,9 @@
 
 /** The choices of what follows the branch: [value of `--faults` or null, words]. */
 export const CONTINUATIONS = [
-  ["none", "without further faults"],
-  ["faults.toml", "with the faults of a file"],
-  [null, "with the rest of the run"],
+  ["none", "no more faults"],
+  ["faults.toml", "faults of a file"],
+  [null, "like the run"],
 ];
 
 /** Quotes a text as one word of a shell. */

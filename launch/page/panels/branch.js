@@ -18,7 +18,7 @@ export function openBranch({ run, view, now }, player) {
   }
   const choices = CONTINUATIONS.map(([value, words]) => [value ?? "", words]);
   const choice = selectField("Go on", choices, { "data-field": "continuation" });
-  const command = el("textarea", { readonly: true, rows: 4, "aria-label": "Command", "data-field": "command", spellcheck: "false" });
+  const command = el("textarea", { readonly: true, rows: 5, "aria-label": "Command", "data-field": "command", spellcheck: "false" });
   const write = () => {
     command.value = branchCommand(run, now, choice.input.value || null);
   };

@@ -41,7 +41,7 @@ enum ClusterAction {
     /// Start the world process of a run: physics, sensing, step clock
     World(Box<WorldCommand>),
     /// Start one robot process of a live run
-    Agent(AgentCommand),
+    Agent(Box<AgentCommand>),
 }
 
 /// Start the world process of a run: physics, sensing, step clock
