@@ -340,6 +340,7 @@ mod tests {
         for text in [
             include_str!("../../hunts/waste.toml"),
             include_str!("../../hunts/broken-rules.toml"),
+            include_str!("../../hunts/incomplete.toml"),
         ] {
             HuntPlan::parse("plan.toml", text, |_| unreachable!()).unwrap();
         }

@@ -19,6 +19,7 @@ use super::violation::{FoundViolation, ViolationKind};
 use crate::invariants::coverage::{is_covered, is_operational, is_within_reach};
 use crate::invariants::termination::is_calm;
 use crate::invariants::{Invariants, WorldState, replayed};
+use crate::sweep::execution::counted;
 
 /// The number of ticks between two looks at the coverage, the remaining work and the stop condition. More ticks save
 /// time, but miss faults that last for less.
@@ -119,7 +120,8 @@ fn simulate(
     };
     if !is_complete && conditions.include(ViolationKind::Incomplete) {
         let left = progress(team.simulation()).map_or(0, |progress| progress.left);
-        let what = format!("the run ended at {at_ms} with {left} units of work left");
+        let left = counted(left as usize, "unit");
+        let what = format!("the run ended at {at_ms} with {left} of work left");
         judgement.violation = Some(of(ViolationKind::Incomplete, what));
     } else if let Some(from) = conditions.par2_from
         && judgement.par2(limit) >= from
@@ -205,8 +207,9 @@ impl<'c> Inspector<'c> {
             && self.reaches_work(&state)
         {
             let left = self.left.unwrap_or(0);
+            let left = counted(left as usize, "unit");
             let what = format!(
-                "{left} units of work are left and a robot could do one, but none was done for {}",
+                "with {left} of work left and a robot that could do one, none was done for {}",
                 self.idle
             );
             return Some(of(ViolationKind::Abandoned, what));

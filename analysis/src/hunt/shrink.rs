@@ -3,7 +3,7 @@
 //! [`ddmin`] removes faults, robots and tasks; then the values of the remaining faults become simpler. All steps repeat
 //! until none of them changes the case. Each candidate is judged by an exact run. The seed becomes the least one too.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use missions::Registry;
@@ -51,7 +51,7 @@ pub fn shrink(
         most,
         runs: 0,
         is_limited: false,
-        known: BTreeMap::new(),
+        known: BTreeSet::new(),
         least: (case.clone(), judgement.clone()),
     };
     loop {
@@ -86,7 +86,7 @@ struct Shrinker<'j> {
     /// True once a candidate was not judged because of the limit.
     is_limited: bool,
     /// The candidates that passed, by digest.
-    known: BTreeMap<u64, ()>,
+    known: BTreeSet<u64>,
     least: (Case, Judgement),
 }
 
@@ -96,7 +96,7 @@ impl Shrinker<'_> {
         let numbered: Vec<(usize, Case)> = candidates.into_iter().enumerate().collect();
         let unknown: Vec<(usize, Case)> = numbered
             .into_iter()
-            .filter(|(_, case)| !self.known.contains_key(&case.digest()))
+            .filter(|(_, case)| !self.known.contains(&case.digest()))
             .collect();
         for together in unknown.chunks(TOGETHER) {
             let left = self.most.saturating_sub(self.runs);
@@ -117,7 +117,7 @@ impl Shrinker<'_> {
                     self.least = (case, judgement);
                     return Ok(Some(*place));
                 }
-                self.known.insert(case.digest(), ());
+                self.known.insert(case.digest());
             }
         }
         Ok(None)
