@@ -247,7 +247,7 @@ fn scenarios(
     let mut all = Vec::new();
     for (index, name) in allocators.iter().enumerate() {
         let at = KeyPath::new(["allocators"]).index(index);
-        let known = vocabulary.allocators.iter().map(|spec| &*spec.name);
+        let known = vocabulary.allocators.iter().map(|spec| spec.name);
         check_known(&at, "there is no allocator", name, known)
             .map_err(|problem| file.locate(problem))?;
         if found.insert(name, index).is_some() {

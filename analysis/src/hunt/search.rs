@@ -304,7 +304,7 @@ mod tests {
                 let judgement = |place: usize| Judgement {
                     end_ms: SimTime(1000 * place as u64),
                     states: vec![batch * 100 + place as u32 % 5],
-                    complete: place % 3 > 0,
+                    complete: !place.is_multiple_of(3),
                     ..Judgement::default()
                 };
                 let judgements: Vec<Judgement> = (0..cases.len()).map(judgement).collect();

@@ -364,7 +364,7 @@ mod tests {
         fn judge(&mut self, cases: &[Case], _: &Conditions) -> anyhow::Result<Vec<Judgement>> {
             self.judged += cases.len();
             let judgements = cases.iter().map(|case| Judgement {
-                violation: (self.breaks)(case).then(|| broken()),
+                violation: (self.breaks)(case).then(broken),
                 ..Judgement::default()
             });
             Ok(judgements.collect())
