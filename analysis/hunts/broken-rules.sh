@@ -23,13 +23,13 @@ import sys
 for row in csv.DictReader(open(sys.argv[1])):
     found = row["found_in_run"] or f"none in {row['runs']}"
     cells = [f"`{sys.argv[2]}`", row["search"], found, row["violation"], row["faults_found"], row["faults_least"],
-             row["robots_least"], row["shrink_runs"], f"`{row['least']}`" if row["least"] else ""]
+             row["robots_least"], f"`{row['least']}`" if row["least"] else ""]
     print("| " + " | ".join(cell or "–" for cell in cells) + " |")
 PYTHON
 }
 
-echo "| rule | search | found in run | violation | faults found | faults left | robots left | runs to shrink | least faults |"
-echo "|---|---|---|---|---|---|---|---|---|"
+echo "| rule | search | found in run | violation | faults found | faults left | robots left | least faults |"
+echo "|---|---|---|---|---|---|---|---|"
 sed -n 's/^    ("\(.*\)", "\(.*\)"),$/\1 \2/p' robot-agent/src/broken.rs | while read -r rule allocator; do
     hunt "$allocator" "$rule" </dev/null
 done

@@ -9,8 +9,8 @@ use scenario::fault::{FaultArgument, FaultRange, Order};
 
 use super::space::{Field, arguments, number, with_argument, with_value};
 
-/// The largest number of digits of a drawn number.
-const DIGITS: i32 = 7;
+/// The largest number of digits of a drawn number. Some faults store numbers of single precision, which has seven digits.
+const DIGITS: i32 = 6;
 
 /// The least power of ten of times and durations, s.
 const TIMES: i32 = 0;
@@ -29,6 +29,11 @@ pub fn groups(order: &Order, scenario: &Scenario) -> Vec<Vec<Order>> {
     let mut all = vec![durations(order), repetitions(order), times(order)];
     let arguments = arguments(&order.fault, scenario);
     all.extend(arguments.iter().map(|argument| values(order, argument)));
+    for group in &mut all {
+        // Two numbers may be the same in the precision of the fault.
+        group.retain(|variant| variant != order);
+        group.dedup();
+    }
     all.retain(|group| !group.is_empty());
     all
 }
@@ -144,7 +149,7 @@ fn rounder(value: f64) -> impl Iterator<Item = f64> {
 
 /// Returns the number of significant decimal digits, at most [`DIGITS`].
 fn digits(value: f64) -> i32 {
-    let is_exact = |count: &i32| (rounded_to(value, *count) - value).abs() <= 1e-9 * value.abs();
+    let is_exact = |count: &i32| (rounded_to(value, *count) - value).abs() <= 1e-6 * value.abs();
     (1..DIGITS).find(is_exact).unwrap_or(DIGITS)
 }
 
