@@ -78,6 +78,8 @@ fn an_unplugged_cable_delays_a_connection_and_a_cut_is_directed() {
     right.set_read_timeout(None).unwrap();
     right.read_exact(&mut word).unwrap();
     assert_eq!(&word, b"during");
+    // The unplugged host has forgotten the addresses of the others.
+    assert_connected();
 
     hosts.cut("h1", "h2");
     assert!(!arrives(&hosts, &one, &two));
