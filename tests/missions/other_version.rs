@@ -22,7 +22,8 @@ fn request(version: u32) -> JoinRequest {
         version,
         robot: "blue".to_owned(),
         pid: 1,
-        nonce: 7,
+        // A world accepts each nonce once.
+        nonce: version.into(),
     }
 }
 

@@ -106,7 +106,7 @@ impl Conditions {
 /// The result of one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
-    /// The first violation.
+    /// The violation that occurs first in the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub violation: Option<FoundViolation>,
     /// True if the mission is complete.

@@ -37,7 +37,7 @@ const RUNS_PER_S: f64 = 5.0;
 // An interrupted hunt resumes where it stopped.
 #[derive(Args, Clone, Debug)]
 pub struct HuntCommand {
-    /// Plan in TOML
+    /// Plan of the hunt in TOML
     #[arg(value_name = "PLAN")]
     plan: PathBuf,
     /// Folder of the results [default: hunts/PLAN without .toml]

@@ -154,7 +154,7 @@ pub struct FaultBounds {
     pub names: Vec<&'static str>,
 }
 
-/// A checked plan.
+/// A plan whose values are checked.
 #[derive(Clone, Debug)]
 pub struct HuntPlan {
     pub question: Option<String>,

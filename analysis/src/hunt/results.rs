@@ -35,7 +35,7 @@ pub struct Shown<'r> {
 pub struct Files {
     /// The scenario as it was found.
     pub found: String,
-    /// The least scenario.
+    /// The scenario with the least faults, robots and tasks.
     pub least: String,
     /// The folder with the log and the report of its run.
     pub run: String,

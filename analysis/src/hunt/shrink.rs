@@ -179,7 +179,7 @@ impl Shrinker<'_> {
         Ok(())
     }
 
-    /// Removes entries of the lists in the mission's section, such as spills or points, and lowers its counts.
+    /// Removes entries of the lists in the mission's section, such as points, and lowers its counts.
     fn remove_tasks(&mut self) -> anyhow::Result<()> {
         let mission = self.least.0.scenario.mission().name();
         let lists = places(

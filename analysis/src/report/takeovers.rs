@@ -20,7 +20,7 @@ pub struct LossTakeover {
     pub at: SimTime,
     pub robot: String,
     pub task: String,
-    /// The lost robot.
+    /// The lost robot that executed the task before.
     pub from: String,
     /// The time since its loss.
     pub after: SimTime,

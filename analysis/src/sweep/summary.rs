@@ -31,7 +31,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Summarizes runs.
+    /// Returns the summary of some runs.
     #[must_use]
     pub fn of<'r>(rows: impl IntoIterator<Item = &'r Row>) -> Self {
         let (mut runs, mut ended, mut makespans, mut lateness) = (0, 0, Vec::new(), Vec::new());

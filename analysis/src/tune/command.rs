@@ -147,9 +147,12 @@ impl TuneCommand {
         let part = self
             .shard
             .map_or_else(String::new, |shard| format!(", shard {shard}"));
-        progress.print_line(&format!(
-            "tune {name}{part}: about {expected} runs{known}; {jobs} at a time"
-        ));
+        let is_merge = !self.merge.is_empty();
+        if !is_merge {
+            progress.print_line(&format!(
+                "tune {name}{part}: about {expected} runs{known}; {jobs} at a time"
+            ));
+        }
         let stops = || interrupted.is_set();
         let (mut defaults, mut found) = (Defaults::new(), Vec::new());
         for search in searches {
@@ -160,7 +163,7 @@ impl TuneCommand {
                 stops: &stops,
                 progress: &mut progress,
                 defaults: &mut defaults,
-                is_complete: !self.merge.is_empty(),
+                is_complete: is_merge,
             };
             found.push(tune(task, search.allocator, search.method, &mut executor)?);
         }

@@ -173,7 +173,10 @@ impl TrialExecutor for Executor<'_> {
     }
 
     fn report_progress(&mut self, line: &str) {
-        self.progress.print_line(line);
+        // A merge takes no time.
+        if !self.is_complete {
+            self.progress.print_line(line);
+        }
     }
 }
 

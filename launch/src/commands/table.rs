@@ -79,7 +79,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "run",
         &[
-            "alliance run --open # the default mission, paused, with its page",
+            "alliance run --open # the default mission, on its page",
             "alliance run mine.toml --seed 7 --allocator cbba # your own scenario",
             "alliance run --from runs/latest --at 60s --faults none # the run again, then no faults",
         ],

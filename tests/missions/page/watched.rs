@@ -128,8 +128,7 @@ fn an_obstacle_drawn_ahead_of_a_robot_is_avoided_and_can_be_undone() {
         return;
     };
     // Blue's path in the undisturbed run.
-    lab.mission("before", join(arguments, "--in-process"))
-        .expect(1);
+    lab.mission("before", "--limit 60 --in-process").expect(1);
     let mut path = lab.log("before").rows::<PoseRow>().unwrap();
     path.retain(|row| row.robot == "blue");
     let from = 400;
