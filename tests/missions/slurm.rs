@@ -236,11 +236,15 @@ scenario = "waste-cleanup"
 seed = 1
 listen = "tls/WORLD:PORT"
 world = "h1"
-hosts = [
-    { name = "h1", robots = ["blue"] },
-    { name = "h2", robots = ["gold"] },
-    { name = "h3", robots = ["green"] },
-]
+[[hosts]]
+name = "h1"
+robots = ["blue"]
+[[hosts]]
+name = "h2"
+robots = ["gold"]
+[[hosts]]
+name = "h3"
+robots = ["green"]
 "#;
 
 #[test]

@@ -15,7 +15,7 @@ use super::simpler::groups;
 use super::violation::ViolationKind;
 
 /// The number of candidates that are judged together. It does not depend on the number of concurrent runs. More
-/// candidates keep more cores busy, but waste runs if the first one succeeds.
+/// candidates keep more cores busy, but make needless runs if the first one succeeds.
 const TOGETHER: usize = 4;
 
 /// The seeds that replace a larger one.
