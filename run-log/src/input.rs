@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use proto::process::ProcessAction;
 use scenario::fault::Order;
 use scenario::ids::{Incarnation, Tick};
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A line of inputs.jsonl.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -99,9 +100,22 @@ pub struct Branch {
     /// The faults that replace those that have not begun; `None` keeps those.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub faults: Option<Vec<Order>>,
-    /// The new parameters of the allocator, by the keys of [`scenario::Setup::with_parameters`].
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    /// The new parameters of the allocator, by the keys of [`scenario::Setup::with_parameters`]. All are finite, because
+    /// JSON has no other numbers.
+    #[serde(
+        default,
+        skip_serializing_if = "BTreeMap::is_empty",
+        deserialize_with = "finite"
+    )]
     pub parameters: BTreeMap<String, f64>,
+}
+
+fn finite<'de, D: Deserializer<'de>>(values: D) -> Result<BTreeMap<String, f64>, D::Error> {
+    let values = BTreeMap::<String, f64>::deserialize(values)?;
+    match values.values().all(|value| value.is_finite()) {
+        true => Ok(values),
+        false => Err(D::Error::custom("a parameter is not finite")),
+    }
 }
 
 impl Branch {

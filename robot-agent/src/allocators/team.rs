@@ -13,7 +13,6 @@ use rand_chacha::rand_core::SeedableRng;
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use crate::allocator::utility::DISCOUNT_PER_S;
 use crate::allocator::{
     Allocator, AllocatorRunner, Choice, Input, RunningAllocator, SelfState, StepOutcome, TaskBrief,
 };
@@ -60,19 +59,6 @@ impl Situation {
             tasks: vec![Task::default(); cost_s[0].len()],
             cost_s: cost_s.iter().map(row).collect(),
             after_s: None,
-        }
-    }
-
-    /// Creates a situation in which each robot is nearest to the task of its own rank, and second nearest to the next one.
-    pub fn spread(robots: usize, tasks: usize) -> Self {
-        let away = |robot: usize, task: usize| {
-            10.0 + 5.0 * ((tasks * robots + task - robot) % tasks) as f64
-        };
-        let row = |robot| (0..tasks).map(|task| Some(away(robot, task))).collect();
-        Self {
-            tasks: vec![Task::default(); tasks],
-            cost_s: (0..robots).map(row).collect(),
-            after_s: Some(vec![vec![10.0; tasks]; tasks]),
         }
     }
 
@@ -145,17 +131,6 @@ impl Situation {
             (Some(after_s), Some(last)) => Some(after_s[last.index()][task.index()]),
             _ => self.cost_s[rank][task.index()],
         }
-    }
-
-    /// Returns the sum of r·λ^t of a path, with t the time at which each unit is done.
-    pub fn score(&self, rank: usize, path: &[usize]) -> f64 {
-        let path: Vec<TaskId> = path.iter().map(|&task| TaskId(task as u16)).collect();
-        let (mut time_s, mut score) = (0.0, 0.0);
-        for (place, &task) in path.iter().enumerate() {
-            time_s += self.seconds(rank, &path[..place], task).unwrap();
-            score += self.tasks[task.index()].reward * libm::pow(DISCOUNT_PER_S, time_s);
-        }
-        score
     }
 }
 
@@ -454,10 +429,6 @@ impl<A: Allocator> Team<A> {
     pub fn active(&self) -> Vec<Option<usize>> {
         let active = |robot: &Robot<A>| robot.active.map(TaskId::index);
         self.robots.iter().map(active).collect()
-    }
-
-    pub fn is_running(&self, rank: usize) -> bool {
-        self.robots[rank].controller.is_some()
     }
 
     pub fn executors(&self, task: usize) -> Vec<usize> {

@@ -1,6 +1,6 @@
 //! A live run in a real browser, watched and controlled like by a user.
 
-use alliance_tests::harness::{Lab, command_line, join};
+use alliance_tests::harness::{Lab, command_line};
 use alliance_tests::runs::Events;
 use alliance_tests::team::Team;
 use alliance_tests::testkit::ROBOTS;

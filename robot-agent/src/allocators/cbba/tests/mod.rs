@@ -5,3 +5,4 @@ mod life;
 mod records;
 mod reference;
 mod rows;
+pub(crate) mod team;

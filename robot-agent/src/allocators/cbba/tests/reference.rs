@@ -1,20 +1,19 @@
 //! The expected results of CBBA, computed in other ways.
 
-use crate::allocators::team::Situation;
+use super::team::Work;
 
 /// The tasks of each robot in the order of assignment, with the bids.
 pub type Assignment = Vec<Vec<(usize, f32)>>;
 
 /// Computes the sequential greedy assignment with warped scores: repeats the best pair of all, by priority, bid, rank
 /// and task.
-pub fn greedy(work: &Situation, most: usize) -> Assignment {
-    let robots = work.cost_s.len();
-    let mut assigned: Assignment = vec![Vec::new(); robots];
-    let mut paths: Vec<Vec<usize>> = vec![Vec::new(); robots];
-    let mut places: Vec<usize> = work.tasks.iter().map(|task| task.max_robots).collect();
+pub fn greedy(work: &Work, most: usize) -> Assignment {
+    let mut assigned: Assignment = vec![Vec::new(); work.robots()];
+    let mut paths: Vec<Vec<usize>> = vec![Vec::new(); work.robots()];
+    let mut places = work.max_robots.clone();
     loop {
         let mut best: Option<(i32, f32, usize, usize, usize)> = None;
-        for robot in 0..robots {
+        for robot in 0..work.robots() {
             for (task, &left) in places.iter().enumerate() {
                 let is_out = assigned[robot].len() >= most || paths[robot].contains(&task);
                 if is_out || left == 0 {
@@ -29,9 +28,9 @@ pub fn greedy(work: &Situation, most: usize) -> Assignment {
                 let first = gains.next().unwrap();
                 let (at, gain) = gains.fold(first, |a, b| if b.1 > a.1 { b } else { a });
                 let earlier = assigned[robot].iter();
-                let priority = work.tasks[task].priority;
-                let same = earlier.filter(|other| work.tasks[other.0].priority == priority);
+                let same = earlier.filter(|other| work.priority[other.0] == work.priority[task]);
                 let bid = same.fold(gain.max(0.0) as f32, |least, other| least.min(other.1));
+                let priority = work.priority[task];
                 if best.is_none_or(|(other, most, ..)| (priority, bid) > (other, most)) {
                     best = Some((priority, bid, robot, task, at));
                 }
@@ -48,8 +47,8 @@ pub fn greedy(work: &Situation, most: usize) -> Assignment {
 
 /// Computes the largest sum of scores with at most `most` tasks per robot. Tries all ways to distribute exclusive tasks
 /// and all orders of each share.
-pub fn optimum(work: &Situation, most: usize) -> f64 {
-    let (robots, tasks) = (work.cost_s.len(), work.tasks.len());
+pub fn optimum(work: &Work, most: usize) -> f64 {
+    let (robots, tasks) = (work.robots(), work.tasks());
     let mut best = 0.0_f64;
     for mut code in 0..(robots + 1).pow(tasks as u32) {
         let mut shares = vec![Vec::new(); robots + 1];
@@ -66,7 +65,7 @@ pub fn optimum(work: &Situation, most: usize) -> f64 {
     best
 }
 
-fn best_order(work: &Situation, robot: usize, path: &mut Vec<usize>, left: &[usize]) -> f64 {
+fn best_order(work: &Work, robot: usize, path: &mut Vec<usize>, left: &[usize]) -> f64 {
     if left.is_empty() {
         return work.score(robot, path);
     }

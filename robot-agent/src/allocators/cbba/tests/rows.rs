@@ -22,25 +22,41 @@ struct Case {
 
 type Rule = fn(&Case) -> Action;
 
-fn update_if(holds: bool) -> Action {
-    if holds { Action::Update } else { Action::Leave }
-}
-
-fn reset_if(holds: bool) -> Action {
-    if holds { Action::Reset } else { Action::Leave }
-}
-
 /// The sender's claim, the receiver's claim, and the action.
 const ROWS: [(Option<RobotId>, Option<RobotId>, Rule); 17] = [
-    (Some(K), Some(I), |case| update_if(case.y)),
+    (Some(K), Some(I), |case| {
+        if case.y {
+            Action::Update
+        } else {
+            Action::Leave
+        }
+    }),
     (Some(K), Some(K), |_| Action::Update),
-    (Some(K), Some(M), |case| update_if(case.newer_m || case.y)),
+    (Some(K), Some(M), |case| {
+        if case.newer_m || case.y {
+            Action::Update
+        } else {
+            Action::Leave
+        }
+    }),
     (Some(K), None, |_| Action::Update),
     (Some(I), Some(I), |_| Action::Leave),
     (Some(I), Some(K), |_| Action::Reset),
-    (Some(I), Some(M), |case| reset_if(case.newer_m)),
+    (Some(I), Some(M), |case| {
+        if case.newer_m {
+            Action::Reset
+        } else {
+            Action::Leave
+        }
+    }),
     (Some(I), None, |_| Action::Leave),
-    (Some(M), Some(I), |case| update_if(case.newer_m && case.y)),
+    (Some(M), Some(I), |case| {
+        if case.newer_m && case.y {
+            Action::Update
+        } else {
+            Action::Leave
+        }
+    }),
     (Some(M), Some(K), |case| {
         if case.newer_m {
             Action::Update
@@ -48,7 +64,13 @@ const ROWS: [(Option<RobotId>, Option<RobotId>, Rule); 17] = [
             Action::Reset
         }
     }),
-    (Some(M), Some(M), |case| update_if(case.newer_m)),
+    (Some(M), Some(M), |case| {
+        if case.newer_m {
+            Action::Update
+        } else {
+            Action::Leave
+        }
+    }),
     (Some(M), Some(N), |case| {
         if case.newer_m && (case.newer_n || case.y) {
             Action::Update
@@ -58,10 +80,22 @@ const ROWS: [(Option<RobotId>, Option<RobotId>, Rule); 17] = [
             Action::Leave
         }
     }),
-    (Some(M), None, |case| update_if(case.newer_m)),
+    (Some(M), None, |case| {
+        if case.newer_m {
+            Action::Update
+        } else {
+            Action::Leave
+        }
+    }),
     (None, Some(I), |_| Action::Leave),
     (None, Some(K), |_| Action::Update),
-    (None, Some(M), |case| update_if(case.newer_m)),
+    (None, Some(M), |case| {
+        if case.newer_m {
+            Action::Update
+        } else {
+            Action::Leave
+        }
+    }),
     (None, None, |_| Action::Leave),
 ];
 
