@@ -74,6 +74,10 @@ pub struct Conditions {
     pub violations: Vec<ViolationKind>,
     /// The time for which an applicable task may be left before it counts as abandoned.
     pub abandoned: SimTime,
+    /// The time for which two robots may execute one exclusive task.
+    pub duplicated: SimTime,
+    /// The time for which a robot may be idle beside an applicable task without an executor.
+    pub idle: SimTime,
     /// The multiple of the fault-free makespan from which a run is slow.
     pub slow_factor: f64,
     /// The PAR2 time from which a run counts as [`ViolationKind::WorstPar2`].

@@ -14,6 +14,7 @@ use terminal::panics::catch;
 use world_server::simulation::Simulation;
 
 use super::case::{Case, Conditions, Judgement};
+use super::cooperation::Cooperation;
 use super::coverage::Coverage;
 use super::violation::{FoundViolation, ViolationKind};
 use crate::invariants::coverage::{is_covered, is_operational, is_within_reach};
@@ -152,6 +153,7 @@ struct Inspector<'c> {
     /// The checks of invariants; `None` if the plan names none.
     invariants: Option<Invariants>,
     slow_from: Option<SimTime>,
+    cooperation: Cooperation,
     coverage: Coverage,
     /// The least remaining work so far.
     left: Option<u64>,
@@ -171,6 +173,7 @@ impl<'c> Inspector<'c> {
             conditions,
             invariants: needs_invariants.then(|| Invariants::new(setup)),
             slow_from: slow_from.map(|base| conditions.slow_from(base)),
+            cooperation: Cooperation::default(),
             coverage: Coverage::default(),
             left: None,
             idle_since: None,
@@ -213,6 +216,24 @@ impl<'c> Inspector<'c> {
                 self.idle
             );
             return Some(of(ViolationKind::Abandoned, what));
+        }
+        let bounds = [
+            (ViolationKind::Duplicated, self.conditions.duplicated),
+            (ViolationKind::Idle, self.conditions.idle),
+        ];
+        if bounds
+            .iter()
+            .any(|&(kind, _)| self.conditions.include(kind))
+        {
+            for held in self.cooperation.look(&self.scenario, simulation, &state) {
+                let mut searched = bounds
+                    .iter()
+                    .filter(|&&(kind, _)| self.conditions.include(kind));
+                if searched.any(|&(kind, bound)| kind == held.kind && held.held > bound) {
+                    let what = format!("{}, for {}", held.description, held.held);
+                    return Some(of(held.kind, what));
+                }
+            }
         }
         if let Some(from) = self.slow_from
             && state.now > from

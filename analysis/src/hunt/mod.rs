@@ -11,6 +11,7 @@
 
 pub mod case;
 pub mod command;
+mod cooperation;
 mod coverage;
 pub mod ddmin;
 mod hunting;

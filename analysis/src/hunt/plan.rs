@@ -73,6 +73,8 @@ struct HuntFile {
     violations: Option<Vec<String>>,
     objective: Option<String>,
     abandoned_s: f64,
+    duplicated_s: f64,
+    idle_s: f64,
     slow_factor: f64,
     methods: Vec<String>,
     seed: u64,
@@ -115,6 +117,8 @@ impl Default for HuntFile {
             violations: None,
             objective: None,
             abandoned_s: 300.0,
+            duplicated_s: 30.0,
+            idle_s: 60.0,
             slow_factor: 3.0,
             methods: Vec::new(),
             seed: 1,
@@ -329,22 +333,34 @@ fn conditions(contents: &HuntFile, scenario: &Scenario) -> Result<Conditions, Pr
             remedy,
         ));
     }
-    TIME.check(["abandoned_s"], contents.abandoned_s)?;
-    FACTOR.check(["slow_factor"], contents.slow_factor)?;
-    if violations.contains(&ViolationKind::Abandoned) && contents.abandoned_s >= scenario.limit_s {
-        let what = format!(
-            "{} s is not shorter than a run of at most {} s",
-            contents.abandoned_s, scenario.limit_s
-        );
-        return Err(Problem::at(
-            ["abandoned_s"],
-            what,
-            "write a shorter time, or a longer limit_s",
-        ));
+    let times = [
+        (
+            "abandoned_s",
+            ViolationKind::Abandoned,
+            contents.abandoned_s,
+        ),
+        (
+            "duplicated_s",
+            ViolationKind::Duplicated,
+            contents.duplicated_s,
+        ),
+        ("idle_s", ViolationKind::Idle, contents.idle_s),
+    ];
+    for (key, kind, time_s) in times {
+        TIME.check([key], time_s)?;
+        if violations.contains(&kind) && time_s >= scenario.limit_s {
+            let limit_s = scenario.limit_s;
+            let what = format!("{time_s} s is not shorter than a run of at most {limit_s} s");
+            let remedy = "write a shorter time, or a longer limit_s";
+            return Err(Problem::at([key], what, remedy));
+        }
     }
+    FACTOR.check(["slow_factor"], contents.slow_factor)?;
     Ok(Conditions {
         violations,
         abandoned: SimTime::from_secs_f64(contents.abandoned_s),
+        duplicated: SimTime::from_secs_f64(contents.duplicated_s),
+        idle: SimTime::from_secs_f64(contents.idle_s),
         slow_factor: contents.slow_factor,
         par2_from: None,
     })

@@ -24,6 +24,10 @@ pub enum ViolationKind {
     Incomplete,
     /// A robot can work and has an applicable task, but the remaining work does not decrease for a long time.
     Abandoned,
+    /// Two robots that receive each other's messages execute the same exclusive task for a long time.
+    Duplicated,
+    /// A robot executes no task for a long time, and no robot executes one that is applicable to it.
+    Idle,
     /// The run takes longer than a multiple of the run without faults.
     Slow,
     /// The program panicked, or the run did not reach its end for another reason. Every hunt searches for it.
@@ -47,7 +51,13 @@ impl ViolationKind {
     ];
 
     /// The violations that a plan can name besides the invariants.
-    pub const OTHERS: [Self; 3] = [Self::Incomplete, Self::Abandoned, Self::Slow];
+    pub const OTHERS: [Self; 5] = [
+        Self::Incomplete,
+        Self::Abandoned,
+        Self::Duplicated,
+        Self::Idle,
+        Self::Slow,
+    ];
 
     /// Returns the name in plans and results.
     #[must_use]
@@ -64,6 +74,8 @@ impl ViolationKind {
             Self::ReplayIdentical => "replay-identical",
             Self::Incomplete => "incomplete",
             Self::Abandoned => "abandoned",
+            Self::Duplicated => "duplicated",
+            Self::Idle => "idle",
             Self::Slow => "slow",
             Self::Panic => "panic",
             Self::WorstPar2 => "worst-par2",
