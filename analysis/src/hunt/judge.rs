@@ -324,9 +324,11 @@ budget = { runs = 1 }
 limit_s = 120.0
 seeds = 2
 abandoned_s = 40.0
-violations = ['abandoned', 'slow', 'incomplete', 'replay-identical']
+violations = ['abandoned', 'duplicated', 'idle', 'slow', 'incomplete', 'replay-identical']
 slow_factor = 1.5
-allocators = ['static', 'nearest']
+duplicated_s = 20.0
+idle_s = 20.0
+allocators = ['static', 'nearest', 'nearest-silent']
 [scenario]
 robots = [{ name = 'blue', side_sensor = true }, { name = 'gold' }]
 room = { width_m = 7.0, height_m = 5.0 }
@@ -347,7 +349,7 @@ spills = [{ name = 'left', items = 2, x_fraction = 0.3 }, { name = 'right', item
         }
     }
 
-    /// Judges a run of `static` (0) or `nearest` (1) by one violation.
+    /// Judges a run of `static` (0), `nearest` (1) or `nearest-silent` (2) by one violation.
     fn judged(allocator: usize, faults: Vec<Order>, kind: ViolationKind) -> Judgement {
         let plan = plan();
         let case = Case {
@@ -391,6 +393,25 @@ spills = [{ name = 'left', items = 2, x_fraction = 0.3 }, { name = 'right', item
         );
         assert!(abandoned.end_ms < left.end_ms && abandoned.idle_ms > SimTime(40_000));
         let taken_over = judged(1, faults(), ViolationKind::Abandoned);
+        assert!(
+            taken_over.complete && taken_over.violation.is_none(),
+            "{taken_over:?}"
+        );
+    }
+
+    #[test]
+    fn robots_without_a_radio_duplicate_work() {
+        let silent = judged(2, Vec::new(), ViolationKind::Duplicated);
+        assert_eq!(silent.kind(), Some(ViolationKind::Duplicated), "{silent:?}");
+        assert!(silent.end_ms > SimTime(20_000));
+        assert_eq!(judged(2, Vec::new(), ViolationKind::Idle).kind(), None);
+    }
+
+    #[test]
+    fn a_robot_with_a_fixed_assignment_is_idle_beside_the_task_of_a_lost_one() {
+        let idle = judged(0, vec![kill("gold", None)], ViolationKind::Idle);
+        assert_eq!(idle.kind(), Some(ViolationKind::Idle), "{idle:?}");
+        let taken_over = judged(1, vec![kill("gold", None)], ViolationKind::Idle);
         assert!(
             taken_over.complete && taken_over.violation.is_none(),
             "{taken_over:?}"
