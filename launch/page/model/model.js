@@ -136,23 +136,19 @@ export class Model {
     return [...corners, { at, level: motivation.motivation, state: motivation.state, last: true }];
   }
 
+  /** Adds events. A takeover arrives up to two steps after the events of its time. */
   addEvents(events) {
+    const isLate = events.some(({ t_ms }) => t_ms < this.events.at(-1)?.t_ms);
     for (const event of events) {
       const group = groupOf(event.kind, this.run.mission.events);
       this.events.push({ ...event, group, index: this.#nextEvent++ });
     }
+    if (isLate) this.events.sort((a, b) => a.t_ms - b.t_ms || a.index - b.index);
     const surplus = this.events.length - MAX_EVENTS;
     if (this.isLive && surplus > 0) {
       this.events.splice(0, surplus);
       this.missed += surplus;
     }
-    this.#changed();
-  }
-
-  /** Adds the takeovers of a log, which are known after all its events. */
-  addTakeovers(takeovers) {
-    this.addEvents(takeovers);
-    this.events.sort((a, b) => a.t_ms - b.t_ms || a.index - b.index);
     this.#changed();
   }
 
@@ -169,7 +165,14 @@ export class Model {
 
   setEnded(end) {
     this.ended ??= end;
+    if (this.ended.outcome) this.addEnd(this.now, this.ended.outcome);
     this.#changed();
+  }
+
+  /** Adds the end of the run as an event, once. */
+  addEnd(t_ms, outcome) {
+    if (this.events.at(-1)?.kind === "ended") return;
+    this.addEvents([{ t_ms, kind: "ended", robot: "", subject: outcome, reason: "", detail: "" }]);
   }
 
   /** Returns the events up to the displayed time. A live page may receive an event just before its view. */

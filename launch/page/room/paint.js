@@ -77,7 +77,8 @@ export function paintMarks(c, p, marks, palette) {
       }
     }
     c.strokeStyle = isOpen ? full : palette["ink-2"];
-    c.lineWidth = isDone(mark) ? 2 : 1;
+    const isGoalLine = box === null && role === "goal";
+    c.lineWidth = isGoalLine ? 4 : isDone(mark) ? 2 : 1;
     c.setLineDash(role === "zone" || role === "range" ? [4, 4] : []);
     c.stroke();
     c.setLineDash([]);

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use missions::waste::data::default_scenario;
+use proto::event::EventLine;
 use proto::tick::Outcome;
 use proto::view::LevelUnit;
 use run_log::{
@@ -26,6 +27,7 @@ use super::metrics::{Metrics, Occurrence, SentTotals};
 use super::page::{RunSection, page};
 use super::spans::{Span, Spans};
 use super::stints::StintEnd;
+use super::takeovers::{LossTakeover, TakeoverDetector, event_line, loss_takeovers};
 use crate::{testkit, visit};
 
 const BLUE: usize = 0;
