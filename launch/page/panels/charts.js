@@ -14,6 +14,9 @@ const INITIAL_ROBOTS = 6;
 /** The maximum number of curves per robot. The active and waiting sets come first, then those with the highest levels. */
 const MAX_CURVES = 8;
 const MIN_HEIGHT_PX = 108;
+/** The height of the axis of time with times and without, px. */
+const TIMES_PX = 20;
+const BARE_PX = 8;
 const MAX_HEIGHT_PX = 220;
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -157,7 +160,8 @@ export class Charts {
     text(byId("chart-count"), `${ranks.length} of ${this.#model.names.length}`);
     const each = Math.floor(list.clientHeight / Math.max(1, ranks.length));
     const size = { width: list.clientWidth - 4, height: Math.max(MIN_HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24 };
-    for (const rank of ranks) this.#update(rank, size);
+    // All charts have one axis of time, below the last one.
+    for (const rank of ranks) this.#update(rank, size, rank === ranks.at(-1));
     this.#buildLegend();
   }
 
@@ -199,7 +203,7 @@ export class Charts {
     const title = el("div", { class: "chart-title" }, dot(colors[rank]), el("strong", {}, names[rank]), readout);
     const place = el("div", { class: "plot" });
     const element = el("section", { class: "chart", "data-chart": names[rank] }, title, place);
-    const chart = { rank, element, place, readout, values: new Map(), sets: [], bands: [], columns: [[]], size: null, plot: null };
+    const chart = { rank, element, place, readout, values: new Map(), sets: [], bands: [], columns: [[]], size: null, plot: null, hasTimes: false };
     this.#charts.set(rank, chart);
     return element;
   }
@@ -236,7 +240,7 @@ export class Charts {
         y: { range: () => [0, 1.12 * this.#top(chart)] },
       },
       axes: [
-        { ...axis, size: 18, gap: 2, space: 60, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
+        { ...axis, size: chart.hasTimes ? TIMES_PX : BARE_PX, gap: 5, space: 60, values: (_, ticks) => ticks.map((tick) => (chart.hasTimes ? `${tick} s` : "")) },
         {
           ...axis,
           size: 38,
@@ -286,11 +290,14 @@ export class Charts {
     plot.over.addEventListener("click", (event) => this.#seek(1000 * plot.posToVal(event.offsetX, "x")));
   }
 
-  #update(rank, { width, height }) {
+  #update(rank, { width, height }, hasTimes) {
     const chart = this.#charts.get(rank);
     const { history } = this.#model;
     const shown = this.#setsOf(rank, chart.sets);
-    if (!chart.plot || shown.join() !== chart.sets.join()) this.#plot(chart, shown);
+    if (!chart.plot || shown.join() !== chart.sets.join() || chart.hasTimes !== hasTimes) {
+      chart.hasTimes = hasTimes;
+      this.#plot(chart, shown);
+    }
     const curves = shown.map((set) => this.#model.corners(rank, set));
     const size = `${width}×${height}`;
     if (chart.size !== size) {
