@@ -160,8 +160,8 @@ export class Charts {
     text(byId("chart-count"), `${ranks.length} of ${this.#model.names.length}`);
     const each = Math.floor(list.clientHeight / Math.max(1, ranks.length));
     const size = { width: list.clientWidth - 4, height: Math.max(MIN_HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24 };
-    // All charts have one axis of time, below the last one.
-    for (const rank of ranks) this.#update(rank, size, rank === ranks.at(-1));
+    // Charts that are all visible have one axis of time, below the last one.
+    for (const rank of ranks) this.#update(rank, size, rank === ranks.at(-1) || each < MIN_HEIGHT_PX);
     this.#buildLegend();
   }
 

@@ -4,7 +4,7 @@
 import { applyChange } from "./delta.js";
 
 const DAMAGED = "This file is damaged: copy it once more, or make it again with: alliance export RUN --html";
-const TOO_OLD = "This browser cannot unpack the run: open the file in Chrome 114, Firefox 125, Safari 17 or a later one";
+const TOO_OLD = "This browser cannot unpack the run: open the file in Chrome 114, Firefox 125, Safari 17.4 or a later one";
 
 /** The maximum number of chunks of views in memory. The views themselves are shared with the log. */
 const MAX_CHUNKS = 6;

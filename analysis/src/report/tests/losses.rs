@@ -297,3 +297,31 @@ fn events_alone_show_the_takeovers_of_the_report() {
     }
     assert!(count >= 4, "{count} takeovers");
 }
+
+/// The detection that the views show is that of the report.
+#[test]
+fn views_show_the_detection_of_the_report() {
+    let text = "limit_s = 120.0\n[[faults.timeline]]\nfault.kill = 'gold'\nat_s = 75.0\n";
+    let log = testkit::run(testkit::setup(testkit::scenario(text)));
+    let setup = &log.run.setup;
+    let history = History::read(&log).unwrap();
+    let metrics = Metrics::compute(&history, &log.run);
+    let failure = &metrics.failures[0];
+    let orphan = failure.orphan.as_ref().unwrap();
+    let detection = orphan.detection.unwrap();
+    let mut watch = DetectionWatch::new(setup);
+    let mut events = Vec::new();
+    retrace_into(&log, LogLevel::Off, MemoryLog::default(), |simulation| {
+        events.extend(watch.see(&simulation.view()));
+    })
+    .unwrap();
+    let [event] = &events[..] else {
+        panic!("{events:?}");
+    };
+    let name = |rank: usize| setup.scenario.robots[rank].name.as_str();
+    assert_eq!((event.t_ms, event.robot.as_str()), (detection.at, name(detection.robot)));
+    assert_eq!(event.subject, history.catalog.task_name(orphan.task));
+    assert_eq!(event.reason, "gold");
+    let delay = detection.at.since(failure.at);
+    assert_eq!(event.detail, format!("{delay} after its death"));
+}
