@@ -93,7 +93,7 @@ impl DetectionWatch {
                 robot: robots[by].clone(),
                 subject: tasks[lost.task.index()].clone(),
                 reason: robots[lost.robot].clone(),
-                detail: format!("{} after {loss}", at.since(lost.at)),
+                detail: format!("{:.2} s after {loss}", at.since(lost.at).as_secs_f64()),
             });
             false
         });

@@ -1,12 +1,11 @@
 //! The takeovers after the loss of a robot, found from the events of a run alone: while it is live, and at its end.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::fmt;
-use std::fs;
 use std::path::Path;
 
 use proto::event::EventLine;
-use run_log::{EventRow, RunFile, RunLog, Table};
+use run_log::{EventRow, RunFile, Table};
 use scenario::Setup;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
@@ -45,7 +44,7 @@ impl LossTakeover {
             Loss::Died => "its death",
             Loss::Stopped => "its last report",
         };
-        format!("{} after {loss}", self.after)
+        format!("{:.2} s after {loss}", self.after.as_secs_f64())
     }
 
     /// Returns the takeover as an event of the page. Its reason is the lost robot.
@@ -243,10 +242,11 @@ pub fn loss_takeovers<'a>(
 /// Returns the takeovers of the run in a folder; none if its events cannot be read.
 #[must_use]
 pub fn takeovers_in(folder: &Path, run: &RunFile) -> Vec<LossTakeover> {
-    let events = fs::read(folder.join(Table::Events.file_name())).unwrap_or_default();
-    let tables = BTreeMap::from([(Table::Events, events)]);
-    let log = RunLog::from_tables(folder, run.clone(), tables);
-    let events: Vec<EventLine> = log.each_row().map_while(Result::ok).map(event_line).collect();
+    let Ok(events) = csv::Reader::from_path(folder.join(Table::Events.file_name())) else {
+        return Vec::new();
+    };
+    let rows = events.into_deserialize::<EventRow>();
+    let events: Vec<EventLine> = rows.map_while(Result::ok).map(event_line).collect();
     loss_takeovers(&run.setup, &events)
 }
 

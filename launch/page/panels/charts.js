@@ -13,7 +13,7 @@ import { Matrix } from "./matrix.js";
 const INITIAL_ROBOTS = 6;
 /** The maximum number of curves per robot. The active and waiting sets come first, then those with the highest levels. */
 const MAX_CURVES = 8;
-const MIN_HEIGHT_PX = 108;
+const MIN_HEIGHT_PX = 100;
 /** The height of the axis of time with times and without, px. */
 const TIMES_PX = 20;
 const BARE_PX = 8;

@@ -323,5 +323,6 @@ fn views_show_the_detection_of_the_report() {
     assert_eq!(event.subject, history.catalog.task_name(orphan.task));
     assert_eq!(event.reason, "gold");
     let delay = detection.at.since(failure.at);
-    assert_eq!(event.detail, format!("{delay} after its death"));
+    let delay = format!("{:.2} s after its death", delay.as_secs_f64());
+    assert_eq!(event.detail, delay);
 }
