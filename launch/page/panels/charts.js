@@ -13,7 +13,7 @@ import { Matrix } from "./matrix.js";
 const INITIAL_ROBOTS = 6;
 /** The maximum number of curves per robot. The active and waiting sets come first, then those with the highest levels. */
 const MAX_CURVES = 8;
-const MIN_HEIGHT_PX = 100;
+const MIN_HEIGHT_PX = 96;
 /** The height of the axis of time with times and without, px. */
 const TIMES_PX = 20;
 const BARE_PX = 8;
@@ -158,10 +158,14 @@ export class Charts {
     const hasMotivations = ranks.some((rank) => this.#model.view.robots[rank].measure === "motivation");
     text(byId("chart-title"), hasMotivations || ranks.length === 0 ? "Motivations" : "Utilities");
     text(byId("chart-count"), `${ranks.length} of ${this.#model.names.length}`);
-    const each = Math.floor(list.clientHeight / Math.max(1, ranks.length));
-    const size = { width: list.clientWidth - 4, height: Math.max(MIN_HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24 };
-    // Charts that are all visible have one axis of time, below the last one.
-    for (const rank of ranks) this.#update(rank, size, rank === ranks.at(-1) || each < MIN_HEIGHT_PX);
+    const each = Math.floor((list.clientHeight - TIMES_PX + BARE_PX) / Math.max(1, ranks.length));
+    const width = list.clientWidth - 4;
+    const height = Math.max(MIN_HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24;
+    for (const rank of ranks) {
+      // Charts that are all visible have one axis of time, below the last one.
+      const hasTimes = rank === ranks.at(-1) || each < MIN_HEIGHT_PX;
+      this.#update(rank, { width, height: hasTimes ? height + TIMES_PX - BARE_PX : height }, hasTimes);
+    }
     this.#buildLegend();
   }
 
