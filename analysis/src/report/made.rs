@@ -49,6 +49,11 @@ fn page_of(folder: &Path, out: &Path) -> Option<String> {
     } else {
         // A space or `#` in a path would end the link or begin its fragment.
         let path = page.display().to_string();
-        format!("file://{}", path.replace('%', "%25").replace('#', "%23").replace(' ', "%20"))
+        format!(
+            "file://{}",
+            path.replace('%', "%25")
+                .replace('#', "%23")
+                .replace(' ', "%20")
+        )
     })
 }

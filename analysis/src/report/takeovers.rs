@@ -159,7 +159,11 @@ impl TakeoverDetector {
         let stints = &mut self.tasks[task.index()].stints;
         if stints.len() >= STINTS_MAX {
             let ended = |stint: &&&Stint| stint.span.to != OPEN;
-            let latest = kept(stints, step).iter().filter(ended).map(|stint| stint.span.to).max();
+            let latest = kept(stints, step)
+                .iter()
+                .filter(ended)
+                .map(|stint| stint.span.to)
+                .max();
             let recent = SimTime(at.0.saturating_sub(OLD_STEPS * step.0));
             stints.retain(|stint| Some(stint.span.to) == latest || stint.span.to >= recent);
         }

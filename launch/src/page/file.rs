@@ -159,7 +159,10 @@ fn text(path: &str) -> anyhow::Result<&'static str> {
 fn data_url(path: &str, bytes: &[u8]) -> anyhow::Result<String> {
     let asset = assets::find(path).with_context(|| format!("the page has no file {path}"))?;
     let media_type = asset.media_type.replace(' ', "");
-    Ok(format!("data:{media_type};base64,{}", STANDARD.encode(bytes)))
+    Ok(format!(
+        "data:{media_type};base64,{}",
+        STANDARD.encode(bytes)
+    ))
 }
 
 /// Returns the import map of the page's modules. A module inside a URL cannot import by a relative path, so each has a name.
@@ -236,7 +239,10 @@ mod tests {
         assert!(!page.contains("/assets/"));
         assert_eq!(page.matches("</body>").count(), 1);
         // A script ends at its first end tag, also within a text.
-        assert_eq!(page.matches("<script").count(), page.matches("</script").count());
+        assert_eq!(
+            page.matches("<script").count(),
+            page.matches("</script").count()
+        );
     }
 
     /// The page reads the views, curves and events from the file as the server sends them.
@@ -257,7 +263,10 @@ mod tests {
         std::fs::write(&file, html).unwrap();
         let logged = Logged::open(folder.path()).unwrap();
         let answers = folder.path().join("answers.json");
-        let ranks = 0..logged.about()["scenario"]["robots"].as_array().unwrap().len();
+        let ranks = 0..logged.about()["scenario"]["robots"]
+            .as_array()
+            .unwrap()
+            .len();
         let expected = json!({
             "views": serde_json::from_str::<Value>(&serde_json::to_string(&logged.views(0, 1000, 1)).unwrap()).unwrap(),
             "overview": serde_json::from_str::<Value>(&serde_json::to_string(&logged.overview()).unwrap()).unwrap(),

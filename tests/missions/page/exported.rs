@@ -31,11 +31,17 @@ fn a_file_shows_what_the_page_of_the_server_shows() {
     let lab = Lab::new();
     let kill = "[[faults.timeline]]\nfault.kill = 'gold'\nat_s = 75.0\n";
     lab.write("day.toml", kill);
-    lab.mission("run", "day.toml --limit 120 --in-process").expect(1);
+    lab.mission("run", "day.toml --limit 120 --in-process")
+        .expect(1);
     let exported = lab.run("export run --html=run.html").expect(0);
-    assert!(exported.stderr.starts_with("html    run.html ("), "{}", exported.stderr);
+    assert!(
+        exported.stderr.starts_with("html    run.html ("),
+        "{}",
+        exported.stderr
+    );
     let again = lab.refusal("export run --html=run.html");
-    let reason = "alliance export: run.html exists; delete it, or name another file with --html=FILE\n";
+    let reason =
+        "alliance export: run.html exists; delete it, or name another file with --html=FILE\n";
     assert_eq!(again, reason);
 
     let (process, page) = watch(&lab, "run");
@@ -74,7 +80,10 @@ fn a_file_shows_what_the_page_of_the_server_shows() {
     );
     // Curves arrive for every robot, and nothing is requested.
     browser.wait_for("document.querySelector('[data-chart=green] .values').childElementCount >= 4");
-    assert_eq!(browser.eval("performance.getEntriesByType('resource').length"), 0);
+    assert_eq!(
+        browser.eval("performance.getEntriesByType('resource').length"),
+        0
+    );
     browser.assert_no_console_message();
     process.signal(Signal::SIGINT);
     process.wait().expect(0);

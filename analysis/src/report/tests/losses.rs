@@ -261,12 +261,16 @@ fn events_alone_show_the_takeovers_of_the_report() {
     let mut count = 0;
     for (allocator, fault) in [
         ("alliance", "fault.kill = 'gold'\nat_s = 70.0"),
-        ("alliance", "fault.pause = 'gold'\nat_s = 70.0\nfor_s = 60.0"),
+        (
+            "alliance",
+            "fault.pause = 'gold'\nat_s = 70.0\nfor_s = 60.0",
+        ),
         ("alliance", "fault.kill = 'green'\nat_s = 90.0\nfor_s = 5.0"),
         ("cbba", "fault.kill = 'blue'\nat_s = 80.0"),
         ("murdoch", "fault.kill = 'gold'\nat_s = 75.0\nfor_s = 40.0"),
     ] {
-        let text = format!("allocator = '{allocator}'\nlimit_s = 240.0\n[[faults.timeline]]\n{fault}\n");
+        let text =
+            format!("allocator = '{allocator}'\nlimit_s = 240.0\n[[faults.timeline]]\n{fault}\n");
         let log = testkit::run(testkit::setup(testkit::scenario(&text)));
         let setup = &log.run.setup;
         let history = History::read(&log).unwrap();
@@ -282,7 +286,8 @@ fn events_alone_show_the_takeovers_of_the_report() {
             .collect();
         let parts = |all: Vec<LossTakeover>| -> Vec<_> {
             let all = all.into_iter();
-            all.map(|each| (each.at, each.robot, each.task, each.from, each.after)).collect()
+            all.map(|each| (each.at, each.robot, each.task, each.from, each.after))
+                .collect()
         };
         let events: Vec<EventLine> = log.each_row().map(|row| event_line(row.unwrap())).collect();
         assert_eq!(parts(loss_takeovers(setup, &events)), expected, "{text}");
@@ -319,7 +324,10 @@ fn views_show_the_detection_of_the_report() {
         panic!("{events:?}");
     };
     let name = |rank: usize| setup.scenario.robots[rank].name.as_str();
-    assert_eq!((event.t_ms, event.robot.as_str()), (detection.at, name(detection.robot)));
+    assert_eq!(
+        (event.t_ms, event.robot.as_str()),
+        (detection.at, name(detection.robot))
+    );
     assert_eq!(event.subject, history.catalog.task_name(orphan.task));
     assert_eq!(event.reason, "gold");
     let delay = detection.at.since(failure.at);

@@ -12,8 +12,8 @@ use proto::event::EventLine;
 use proto::tick::Outcome;
 use proto::view::LevelUnit;
 use run_log::{
-    AllocationRow, EventRow, Figures, LogLevel, MemoryLog, MessageRow, MotivationRow, PoseRow, RobotFigures,
-    RunFile, RunLog, RunOutcome, Table,
+    AllocationRow, EventRow, Figures, LogLevel, MemoryLog, MessageRow, MotivationRow, PoseRow,
+    RobotFigures, RunFile, RunLog, RunOutcome, Table,
 };
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
