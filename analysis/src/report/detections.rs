@@ -10,7 +10,8 @@ use scenario::ids::{BehaviorId, TaskId};
 use scenario::time::SimTime;
 
 /// Finds the first teammate whose impatience for the task of a lost robot rises: by then, the robot's last claim is older than the
-/// teammate's τ. Allocators with utilities have no impatience, and their robots show no detection.
+/// teammate's τ. Allocators with utilities have no impatience, and their robots show no detection. A fast live run skips views, so a
+/// detection is as late as the next view.
 pub struct DetectionWatch {
     step: SimTime,
     robots: Vec<String>,
