@@ -2,7 +2,7 @@
 
 import { setStyles } from "../ui/colors.js";
 import { Curves } from "./curves.js";
-import { TOOK_OVER, groupOf } from "./events.js";
+import { DETECTED, TOOK_OVER, groupOf } from "./events.js";
 import { History } from "./history.js";
 import { Traffic } from "./traffic.js";
 
@@ -152,10 +152,11 @@ export class Model {
     this.#changed();
   }
 
-  /** Returns the latest takeover of a robot up to now, if it is not older than a time, or undefined. */
+  /** Returns the latest takeover by a robot up to now, or else its latest detection, not older than a time; or undefined. */
   recentTakeover(rank, age_ms) {
-    const isRecent = ({ kind, robot, t_ms }) => kind === TOOK_OVER && robot === this.names[rank] && t_ms <= this.now && t_ms > this.now - age_ms;
-    return this.events.findLast(isRecent);
+    const isRecent = ({ robot, t_ms }) => robot === this.names[rank] && t_ms <= this.now && t_ms > this.now - age_ms;
+    const latest = (wanted) => this.events.findLast((event) => event.kind === wanted && isRecent(event));
+    return latest(TOOK_OVER) ?? latest(DETECTED);
   }
 
   addMissed(count) {

@@ -2,7 +2,7 @@
 // An allocator without motivations has utilities, without a threshold. uPlot draws them; index.html loads it.
 
 import { ACTIVE, WAITING } from "../model/curves.js";
-import { TOOK_OVER } from "../model/events.js";
+import { DETECTED, TOOK_OVER } from "../model/events.js";
 import { levels } from "../model/levels.js";
 import { themeColor } from "../ui/colors.js";
 import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
@@ -373,7 +373,7 @@ export class Charts {
     c.restore();
   }
 
-  /** Draws the threshold, takeovers as diamonds on it, and in a log the present. */
+  /** Draws the threshold, takeovers and detections as diamonds on it, and in a log the present. */
   #paintLines(plot, chart) {
     const { ctx: c, bbox } = plot;
     const line = (x1, y1, x2, y2, color, dash) => {
@@ -398,8 +398,9 @@ export class Charts {
     c.textBaseline = "middle";
     const [from, to] = this.#range();
     for (const { kind, robot, t_ms } of events) {
-      if (kind !== TOOK_OVER || robot !== names[chart.rank] || t_ms < from || t_ms > to) continue;
-      c.fillText("◆", plot.valToPos(t_ms / 1000, "x", true), plot.valToPos(this.#top(chart), "y", true));
+      const sign = { [TOOK_OVER]: "◆", [DETECTED]: "◇" }[kind];
+      if (!sign || robot !== names[chart.rank] || t_ms < from || t_ms > to) continue;
+      c.fillText(sign, plot.valToPos(t_ms / 1000, "x", true), plot.valToPos(this.#top(chart), "y", true));
     }
     const x = plot.valToPos(this.#model.now / 1000, "x", true);
     if (!this.#model.isLive) line(x, bbox.top, x, bbox.top + bbox.height, themeColor("--select"), []);

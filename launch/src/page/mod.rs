@@ -79,6 +79,7 @@ mod tests {
             "branch",
             "faults",
             "embedded",
+            "late_events",
         ] {
             super::node(&mut Command::new("node"), &format!("{file}.test.js"));
         }
