@@ -33,8 +33,16 @@ test("work that comes back has no fixed total: the head has the open work", () =
 });
 
 test("the other columns are shown with their labels", () => {
-  assert.deepEqual(details(COLUMNS, [2, 3, 61_000, 7.5], 73_000), ["last visit 12 s ago", "places left 2", "way m 7.50"]);
-  assert.deepEqual(details(COLUMNS, [5, 0, null, null], 0), ["last visit none yet", "places left 5", "way m –"]);
+  assert.deepEqual(details(COLUMNS, [2, 3, 61_000, 7.5], 73_000), ["last visit 12 s ago", "places left 2", "way 7.50 m"]);
+  assert.deepEqual(details(COLUMNS, [5, 0, null, null], 0), ["last visit none yet", "places left 5", "way –"]);
+});
+
+test("numbers have their unit, and a mission may declare a label", () => {
+  const real = (name, label = null) => ({ name, label, kind: "real" });
+  const columns = [real("left_m"), real("skew_rad"), real("work_left_s"), real("share"), { name: "pairs", kind: "count", label: "targets in view" }];
+  const texts = ["left 3.37 m", "skew -4.6°", "work left 2.00 s", "share 0.50", "targets in view 4"];
+  assert.deepEqual(details(columns, [3.374, -0.08, 2, 0.5, 4], 0), texts);
+  assert.deepEqual(details([real("skew_rad")], [-0.0001], 0), ["skew 0.0°"]);
 });
 
 test("events of the mission have their own group", () => {

@@ -18,11 +18,13 @@ import { obstacleMenu } from "./room/obstacle_menu.js";
 import { Room } from "./room/room.js";
 import { Tools } from "./room/tools.js";
 import { Api } from "./source/api.js";
+import { Embedded } from "./source/embedded.js";
 import { followLive, wasLive } from "./source/live.js";
 import { LiveClock } from "./source/live_clock.js";
 import { Log } from "./source/log.js";
 import { Orders } from "./source/orders.js";
 import { Player } from "./source/player.js";
+import { showBar } from "./ui/bars.js";
 import { Choices } from "./ui/choices.js";
 import { attribute, byId, text } from "./ui/dom.js";
 import { startKeys } from "./ui/keys.js";
@@ -41,35 +43,43 @@ function showNoRun(reason) {
   byId("refused").hidden = false;
 }
 
+/**
+ * Reads the part of the link after the #, such as `TOKEN&t=153`: `{token, start_s}`. A file has no token. `start_s` is
+ * the time at which a log opens, simulated seconds; null: at its start.
+ */
+function readLink() {
+  const words = location.hash.slice(1).split("&");
+  const time = words.find((word) => word.startsWith("t="));
+  const start_s = time ? Number(time.slice(2)) : Number.NaN;
+  return { token: words[0] === time ? "" : words[0], start_s: Number.isFinite(start_s) ? start_s : null };
+}
+
 async function start() {
-  // A link to another run in the same tab changes only the hash: the page must load again.
-  addEventListener("hashchange", () => location.reload());
-  const [token, ...options] = location.hash.slice(1).split("&");
-  const start_s = Number(options.find((option) => option.startsWith("t="))?.slice(2) ?? Number.NaN);
-  if (!token) {
-    showNoRun(
-      "This page needs the complete link that the command printed, including the part after the #.",
-    );
+  const { token } = readLink();
+  const file = Embedded.in(document);
+  if (!file && !token) {
+    // With another link the page starts again.
+    addEventListener("hashchange", () => location.reload());
+    showNoRun("This page needs the complete link that the command printed, including the part after the #.");
     return;
   }
-  const api = new Api(token);
+  const source = file ?? new Api(token);
   try {
-    const run = await api.get("/api/run");
-    await show(api, run, Number.isFinite(start_s) ? start_s : null);
+    await show(source, await source.run());
   } catch (error) {
     showNoRun(error.message);
   }
 }
 
-/** Shows a run. `start_s` is the time at which a log opens, simulated seconds; null: at its start. */
-async function show(api, run, start_s) {
+/** Shows a run. `source` answers the requests for its data: the server or the file (see source/). */
+async function show(source, run) {
   const loop = new Loop();
   const changed = () => loop.request();
   const model = new Model(run, changed);
   const choices = new Choices(changed);
-  const orders = new Orders(api, model, changed);
-  const showError = (error) => notify("refused", error.message);
-  const log = model.isLive ? null : new Log(api, run, changed, showError);
+  const orders = new Orders(source, model, changed);
+  const showError = (error) => showBar("warning", error.message);
+  const log = model.isLive ? null : new Log(source, run, changed, showError);
   const player = log && new Player(log, model, changed);
   const clockwork = player ?? new LiveClock(model, orders);
   const seek = player && ((ms) => player.seekAfter(ms));
@@ -83,10 +93,7 @@ async function show(api, run, start_s) {
   text(byId("run-mode"), mode);
   byId("run-mode").title = `${mode}\nfolder: ${run.folder}`;
   document.title = `${run.run} – alliance`;
-  if (run.log?.warning) {
-    text(byId("warning"), run.log.warning);
-    byId("warning").hidden = false;
-  }
+  if (run.log?.warning) showBar("warning", run.log.warning);
   document.body.dataset.mode = run.mode;
 
   const room = new Room(byId("room-canvas"), model, choices);
@@ -94,7 +101,7 @@ async function show(api, run, start_s) {
   const robots = new Robots(model, choices, orders, changed);
   const links = new Links(model, choices, orders);
   const events = new Events(model, seek, changed);
-  const load = log && ((rank) => log.corners(rank).then((corners) => model.addCorners(corners), showError));
+  const load = log && ((rank) => source.corners(rank).then((corners) => model.addCorners(corners), showError));
   const charts = new Charts(model, choices, seek, load);
   const matrix = new Matrix(model, choices, changed);
   const timeline = player && new Timeline(model, player, events);
@@ -148,7 +155,7 @@ async function show(api, run, start_s) {
     get view() {
       return model.view;
     },
-    /** The answer of `/api/run`. */
+    /** The description of the run, as from `/api/run`. */
     get run() {
       return run;
     },
@@ -158,16 +165,27 @@ async function show(api, run, start_s) {
   startKeys(shortcuts({ model, choices, orders, player, clockwork, clock, timeline, tools, robots, select, branch }));
   changed();
 
+  const { token, start_s } = readLink();
+  addEventListener("hashchange", () => {
+    const link = readLink();
+    // A link to another moment needs no reload. A link to another run in the same tab changes only the hash, too.
+    if (player && link.token === token && link.start_s !== null) seek(1000 * link.start_s);
+    else location.reload();
+  });
   if (model.isLive) {
-    followLive(api, model);
-  } else {
-    api.openPageSocket();
-    if (wasLive(run)) player.seek(Infinity);
-    else if (start_s !== null) player.seekAfter(1000 * start_s);
-    const [events, samples] = await Promise.all([api.get("/api/events"), log.overview()]);
+    followLive(source, model);
+    return;
+  }
+  source.accompany();
+  if (wasLive(run)) player.seek(Infinity);
+  else if (start_s !== null) seek(1000 * start_s);
+  try {
+    const [events, samples] = await Promise.all([source.events(), source.overview()]);
     model.addEvents(events);
+    if (run.log.outcome && run.log.outcome !== "running") model.addEnd(run.log.duration_ms, run.log.outcome);
     model.addSamples(samples);
-    model.addTakeovers(await api.get("/api/takeovers"));
+  } catch (error) {
+    showError(error);
   }
 }
 

@@ -139,7 +139,7 @@ pub fn main(registry: Registry) -> ExitCode {
         Command::Replay(command) => command.run(replay_controllers::compare),
         Command::Diff(command) => command.run(),
         Command::Report(command) => command.run(),
-        Command::Export(command) => command.run(),
+        Command::Export(command) => command.run(page::file::write),
         Command::Sweep(command) => command.run(&program_content()),
         Command::Compare(command) => command.run(&program_content()),
         Command::Tune(command) => command.run(&program_content()),

@@ -3,6 +3,8 @@
 //! - `mcap`: the visible state of the run and its tables, as one recording.
 //! - `parquet`: the tables of its log, one file each.
 //! - `scenario`: the run as a scenario with all external influences, to run, change or sweep again.
+//!
+//! The page of the run as a file (`--html`) comes from the caller, which has the page.
 
 #[cfg(feature = "mcap")]
 mod mcap;
@@ -13,16 +15,21 @@ mod parquet;
 mod scenario;
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
 use run_log::{RunLog, RunOutcome};
 use terminal::stderr_line;
 
 use crate::new_file::{NewFile, write_atomically};
 use crate::{LATEST, exit_status, open, optional};
+
+/// The file in the folder of a run with its page.
+pub const PAGE: &str = "run.html";
 
 /// Export a run to other formats
 #[derive(Args, Clone, Debug)]
@@ -48,24 +55,43 @@ struct Formats {
     /// The scenario with all faults, to run again [default: RUN/scenario.toml]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     scenario: Option<Option<PathBuf>>,
+    /// The page of the run, to open without a server or a network [default: RUN/run.html]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    html: Option<Option<PathBuf>>,
 }
+
+/// The error for a run that this program does not reproduce exactly, with its reason.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Differs(pub String);
+
+/// Writes the page of the run in a folder.
+pub type WriteHtml = fn(&Path, &mut dyn Write) -> anyhow::Result<()>;
 
 impl ExportCommand {
     /// Writes the export. Returns exit status 0; 1 if this program does not reproduce the run exactly; 2 if the folder
     /// contains no run or a file cannot be written.
     #[must_use]
-    pub fn run(&self) -> ExitCode {
-        let done = self.export();
-        let is_other = done
-            .as_ref()
-            .is_err_and(|error| error.is::<mcap::Differs>());
+    pub fn run(&self, write_html: WriteHtml) -> ExitCode {
+        let done = self.export(write_html);
+        let is_other = done.as_ref().is_err_and(|error| error.is::<Differs>());
         let on_error = if is_other { 1 } else { 2 };
         exit_status("export", done.map(|()| ExitCode::SUCCESS), on_error)
     }
 
-    fn export(&self) -> anyhow::Result<()> {
+    fn export(&self, write_html: WriteHtml) -> anyhow::Result<()> {
         if self.formats.mcap.is_some() {
             mcap_is_there()?;
+        }
+        let html = self.formats.html.as_ref().map(|file| {
+            let file = file.clone();
+            file.unwrap_or_else(|| self.folder.join(PAGE))
+        });
+        if let Some(file) = html.as_ref().filter(|file| file.exists()) {
+            bail!(
+                "{} exists; delete it, or name another file with --html=FILE",
+                file.display()
+            );
         }
         let log = open(&self.folder)?;
         if let Some(folder) = &self.formats.parquet {
@@ -96,6 +122,14 @@ impl ExportCommand {
         if let Some(file) = &self.formats.mcap {
             let file = file.clone().unwrap_or_else(|| mcap_file(&self.folder));
             write_mcap(&log, &file)?;
+        }
+        if let Some(path) = html {
+            let mut file = NewFile::create(&path)?;
+            write_html(&self.folder, &mut file.writer())
+                .with_context(|| path.display().to_string())?;
+            file.put_in_place()?;
+            let bytes = fs::metadata(&path).map_or(0, |file| file.len());
+            stderr_line!("html    {} ({:.1} MB)", path.display(), bytes as f64 / 1e6);
         }
         Ok(())
     }

@@ -150,6 +150,7 @@ impl Shown {
     fn part(
         &mut self,
         folder: &Path,
+        out: &Path,
         look: &FigureOptions,
         end: SimTime,
     ) -> anyhow::Result<RunSection<'_>> {
@@ -166,7 +167,7 @@ impl Shown {
             history: &self.history,
             metrics: &self.metrics,
             figures: figures(&self.history, &self.metrics, &wanted)?,
-            made: RunOrigin::of(folder, &wanted),
+            made: RunOrigin::of(folder, out, &wanted),
         })
     }
 }
@@ -180,7 +181,7 @@ pub fn report(folder: &Path, out: &Path, look: &FigureOptions) -> anyhow::Result
     let mut notes = Vec::new();
     let mut shown = Shown::of(folder, look, &mut notes)?;
     let end = shown.history.end;
-    let part = shown.part(folder, look, end)?;
+    let part = shown.part(folder, out, look, end)?;
     let (text, left_out) = page(&part);
     note_left_out(left_out, &mut notes);
     write_figures(out, &part.figures, look.pdf)?;
@@ -201,8 +202,8 @@ fn report_of_two(
     let difference = compare(&a.logged, &b.logged)?;
     let end = a.history.end.max(b.history.end);
     let parts = [
-        a.part(folders[0], look, end)?,
-        b.part(folders[1], look, end)?,
+        a.part(folders[0], out, look, end)?,
+        b.part(folders[1], out, look, end)?,
     ];
     let names = folders.map(|folder| folder.display().to_string());
     let (text, left_out) = page_of_two(&names, &parts, &difference.to_string());

@@ -128,10 +128,7 @@ impl Takeover {
 /// takeover, and neither is the activation of a task that was left as not applicable.
 #[must_use]
 pub fn losses_and_takeovers(history: &History, stints: &[Stint]) -> (Vec<Failure>, Vec<Takeover>) {
-    let kept: Vec<&Stint> = stints
-        .iter()
-        .filter(|stint| !is_bid(stint, history.step) && !gave_in(stint, stints))
-        .collect();
+    let kept = kept(stints, history.step);
     let mut failures = losses(history, stints);
     let mut takeovers: Vec<Takeover> = kept
         .iter()
@@ -255,6 +252,30 @@ fn aftermath(
     }
 }
 
+/// Returns the stints that count for takeovers: all but bids and claims that yielded to another claim.
+pub(super) fn kept(stints: &[Stint], step: SimTime) -> Vec<&Stint> {
+    stints
+        .iter()
+        .filter(|stint| !is_bid(stint, step) && !gave_in(stint, stints))
+        .collect()
+}
+
+/// Returns the latest stint for the same task, of another robot, before a stint that can be a takeover. `kept` are the
+/// stints that count.
+pub(super) fn predecessor<'a>(after: &Stint, kept: &[&'a Stint]) -> Option<&'a Stint> {
+    let at = after.span.from;
+    let on_task = || kept.iter().filter(|stint| stint.task == after.task);
+    let is_second = on_task().any(|stint| stint.span.from == at && stint.robot < after.robot);
+    if is_second {
+        return None;
+    }
+    // Of robots that are still active, the one that began last is the predecessor.
+    let before = on_task()
+        .filter(|stint| stint.span.from < at)
+        .max_by_key(|stint| (stint.span.to.min(at), stint.span.from))?;
+    (before.robot != after.robot).then_some(before)
+}
+
 /// Returns whether the claim lasted one step: a bid that the robot withdrew or that the log does not show further.
 fn is_bid(stint: &Stint, step: SimTime) -> bool {
     stint.end != StintEnd::Absent && stint.span.length() <= step
@@ -284,18 +305,10 @@ fn takeover(
     let returns = !history.robots[after.robot]
         .present
         .contains(at - history.step);
-    let on_task = || kept.iter().filter(|stint| stint.task == after.task);
-    let is_second = on_task().any(|stint| stint.span.from == at && stint.robot < after.robot);
-    if returns || is_second {
+    if returns {
         return None;
     }
-    // Of robots that are still active, the one that began last is the predecessor.
-    let before = on_task()
-        .filter(|stint| stint.span.from < at)
-        .max_by_key(|stint| (stint.span.to.min(at), stint.span.from))?;
-    if before.robot == after.robot {
-        return None;
-    }
+    let before = predecessor(after, kept)?;
     let idle_since = before.idle_since(at);
     let (stood_since, cause) = match &before.end {
         _ if before.span.to > at => (idle_since, TakeoverCause::StillActive),

@@ -109,6 +109,12 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
         ul.answer {
             @for sentence in verdict(part.run, part.history, part.metrics) { li { (sentence) } }
         }
+        p.note {
+            @match &part.made.page {
+                Some(page) => { a href=(page) { "The page of the run" } " shows each moment; the times of losses, takeovers and faults below open it there." },
+                None => { "After " code { "alliance export RUN --html" } ", a new report links the times of losses, takeovers and faults to the page of the run." },
+            }
+        }
         nav aria-label="Contents" {
             @for title in titles(&sections) { a href={ "#" (anchor(title)) } { (title) } " " }
         }
@@ -151,9 +157,9 @@ pub(super) fn tables(part: &RunSection<'_>) -> [(&'static str, Markup); 6] {
         ("Robots", robots(history, metrics)),
         ("Tasks", tasks(history, metrics)),
         ("Mission", mission(run)),
-        ("Lost robots", losses(history, metrics)),
-        ("Takeovers", takeovers(history, metrics)),
-        ("Faults", fault_table(&faults(&history.events))),
+        ("Lost robots", losses(part)),
+        ("Takeovers", takeovers(part)),
+        ("Faults", fault_table(part, &faults(&history.events))),
     ]
 }
 
@@ -337,7 +343,16 @@ fn moments(history: &History, recurring: &Recurring) -> Markup {
     }
 }
 
-fn losses(history: &History, metrics: &Metrics) -> Markup {
+/// Returns a time as a link to that moment of the run's page, if there is such a page.
+fn moment(part: &RunSection<'_>, at: SimTime) -> Markup {
+    match &part.made.page {
+        None => html! { (seconds(at)) },
+        Some(page) => html! { a href={ (page) "#t=" (at.as_secs_f64()) } { (seconds(at)) } },
+    }
+}
+
+fn losses(part: &RunSection<'_>) -> Markup {
+    let (history, metrics) = (part.history, part.metrics);
     if metrics.failures.is_empty() {
         return html! { p.note { "No robot died or was stopped." } };
     }
@@ -348,7 +363,7 @@ fn losses(history: &History, metrics: &Metrics) -> Markup {
         }, &html! {
             @for failure in &metrics.failures {
                 tr {
-                    td { (seconds(failure.at)) }
+                    td { (moment(part, failure.at)) }
                     td.text { (name(history, failure.robot)) " " (loss(failure.loss)) }
                     td.text { (failure.returned_at.map_or_else(|| "never".to_owned(), seconds)) }
                     @match &failure.orphan {
@@ -373,7 +388,8 @@ fn losses(history: &History, metrics: &Metrics) -> Markup {
     }
 }
 
-fn takeovers(history: &History, metrics: &Metrics) -> Markup {
+fn takeovers(part: &RunSection<'_>) -> Markup {
+    let (history, metrics) = (part.history, part.metrics);
     if metrics.takeovers.is_empty() {
         return html! { p.note { "No unfinished task went from one robot to another." } };
     }
@@ -383,7 +399,7 @@ fn takeovers(history: &History, metrics: &Metrics) -> Markup {
         }, &html! {
             @for takeover in &metrics.takeovers {
                 tr {
-                    td { (seconds(takeover.at)) }
+                    td { (moment(part, takeover.at)) }
                     td.text { (history.catalog.task_name(takeover.task)) }
                     td.text { (name(history, takeover.from)) }
                     td.text { (name(history, takeover.robot)) }
@@ -402,7 +418,7 @@ fn takeovers(history: &History, metrics: &Metrics) -> Markup {
     }
 }
 
-fn fault_table(faults: &[FaultMark]) -> Markup {
+fn fault_table(part: &RunSection<'_>, faults: &[FaultMark]) -> Markup {
     if faults.is_empty() {
         return html! { p.note { "The log has no faults." } };
     }
@@ -416,7 +432,7 @@ fn fault_table(faults: &[FaultMark]) -> Markup {
         (table(&html! { th { "at" } th.text { "fault" } th.text { "detail" } }, &html! {
             @for fault in named.iter().take(FAULT_ROWS) {
                 tr {
-                    td { (seconds(fault.at)) }
+                    td { (moment(part, fault.at)) }
                     td.text { (fault.label) }
                     td.text { (fault.detail) }
                 }

@@ -2,12 +2,14 @@
 
 /** The kind of a takeover from a lost robot. */
 export const TOOK_OVER = "took-over";
+/** The kind of the detection of a lost robot. */
+export const DETECTED = "detected";
 
 /** The groups with label, sign and kinds. The mission declares its own kinds. Any other kind is a detail. */
 export const GROUPS = {
-  takeovers: { label: "takeovers", sign: "◆", kinds: [TOOK_OVER] },
+  takeovers: { label: "takeovers", sign: "◆", kinds: [TOOK_OVER, DETECTED] },
   tasks: { label: "tasks", sign: "▲", kinds: ["activated", "waiting", "hibernated"] },
-  mission: { label: "mission", sign: "★", kinds: [] },
+  mission: { label: "mission", sign: "★", kinds: ["ended"] },
   robots: { label: "robots", sign: "●", kinds: ["joined", "gone", "stalled", "back", "energy-out"] },
   faults: { label: "faults", sign: "✖", kinds: ["armed", "applied", "hit", "healed", "disarmed", "failed"] },
   details: { label: "details", sign: "·", kinds: ["progress", "detour", "lost"] },

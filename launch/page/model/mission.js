@@ -2,9 +2,17 @@
 
 import { seconds } from "../ui/words.js";
 
-/** Returns a column's label: `last_report_ms` → `last report`. A time is shown with its unit. */
-export function label(name) {
-  return name.replace(/_ms$/, "").replaceAll("_", " ");
+/** The suffixes of column names with the factor and the unit of the shown value. */
+const UNITS = { _ms: [0.001, "s"], _s: [1, "s"], _m: [1, "m"], _m_s: [1, "m/s"], _rad: [180 / Math.PI, "°"], _j: [1, "J"] };
+
+/** Returns the suffix of a column's name that is a unit, or an empty text. */
+function suffixOf(name) {
+  return Object.keys(UNITS).findLast((suffix) => name.endsWith(suffix)) ?? "";
+}
+
+/** Returns a column's label without its unit: `last_report_ms` → `last report`. A mission may declare another label. */
+function labelOf({ name, label }) {
+  return label ?? name.slice(0, name.length - suffixOf(name).length).replaceAll("_", " ");
 }
 
 /** Tests whether work can expire. Such work may also come back, so its total is not fixed. */
@@ -21,7 +29,7 @@ export function progress(columns, values) {
   if (!first) return null;
   const done = sum("done");
   const [left, expired] = [sum("left"), sum("expired")];
-  const what = label(first.name);
+  const what = labelOf(first);
   if (!canExpire(columns)) return { done, share: done / (done + left || 1), count: `${done} of ${done + left}`, what };
   return { done, share: null, count: `${left} open,`, what: `${done} ${what}${expired ? `, ${expired} expired` : ""}` };
 }
@@ -31,11 +39,16 @@ export function details(columns, values, now) {
   const inProgress = canExpire(columns) ? ["done", "left", "expired"] : ["done"];
   const rest = columns.map((column, index) => ({ ...column, value: values[index] })).filter(({ kind }) => !inProgress.includes(kind));
   rest.sort((a, b) => Number(b.kind === "time") - Number(a.kind === "time"));
-  return rest.map(({ name, kind, value }) => `${label(name)} ${inWords(kind, value, now)}`);
+  return rest.map((column) => `${labelOf(column)} ${inWords(column, now)}`);
 }
 
-function inWords(kind, value, now) {
+function inWords({ name, kind, value }, now) {
   if (kind === "time") return value === null ? "none yet" : `${seconds(now - value, 0)} ago`;
   if (value === null) return "–";
-  return kind === "real" ? value.toFixed(2) : String(value);
+  if (kind !== "real") return String(value);
+  const [factor, unit] = UNITS[suffixOf(name)] ?? [1, ""];
+  const digits = unit === "°" ? 1 : 2;
+  // A small negative number would be shown as -0.00.
+  const shown = (Number((factor * value).toFixed(digits)) || 0).toFixed(digits);
+  return unit === "°" || unit === "" ? `${shown}${unit}` : `${shown} ${unit}`;
 }

@@ -2,7 +2,7 @@
 
 import { setStyles } from "../ui/colors.js";
 import { Curves } from "./curves.js";
-import { TOOK_OVER, groupOf } from "./events.js";
+import { DETECTED, TOOK_OVER, groupOf } from "./events.js";
 import { History } from "./history.js";
 import { Traffic } from "./traffic.js";
 
@@ -136,11 +136,14 @@ export class Model {
     return [...corners, { at, level: motivation.motivation, state: motivation.state, last: true }];
   }
 
+  /** Adds events. A takeover arrives up to two steps after the events of its time. */
   addEvents(events) {
+    const isLate = events.some(({ t_ms }) => t_ms < this.events.at(-1)?.t_ms);
     for (const event of events) {
       const group = groupOf(event.kind, this.run.mission.events);
       this.events.push({ ...event, group, index: this.#nextEvent++ });
     }
+    if (isLate) this.events.sort((a, b) => a.t_ms - b.t_ms || a.index - b.index);
     const surplus = this.events.length - MAX_EVENTS;
     if (this.isLive && surplus > 0) {
       this.events.splice(0, surplus);
@@ -149,17 +152,11 @@ export class Model {
     this.#changed();
   }
 
-  /** Adds the takeovers of a log, which are known after all its events. */
-  addTakeovers(takeovers) {
-    this.addEvents(takeovers);
-    this.events.sort((a, b) => a.t_ms - b.t_ms || a.index - b.index);
-    this.#changed();
-  }
-
-  /** Returns the latest takeover of a robot up to now, if it is not older than a time, or undefined. */
+  /** Returns the latest takeover by a robot up to now, or else its latest detection, not older than a time; or undefined. */
   recentTakeover(rank, age_ms) {
-    const isRecent = ({ kind, robot, t_ms }) => kind === TOOK_OVER && robot === this.names[rank] && t_ms <= this.now && t_ms > this.now - age_ms;
-    return this.events.findLast(isRecent);
+    const isRecent = ({ robot, t_ms }) => robot === this.names[rank] && t_ms <= this.now && t_ms > this.now - age_ms;
+    const latest = (wanted) => this.events.findLast((event) => event.kind === wanted && isRecent(event));
+    return latest(TOOK_OVER) ?? latest(DETECTED);
   }
 
   addMissed(count) {
@@ -169,7 +166,14 @@ export class Model {
 
   setEnded(end) {
     this.ended ??= end;
+    if (this.ended.outcome) this.addEnd(this.now, this.ended.outcome);
     this.#changed();
+  }
+
+  /** Adds the end of the run as an event, once. */
+  addEnd(t_ms, outcome) {
+    if (this.events.at(-1)?.kind === "ended") return;
+    this.addEvents([{ t_ms, kind: "ended", robot: "", subject: outcome, reason: "", detail: "" }]);
   }
 
   /** Returns the events up to the displayed time. A live page may receive an event just before its view. */

@@ -2,6 +2,7 @@
 // The page of a finished run starts no processes, so the command is copied.
 
 import { CONTINUATIONS, branchCommand, branchRefusal } from "../model/branch.js";
+import { copyCommand } from "../ui/bars.js";
 import { byId, el } from "../ui/dom.js";
 import { closeMenu, openMenu, selectField } from "../ui/menu.js";
 import { notify } from "../ui/notices.js";
@@ -26,18 +27,13 @@ export function openBranch({ run, view, now }, player) {
   write();
   const copy = async () => {
     command.select();
-    try {
-      await navigator.clipboard.writeText(command.value);
-      closeMenu();
-      notify("done", "The command is copied: run it in a terminal");
-    } catch {
-      notify("refused", "The browser does not copy: press Ctrl+C, the command is selected");
-    }
+    if (await copyCommand(command.value)) closeMenu();
   };
   openMenu(
     `Branch at ${seconds(now, 2)}`,
     byId("branch"),
     el("p", {}, "This command repeats the run up to here, in the same bytes, and then goes on:"),
+    run.log.is_file ? el("p", {}, `Type it in a terminal, beside the run's folder ${run.folder}.`) : null,
     el(
       "div",
       { class: "choices" },

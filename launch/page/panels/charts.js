@@ -2,7 +2,7 @@
 // An allocator without motivations has utilities, without a threshold. uPlot draws them; index.html loads it.
 
 import { ACTIVE, WAITING } from "../model/curves.js";
-import { TOOK_OVER } from "../model/events.js";
+import { DETECTED, TOOK_OVER } from "../model/events.js";
 import { levels } from "../model/levels.js";
 import { themeColor } from "../ui/colors.js";
 import { attribute, byId, dot, el, keyed, text } from "../ui/dom.js";
@@ -13,7 +13,10 @@ import { Matrix } from "./matrix.js";
 const INITIAL_ROBOTS = 6;
 /** The maximum number of curves per robot. The active and waiting sets come first, then those with the highest levels. */
 const MAX_CURVES = 8;
-const MIN_HEIGHT_PX = 108;
+const MIN_HEIGHT_PX = 96;
+/** The height of the axis of time with times and without, px. */
+const TIMES_PX = 20;
+const BARE_PX = 8;
 const MAX_HEIGHT_PX = 220;
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -155,9 +158,14 @@ export class Charts {
     const hasMotivations = ranks.some((rank) => this.#model.view.robots[rank].measure === "motivation");
     text(byId("chart-title"), hasMotivations || ranks.length === 0 ? "Motivations" : "Utilities");
     text(byId("chart-count"), `${ranks.length} of ${this.#model.names.length}`);
-    const each = Math.floor(list.clientHeight / Math.max(1, ranks.length));
-    const size = { width: list.clientWidth - 4, height: Math.max(MIN_HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24 };
-    for (const rank of ranks) this.#update(rank, size);
+    const each = Math.floor((list.clientHeight - TIMES_PX + BARE_PX) / Math.max(1, ranks.length));
+    const width = list.clientWidth - 4;
+    const height = Math.max(MIN_HEIGHT_PX, Math.min(MAX_HEIGHT_PX, each)) - 24;
+    for (const rank of ranks) {
+      // Charts that are all visible have one axis of time, below the last one.
+      const hasTimes = rank === ranks.at(-1) || each < MIN_HEIGHT_PX;
+      this.#update(rank, { width, height: hasTimes ? height + TIMES_PX - BARE_PX : height }, hasTimes);
+    }
     this.#buildLegend();
   }
 
@@ -199,7 +207,7 @@ export class Charts {
     const title = el("div", { class: "chart-title" }, dot(colors[rank]), el("strong", {}, names[rank]), readout);
     const place = el("div", { class: "plot" });
     const element = el("section", { class: "chart", "data-chart": names[rank] }, title, place);
-    const chart = { rank, element, place, readout, values: new Map(), sets: [], bands: [], columns: [[]], size: null, plot: null };
+    const chart = { rank, element, place, readout, values: new Map(), sets: [], bands: [], columns: [[]], size: null, plot: null, hasTimes: false };
     this.#charts.set(rank, chart);
     return element;
   }
@@ -236,7 +244,7 @@ export class Charts {
         y: { range: () => [0, 1.12 * this.#top(chart)] },
       },
       axes: [
-        { ...axis, size: 18, gap: 2, space: 60, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
+        { ...axis, size: chart.hasTimes ? TIMES_PX : BARE_PX, gap: 5, space: 60, values: (_, ticks) => ticks.map((tick) => (chart.hasTimes ? `${tick} s` : "")) },
         {
           ...axis,
           size: 38,
@@ -286,11 +294,14 @@ export class Charts {
     plot.over.addEventListener("click", (event) => this.#seek(1000 * plot.posToVal(event.offsetX, "x")));
   }
 
-  #update(rank, { width, height }) {
+  #update(rank, { width, height }, hasTimes) {
     const chart = this.#charts.get(rank);
     const { history } = this.#model;
     const shown = this.#setsOf(rank, chart.sets);
-    if (!chart.plot || shown.join() !== chart.sets.join()) this.#plot(chart, shown);
+    if (!chart.plot || shown.join() !== chart.sets.join() || chart.hasTimes !== hasTimes) {
+      chart.hasTimes = hasTimes;
+      this.#plot(chart, shown);
+    }
     const curves = shown.map((set) => this.#model.corners(rank, set));
     const size = `${width}×${height}`;
     if (chart.size !== size) {
@@ -362,7 +373,7 @@ export class Charts {
     c.restore();
   }
 
-  /** Draws the threshold, takeovers as diamonds on it, and in a log the present. */
+  /** Draws the threshold, takeovers and detections as diamonds on it, and in a log the present. */
   #paintLines(plot, chart) {
     const { ctx: c, bbox } = plot;
     const line = (x1, y1, x2, y2, color, dash) => {
@@ -387,8 +398,9 @@ export class Charts {
     c.textBaseline = "middle";
     const [from, to] = this.#range();
     for (const { kind, robot, t_ms } of events) {
-      if (kind !== TOOK_OVER || robot !== names[chart.rank] || t_ms < from || t_ms > to) continue;
-      c.fillText("◆", plot.valToPos(t_ms / 1000, "x", true), plot.valToPos(this.#top(chart), "y", true));
+      const sign = { [TOOK_OVER]: "◆", [DETECTED]: "◇" }[kind];
+      if (!sign || robot !== names[chart.rank] || t_ms < from || t_ms > to) continue;
+      c.fillText(sign, plot.valToPos(t_ms / 1000, "x", true), plot.valToPos(this.#top(chart), "y", true));
     }
     const x = plot.valToPos(this.#model.now / 1000, "x", true);
     if (!this.#model.isLive) line(x, bbox.top, x, bbox.top + bbox.height, themeColor("--select"), []);

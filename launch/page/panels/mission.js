@@ -1,6 +1,8 @@
 // The progress of the mission and the state of the run.
 
+import { shellWord } from "../model/branch.js";
 import { details, progress } from "../model/mission.js";
+import { showBar } from "../ui/bars.js";
 import { attribute, byId, text } from "../ui/dom.js";
 
 export function drawMission(model) {
@@ -32,24 +34,23 @@ export function drawState(model, state, isLoading) {
   text(byId("state"), isSlow ? "loading" : state);
   body.toggleAttribute("data-loading", isSlow);
   if (model.isLive) {
-    const warning = {
-      frozen: `The world has sent nothing for some seconds; its process may be stopped. See: alliance status --run ${model.run.run}`,
-      standing: `The clock waits for ${model.view?.clock.waits_for}.`,
-    }[state];
-    byId("warning").hidden = warning === undefined;
-    text(byId("warning"), warning ?? "");
+    const { run } = model.run;
+    if (state === "frozen") {
+      const line = "The world has sent nothing for some seconds; its process may be stopped. See:";
+      showBar("warning", line, `alliance status --run ${run}`);
+    } else {
+      showBar("warning", state === "standing" ? `The clock waits for ${model.view?.clock.waits_for}.` : null);
+    }
   }
-  const ended = byId("ended");
-  ended.hidden = model.ended === null;
-  if (model.ended) {
-    const { outcome, folder, isDisconnected } = model.ended;
-    const next = model.run.stays ? "Its log opens here." : `View it again with: alliance watch ${folder}`;
-    const result = outcome ? `The run is over: ${outcome}.` : "The run stopped unexpectedly.";
-    text(
-      ended,
-      isDisconnected
-        ? `The process that serves this page has ended; the run may still go on. Open it again with: alliance watch ${model.run.run}`
-        : `${result} ${next}`,
-    );
+  if (!model.ended) return;
+  const { outcome, folder, isDisconnected } = model.ended;
+  const result = outcome ? `The run is over: ${outcome}.` : "The run stopped unexpectedly.";
+  if (isDisconnected) {
+    const line = "The process that serves this page has ended; the run may still go on. Open it again with:";
+    showBar("ended", line, `alliance watch ${model.run.run}`);
+  } else if (model.run.stays) {
+    showBar("ended", `${result} Its log opens here.`);
+  } else {
+    showBar("ended", `${result} View it again with:`, `alliance watch ${shellWord(folder)}`);
   }
 }

@@ -157,6 +157,8 @@ export class Robots {
     card.querySelector("[data-field=carries]").parentElement.hidden = !hasItems;
     setField("pid", robot.pid ?? "–");
     setField("incarnation", robot.incarnation ?? "–");
+    // Robots that never restarted have the first one, and dead ones have none.
+    card.querySelector("[data-field=incarnation]").parentElement.hidden = !this.#model.isLive && (robot.incarnation ?? 1) === 1;
     const hasEnergy = robot.energy_j !== null;
     card.querySelector("[data-field=energy]").parentElement.hidden = !hasEnergy;
     if (hasEnergy) setField("energy", `${(robot.energy_j / 1000).toFixed(1)} kJ`);

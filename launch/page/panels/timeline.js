@@ -2,7 +2,7 @@
 
 import { GROUPS } from "../model/events.js";
 import { themeColor } from "../ui/colors.js";
-import { byId, text } from "../ui/dom.js";
+import { attribute, byId, text } from "../ui/dom.js";
 import { eventInWords, seconds } from "../ui/words.js";
 
 /** Half of the slider thumb, px. The ends of the slider's range lie this far inside. */
@@ -60,7 +60,9 @@ export class Timeline {
     // The slider keeps its position until the views arrive.
     if (!this.#player.isWaiting) slider.value = view.tick;
     slider.setAttribute("aria-valuetext", seconds(this.#model.now, 2));
-    text(byId("at-event"), this.#jumped?.place_ms === this.#player.place_ms ? this.#jumped.line : "");
+    const line = this.#jumped?.place_ms === this.#player.place_ms ? this.#jumped.line : "";
+    text(byId("at-event"), line);
+    attribute(byId("at-event"), "title", line || null);
     this.#mark();
   }
 

@@ -77,7 +77,8 @@ export function paintMarks(c, p, marks, palette) {
       }
     }
     c.strokeStyle = isOpen ? full : palette["ink-2"];
-    c.lineWidth = isDone(mark) ? 2 : 1;
+    const isGoalLine = box === null && role === "goal";
+    c.lineWidth = isGoalLine ? 4 : isDone(mark) ? 2 : 1;
     c.setLineDash(role === "zone" || role === "range" ? [4, 4] : []);
     c.stroke();
     c.setLineDash([]);
@@ -88,12 +89,19 @@ export function paintMarks(c, p, marks, palette) {
     if (isCrowded && isSmall(mark)) continue;
     const style = { color: isDone(mark) ? palette.ink : palette["ink-2"], bold: isDone(mark) };
     const { x, y, align } = labelPlace(p, mark.outline);
+    const width = c.canvas.clientWidth;
+    // Within the picture, where the place is.
+    const box = (label) => {
+      const found = labelBox(c, label, x, y - 8, { ...style, align });
+      const isInside = x > 0 && x < width;
+      const shift = isInside ? Math.max(2 - found.left, Math.min(0, width - 2 - found.right)) : 0;
+      return { ...found, left: found.left + shift, right: found.right + shift };
+    };
     // Without room for the amount, only the name is drawn.
-    const box = (label) => labelBox(c, label, x, y - 8, { ...style, align });
     const label = [labelOf(mark), mark.label].find((each) => !taken.some((other) => overlaps(other, box(each))));
     if (!label) continue;
     taken.push(box(label));
-    words(c, label, x, y - 8, { ...style, align });
+    words(c, label, box(label).left, y - 8, { ...style, align: "left" });
   }
 }
 

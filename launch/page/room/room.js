@@ -1,6 +1,7 @@
 // The room from above: draws it to scale and finds the object under the pointer.
 
 import { affectsLink, inForce, linkState } from "../model/faults.js";
+import { TOOK_OVER } from "../model/events.js";
 import { progress } from "../model/mission.js";
 import { attribute, text } from "../ui/dom.js";
 import { Lens, Projection, distanceToLine, isInside, isWithin, radioLines, sameRectangle } from "./geometry.js";
@@ -208,7 +209,8 @@ export class Room {
     const doing = this.#model.doingInWords(robot);
     if (doing && doing !== "idle" && (names.length <= FULL_LABELS || rank === this.#choices.selected)) lines.push(doing);
     const takeover = this.#model.recentTakeover(rank, TAKEOVER_MS);
-    if (takeover) lines.push(`◆ took over from ${takeover.reason}`);
+    if (takeover?.kind === TOOK_OVER) lines.push(`◆ took over from ${takeover.reason}`);
+    else if (takeover) lines.push(`◇ noticed the loss of ${takeover.reason}`);
     return lines;
   }
 

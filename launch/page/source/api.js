@@ -1,4 +1,5 @@
-// The server's API. Every call has the token of the link.
+// The server as a source of data. Every call has the token of the link. A file with a run has another source with the
+// same requests (embedded.js).
 
 export class Api {
   #token;
@@ -7,12 +8,31 @@ export class Api {
     this.#token = token;
   }
 
-  /** Returns the JSON at a path. Throws an Error whose message is one line for users. */
-  async get(path) {
-    return this.#call(path, {});
+  /** Returns the description of the run. Throws an Error whose message is one line for users, like all requests. */
+  async run() {
+    return this.#call("/api/run");
   }
 
-  /** Sends a command and returns the reply. Throws like `get`. */
+  /** Returns at most `count` views: of the tick `from` and every `step`-th after it, each rounded down to a stored view. */
+  async views({ from, count, step }) {
+    return this.#call(`/api/views?from=${from}&count=${count}&step=${step}`);
+  }
+
+  /** Returns some hundred views of the whole run, with only the poses and states of the robots. */
+  async overview() {
+    return this.#call("/api/overview");
+  }
+
+  /** Returns the corners of all curves of a robot. */
+  async corners(rank) {
+    return this.#call(`/api/corners?robot=${rank}`);
+  }
+
+  async events() {
+    return this.#call("/api/events");
+  }
+
+  /** Sends a command and returns the reply. */
   async control(command) {
     const headers = { "Content-Type": "application/json" };
     return this.#call("/api/control", { method: "POST", headers, body: JSON.stringify(command) });
@@ -23,9 +43,9 @@ export class Api {
     return this.#socket("/api/live");
   }
 
-  /** Opens the socket that keeps the server of a log running while this page is open. */
-  openPageSocket() {
-    return this.#socket("/api/page");
+  /** Keeps the server of a log running while this page is open. */
+  accompany() {
+    this.#socket("/api/page");
   }
 
   #socket(path) {
@@ -33,7 +53,7 @@ export class Api {
     return new WebSocket(`${scheme}://${location.host}${path}`, ["alliance", this.#token]);
   }
 
-  async #call(path, options) {
+  async #call(path, options = {}) {
     const headers = { ...options.headers, Authorization: `Bearer ${this.#token}` };
     let answer;
     try {

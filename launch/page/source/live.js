@@ -47,7 +47,7 @@ const RETRY_MS = 300;
 
 /** Opens the log of the run at the same link as soon as it exists. */
 async function openLog(api) {
-  const run = await api.get("/api/run").catch(() => null);
+  const run = await api.run().catch(() => null);
   if (run?.mode !== "log") {
     setTimeout(() => openLog(api), RETRY_MS);
     return;

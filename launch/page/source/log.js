@@ -3,15 +3,13 @@
 
 /** The maximum number of chunks in memory. */
 const MAX_CHUNKS = 24;
-/** The number of views in the overview of a run. */
-const OVERVIEW = 300;
 
 export class Log {
   /** The number of views, and the simulated time between two of them, ms. */
   count;
   step_ms;
 
-  #api;
+  #source;
   #every;
   #size;
   // "level:chunk" → views, or null while they are loading; the latest used last.
@@ -21,11 +19,11 @@ export class Log {
   #hasFailed = false;
 
   /**
-   * Calls `arrived` when views have arrived, and `failed` with an Error when a request fails. Nothing is loaded after a
-   * failure.
+   * `source` is the server or the file. Calls `arrived` when views have arrived, and `failed` with an Error when a
+   * request fails. Nothing is loaded after a failure.
    */
-  constructor(api, run, arrived, failed) {
-    this.#api = api;
+  constructor(source, run, arrived, failed) {
+    this.#source = source;
     this.#every = run.log.every;
     this.count = Math.floor(run.log.ticks / run.log.every) + 1;
     this.step_ms = run.scenario.step_ms * run.log.every;
@@ -57,17 +55,6 @@ export class Log {
     return view && earlier ? { view, before: [...earlier, ...views.slice(0, place)] } : null;
   }
 
-  /** Returns the corners of all curves of a robot. */
-  async corners(rank) {
-    return this.#api.get(`/api/corners?robot=${rank}`);
-  }
-
-  /** Returns some hundred views of the whole run, with only the poses and states of the robots. */
-  async overview() {
-    const step = Math.max(1, Math.ceil(this.count / OVERVIEW)) * this.#every;
-    return this.#api.get(`/api/views?from=0&count=${OVERVIEW}&step=${step}&brief=true`);
-  }
-
   #chunk(level, chunk) {
     const key = `${level}:${chunk}`;
     const views = this.#chunks.get(key);
@@ -84,9 +71,9 @@ export class Log {
     const first = chunk * this.#size * level;
     if (this.#hasFailed || first >= this.count) return;
     this.#chunks.set(key, null);
-    const query = `from=${first * this.#every}&count=${this.#size}&step=${level * this.#every}`;
+    const range = { from: first * this.#every, count: this.#size, step: level * this.#every };
     try {
-      this.#chunks.set(key, await this.#api.get(`/api/views?${query}`));
+      this.#chunks.set(key, await this.#source.views(range));
     } catch (error) {
       this.#hasFailed = true;
       this.#failed(error);

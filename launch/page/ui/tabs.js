@@ -43,5 +43,6 @@ export function startTabs(changed) {
 
 /** Tests whether a panel is visible. Others are not updated. */
 export function isShown(id) {
-  return byId(id).offsetParent !== null;
+  // Unlike `offsetParent`, this needs no layout.
+  return byId(id).checkVisibility();
 }

@@ -97,6 +97,8 @@ const SENTENCES = {
   gone: () => "is dead",
   stalled: () => "is silent",
   "took-over": (event) => `takes over ${event.subject} from ${event.reason}`,
+  detected: (event) => `notices the loss of ${event.reason}`,
+  ended: (event) => (event.subject === "complete" ? "The mission is complete" : `The run ends: ${event.subject}`),
   back: () => "is back",
   lost: () => "lost a message",
   progress: (event) => `makes progress in ${event.detail}`,
@@ -123,6 +125,7 @@ export function eventInWords(event, names) {
   if (STATE_KINDS.has(event.kind)) return { what, why: reasonInWords(event.reason) };
   if (event.kind === "progress") return { what, why: "" };
   if (event.kind === "took-over") return { what, why: event.detail };
+  if (event.kind === "detected") return { what, why: `${event.detail}: impatience for ${event.subject} rises` };
   return { what, why: tidy([event.reason, event.detail].filter(Boolean).join("; "), names) };
 }
 

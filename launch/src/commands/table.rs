@@ -205,6 +205,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             #[cfg(feature = "mcap")]
             "alliance export runs/first --mcap=run.mcap # for Foxglove",
             "alliance export runs/first --scenario # with all faults, to run again",
+            "alliance export --html=run.html # the page of the run, to open without a server",
         ],
         &[
             "0 The files are written.",

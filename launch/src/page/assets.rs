@@ -55,12 +55,15 @@ const FILES: &[(&str, &[u8])] = files! {
     "room/room.js"
     "room/tools.js"
     "source/api.js"
+    "source/delta.js"
+    "source/embedded.js"
     "source/live.js"
     "source/live_clock.js"
     "source/log.js"
     "source/orders.js"
     "source/player.js"
     "theme.css"
+    "ui/bars.js"
     "ui/choices.js"
     "ui/colors.js"
     "ui/dom.js"
@@ -75,6 +78,11 @@ const FILES: &[(&str, &[u8])] = files! {
     "vendor/uplot/uPlot.iife.min.js"
     "vendor/uplot/uPlot.min.css"
 };
+
+/// Returns the paths of all files below the page's folder.
+pub fn paths() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(path, _)| *path)
+}
 
 /// Returns the file with this path below the page's folder.
 #[must_use]

@@ -3,11 +3,13 @@
 use missions::Registry;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use analysis::report::detections::DetectionWatch;
+use analysis::report::takeovers::{LossTakeover, TakeoverDetector};
 use anyhow::{Context, bail};
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use proto::control::{ControlCommand, Reply};
-use proto::event::TickEvents;
+use proto::event::{EventLine, TickEvents};
 use proto::tick::Outcome;
 use proto::view::View;
 use scenario::Setup;
@@ -47,6 +49,8 @@ struct Received {
 
 struct Memory {
     past: RecordedRun,
+    takeovers: TakeoverDetector,
+    detections: DetectionWatch,
     /// The ticks of the newest view and the newest events, for the detection of repetitions.
     view: Option<u64>,
     events: Option<u64>,
@@ -68,7 +72,7 @@ impl Live {
         let setup = Setup::from_json(&description.setup, &vocabulary)
             .map_err(anyhow::Error::msg)
             .context(described)?;
-        let received = Arc::new(Received::new(SimTime(setup.scenario.step_ms)));
+        let received = Arc::new(Received::new(&setup));
 
         let receiver = Arc::clone(&received);
         observer
@@ -193,11 +197,13 @@ impl Live {
 }
 
 impl Received {
-    /// Creates the state without data for a run with this step.
-    fn new(step: SimTime) -> Self {
+    /// Creates the state of a run without data.
+    fn new(setup: &Setup) -> Self {
         Self {
             memory: Mutex::new(Memory {
-                past: RecordedRun::new(step),
+                past: RecordedRun::new(SimTime(setup.scenario.step_ms)),
+                takeovers: TakeoverDetector::new(setup),
+                detections: DetectionWatch::new(setup),
                 view: None,
                 events: None,
             }),
@@ -215,6 +221,12 @@ impl Received {
             return;
         }
         memory.view = Some(view.tick);
+        let mut found = memory.detections.see(&view);
+        let takeovers = memory.takeovers.take(view.now).into_iter();
+        found.extend(takeovers.map(LossTakeover::into_event));
+        if !found.is_empty() {
+            self.send_events(&mut memory, &found);
+        }
         let messages = std::mem::take(&mut view.messages);
         let left_out = std::mem::take(&mut view.messages_left_out);
         if !messages.is_empty() || left_out > 0 {
@@ -253,11 +265,18 @@ impl Received {
         }
         memory.events = Some(news.tick);
         for event in &news.events {
+            memory.takeovers.add(event);
+        }
+        self.send_events(&mut memory, &news.events);
+    }
+
+    /// Sends events to the pages. `memory` is locked, so that a page that catches up receives each event exactly once.
+    fn send_events(&self, memory: &mut Memory, events: &[EventLine]) {
+        for event in events {
             memory.past.keep_event(json!(event).to_string());
         }
-        let frame = json!({"events": news.events}).to_string();
-        // Under the lock, so that a page that catches up receives each event exactly once. An error means that no page is connected.
-        let _ = self.news.send(frame.into());
+        // An error means that no page is connected.
+        let _ = self.news.send(json!({"events": events}).to_string().into());
     }
 
     fn end(&self, outcome: Option<Outcome>) {
@@ -283,10 +302,10 @@ impl Received {
 
 #[cfg(test)]
 mod tests {
-    use proto::event::EventLine;
     use proto::telemetry::BehaviorState;
     use proto::view::Corner;
     use scenario::ids::{BehaviorId, RobotId};
+    use scenario::testkit::default_setup;
     use tokio::sync::broadcast::error::TryRecvError;
 
     use super::*;
@@ -321,7 +340,7 @@ mod tests {
 
     #[test]
     fn a_slow_page_gets_the_newest_view_and_the_number_of_missed_frames() {
-        let received = Received::new(SimTime(50));
+        let received = Received::new(&default_setup(1));
         let slow = received.view.subscribe();
         let (_, mut events) = received.catch_up();
         let ticks = FRAME_QUEUE as u64 + 10;
@@ -337,7 +356,7 @@ mod tests {
 
     #[test]
     fn repeated_views_and_events_are_ignored() {
-        let received = Received::new(SimTime(50));
+        let received = Received::new(&default_setup(1));
         let (_, mut events) = received.catch_up();
         received.view(view(7, None));
         received.view(view(3, None));
@@ -351,7 +370,7 @@ mod tests {
 
     #[test]
     fn curve_corners_are_not_lost_with_skipped_views() {
-        let received = Received::new(SimTime(50));
+        let received = Received::new(&default_setup(1));
         let (_, mut news) = received.catch_up();
         for tick in 0..3 {
             let corner = Corner {
@@ -383,7 +402,7 @@ mod tests {
 
     #[test]
     fn a_page_that_opens_later_gets_each_event_once() {
-        let received = Received::new(SimTime(50));
+        let received = Received::new(&default_setup(1));
         received.events(&news(1));
         let (past, mut events) = received.catch_up();
         received.events(&news(2));
@@ -401,7 +420,7 @@ mod tests {
 
     #[test]
     fn a_run_ends_once_and_keeps_its_outcome() {
-        let received = Received::new(SimTime(50));
+        let received = Received::new(&default_setup(1));
         let over = received.over.subscribe();
         assert_eq!(*over.borrow(), None);
         received.view(view(9, Some(Outcome::Complete)));

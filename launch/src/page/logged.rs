@@ -2,18 +2,18 @@
 
 use missions::Registry;
 use std::future::Future;
-use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::path::Path;
 use std::time::Duration;
 
 use analysis::replay_views::retrace_into;
-use analysis::report::takeovers::{LossTakeover, loss_takeovers};
+use analysis::report::detections::DetectionWatch;
+use analysis::report::takeovers::{LossTakeover, event_line, loss_takeovers};
 use axum::extract::ws::WebSocket;
 use proto::control::AgentState;
 use proto::event::EventLine;
 use proto::tick::Outcome;
 use proto::view::{Corner, View};
-use run_log::{EventRow, LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
+use run_log::{LogLevel, MemoryLog, RunLog, RunOutcome};
 use scenario::ids::{RobotId, Tick};
 use scenario::time::SimTime;
 use serde_json::{Value, json};
@@ -22,7 +22,7 @@ use tokio::time::timeout;
 
 use super::about::about;
 use super::corners::Corners;
-use super::views::{Views, remove_idle_sets};
+use super::views::{Views, in_brief, remove_idle_sets};
 
 /// The time without an open page after which the server ends.
 const DESERTED: Duration = Duration::from_secs(5);
@@ -30,15 +30,16 @@ const DESERTED: Duration = Duration::from_secs(5);
 /// The maximum number of views in one answer.
 pub const COUNT_MAX: u64 = 1000;
 
-/// The data of `GET /api/run`, `/api/views`, `/api/corners`, `/api/events` and `/api/takeovers`.
+/// The number of views in the overview of a run.
+const OVERVIEW: u64 = 300;
+
+/// The data of `GET /api/run`, `/api/views`, `/api/overview`, `/api/corners` and `/api/events`.
 pub struct Logged {
     about: Value,
     views: Views,
     corners: Corners,
+    /// By time, with the detections of lost robots and the takeovers from them.
     events: Vec<EventLine>,
-    folder: PathBuf,
-    run: RunFile,
-    takeovers: OnceLock<Vec<EventLine>>,
     pages: watch::Sender<usize>,
     interrupted: bool,
     /// The difference between the replay and the log, if there is one.
@@ -56,19 +57,26 @@ impl Logged {
         let step = SimTime(scenario.step_ms);
         let mut views = Views::new();
         let mut corners = Corners::new(scenario.robots.len(), step);
+        let mut detections = DetectionWatch::new(&logged.run.setup);
+        let mut detected = Vec::new();
         let memory = MemoryLog::default();
         let replayed = retrace_into(&logged, LogLevel::Summary, memory, |simulation| {
             corners.add(simulation.take_corners());
             if views.wants(simulation.tick()) {
                 let mut view = simulation.view();
+                detected.extend(detections.see(&view));
                 remove_idle_sets(&mut view);
                 views.add(view);
             }
         })?;
         corners.add(last_levels(&replayed.end, step));
         let log = RunLog::from_memory(&replayed.sink, &Registry::current().vocabulary())?;
-        let events = log.each_row().map(|row| row.map(line));
-        let events = events.collect::<Result<Vec<_>, _>>()?;
+        let events = log.each_row().map(|row| row.map(event_line));
+        let mut events = events.collect::<Result<Vec<_>, _>>()?;
+        let takeovers = loss_takeovers(&logged.run.setup, &events);
+        events.extend(detected);
+        events.extend(takeovers.into_iter().map(LossTakeover::into_event));
+        events.sort_by_key(|event| event.t_ms);
         let result = &replayed.run.result;
         let log = json!({
             "ticks": result.ticks,
@@ -95,11 +103,8 @@ impl Logged {
             views,
             corners,
             events,
-            folder,
-            takeovers: OnceLock::new(),
             pages: watch::Sender::new(0),
             interrupted: logged.run.outcome == RunOutcome::Ended(Outcome::Interrupted),
-            run: logged.run,
             warning: replayed.differs,
         })
     }
@@ -153,6 +158,14 @@ impl Logged {
             .collect()
     }
 
+    /// Returns at most [`OVERVIEW`] views of the whole run, with only the poses and states of the robots.
+    #[must_use]
+    pub fn overview(&self) -> Vec<View> {
+        let step = self.views.count().div_ceil(OVERVIEW).max(1) * self.views.every();
+        let views = self.views(0, OVERVIEW, step);
+        views.into_iter().map(in_brief).collect()
+    }
+
     /// Returns the corners of all curves of a robot by time; empty for an unknown robot.
     #[must_use]
     pub fn corners(&self, rank: usize) -> &[Corner] {
@@ -162,26 +175,6 @@ impl Logged {
     #[must_use]
     pub fn events(&self) -> &[EventLine] {
         &self.events
-    }
-
-    /// Returns the takeovers from lost robots as events. The first call reads the log again, which can take seconds.
-    pub fn takeovers(&self) -> &[EventLine] {
-        self.takeovers.get_or_init(|| {
-            let vocabulary = Registry::current().vocabulary();
-            let takeovers = loss_takeovers(&self.folder, &self.run, &vocabulary);
-            takeovers.into_iter().map(takeover_event).collect()
-        })
-    }
-}
-
-fn takeover_event(takeover: LossTakeover) -> EventLine {
-    EventLine {
-        t_ms: takeover.at,
-        kind: "took-over".to_owned(),
-        robot: takeover.robot,
-        subject: takeover.task,
-        reason: takeover.from,
-        detail: format!("{} after its loss", takeover.after),
     }
 }
 
@@ -201,17 +194,6 @@ fn last_levels(view: &View, step: SimTime) -> Vec<Corner> {
             })
         })
         .collect()
-}
-
-fn line(row: EventRow) -> EventLine {
-    EventLine {
-        t_ms: row.t_ms,
-        kind: row.kind,
-        robot: row.robot,
-        subject: row.subject,
-        reason: row.reason,
-        detail: row.detail,
-    }
 }
 
 #[cfg(test)]

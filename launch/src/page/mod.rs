@@ -2,6 +2,7 @@
 //!
 //! - [`watch`]: `alliance watch`. [`view`]: the page of a finished run.
 //! - [`link`]: socket, token and link. `gate`: access control. `server`: the HTTP server. `assets`: the files of `launch/page/`.
+//! - [`file`]: a finished run with the page as one file, for `alliance export --html`. `delta`: the changes between its views.
 //! - `live`: a live run, received over the bus. `past`: the history for pages that open later. `logged`: a finished run, from its log.
 //!
 //! # Requests to the server
@@ -12,19 +13,21 @@
 //! |---|---|
 //! | `GET /`, `GET /assets/PATH` | the page's files |
 //! | `GET /api/run` | mode `live` or `log`, seed, scenario and ALLIANCE parameters as in run.json, catalog of tasks and behavior sets, length of a log |
-//! | WebSocket `/api/live` | first `{"past": {"views", "messages", "corners", "events"}}`; then `{"view"}` (the newest [`View`](proto::view::View) without its messages and corners), `{"messages": {"receptions", "left_out"}}` and `{"corners"}` (of the view), `{"events"}` (rows of events.csv) and `{"missed"}` (the number of frames of the latter three that a slow page lost); finally `{"ended": {"outcome", "folder"}}`, unless only this server ends |
+//! | WebSocket `/api/live` | first `{"past": {"views", "messages", "corners", "events"}}`; then `{"view"}` (the newest [`View`](proto::view::View) without its messages and corners), `{"messages": {"receptions", "left_out"}}` and `{"corners"}` (of the view), `{"events"}` (rows of events.csv and, up to two steps late, `detected` and `took-over` as in a log) and `{"missed"}` (the number of frames of the latter three that a slow page lost); finally `{"ended": {"outcome", "folder"}}`, unless only this server ends |
 //! | `POST /api/control` | a command as in `docs/CONTROL.md`; returns the world's reply |
-//! | `GET /api/views?from=TICK&count=N&step=K&brief=true` | of a finished run: at most 1000 views; with `brief` only the poses and states of the robots |
+//! | `GET /api/views?from=TICK&count=N&step=K` | of a finished run: at most 1000 views |
+//! | `GET /api/overview` | of a finished run: some hundred views of the whole run, with only the poses and states of the robots |
 //! | `GET /api/corners?robot=RANK` | of a finished run: the corners of all curves of motivations of that robot ([`Corner`](proto::view::Corner)) |
 //! | WebSocket `/api/page` | of a finished run: nothing; it stays open as long as the page |
-//! | `GET /api/events` | of a finished run: all rows of events.csv |
-//! | `GET /api/takeovers` | of a finished run: the takeovers from lost robots, in the form of events |
+//! | `GET /api/events` | of a finished run: all rows of events.csv, and of lost robots the detections and the takeovers as events `detected` and `took-over` |
 //!
 //! A refused request or an invalid command returns `{"error": "…"}`.
 
 mod about;
 mod assets;
 mod corners;
+mod delta;
+pub mod file;
 mod gate;
 pub mod link;
 mod live;
@@ -75,6 +78,8 @@ mod tests {
             "mission",
             "branch",
             "faults",
+            "embedded",
+            "late_events",
         ] {
             super::node(&mut Command::new("node"), &format!("{file}.test.js"));
         }

@@ -21,14 +21,12 @@ use serde::Deserialize;
 use serde_json::json;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
-use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 
 use super::assets;
 use super::gate::{AccessControl, SUBPROTOCOL};
 use super::live::Live;
 use super::logged::Logged;
-use super::views::in_brief;
 
 /// The maximum size of a command in bytes, as on the control topic.
 const COMMAND_MAX: usize = 256 * 1024;
@@ -77,10 +75,10 @@ pub async fn serve(
             Shown::Logged(logged) => Router::new()
                 .route("/api/run", get(about_logged))
                 .route("/api/views", get(views))
+                .route("/api/overview", get(overview))
                 .route("/api/page", get(accompany))
                 .route("/api/corners", get(corners))
                 .route("/api/events", get(events))
-                .route("/api/takeovers", get(takeovers))
                 .with_state(Arc::from(logged)),
         })
         .layer(middleware::from_fn_with_state(gate, guard));
@@ -179,8 +177,6 @@ struct ViewsQuery {
     count: u64,
     #[serde(default = "one")]
     step: u64,
-    #[serde(default)]
-    brief: bool,
 }
 
 fn one() -> u64 {
@@ -188,12 +184,11 @@ fn one() -> u64 {
 }
 
 async fn views(State(logged): State<Arc<Logged>>, Query(query): Query<ViewsQuery>) -> Response {
-    let views = logged.views(query.from, query.count, query.step);
-    if query.brief {
-        let brief: Vec<_> = views.into_iter().map(in_brief).collect();
-        return Json(brief).into_response();
-    }
-    Json(views).into_response()
+    Json(logged.views(query.from, query.count, query.step)).into_response()
+}
+
+async fn overview(State(logged): State<Arc<Logged>>) -> Response {
+    Json(logged.overview()).into_response()
 }
 
 #[derive(Deserialize)]
@@ -207,12 +202,4 @@ async fn corners(State(logged): State<Arc<Logged>>, Query(query): Query<CornersQ
 
 async fn events(State(logged): State<Arc<Logged>>) -> Response {
     Json(logged.events()).into_response()
-}
-
-async fn takeovers(State(logged): State<Arc<Logged>>) -> Response {
-    // The log is read again, which would block the other requests.
-    let answer = spawn_blocking(move || Json(logged.takeovers()).into_response());
-    answer
-        .await
-        .unwrap_or_else(|_| StatusCode::INTERNAL_SERVER_ERROR.into_response())
 }

@@ -90,6 +90,12 @@ impl Views {
         self.every
     }
 
+    /// Returns the number of views in memory.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.kept.len() as u64
+    }
+
     /// Returns the number of views for one request of the page.
     #[must_use]
     pub fn chunk(&self) -> usize {

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use analysis::interrupted::INTERRUPTED_STATUS;
-use analysis::report::takeovers::loss_takeovers;
+use analysis::report::takeovers::takeovers_in;
 use analysis::sweep::shell_quoted;
 use analysis::table;
 use comfy_table::Table;
-use missions::Registry;
 use proto::control::FaultStatus;
 use proto::tick::Outcome;
 use run_log::{LogLevel, RunFile, RunOutcome};
@@ -58,7 +57,7 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
         result.sim_time_ms,
         result.ticks,
     );
-    for takeover in loss_takeovers(&plan.folder, run, &Registry::current().vocabulary()) {
+    for takeover in takeovers_in(&plan.folder, run) {
         stderr_line!("{takeover}");
     }
     if let Some(line) = faults(&run.faults) {

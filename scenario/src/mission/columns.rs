@@ -20,6 +20,8 @@ pub struct Column {
     /// The kind of the events that change the column. They count as effects on the world. A [time](ColumnKind::Time)
     /// column holds the time of the latest one.
     pub event: Option<&'static str>,
+    /// The label on the page; `None` for the name without its unit.
+    pub label: Option<&'static str>,
 }
 
 /// The meaning of a column's values.
@@ -78,7 +80,21 @@ impl Column {
     }
 
     const fn new(name: &'static str, kind: ColumnKind, event: Option<&'static str>) -> Self {
-        Self { name, kind, event }
+        Self {
+            name,
+            kind,
+            event,
+            label: None,
+        }
+    }
+
+    /// Returns the column with a label for the page, if its name alone does not say enough.
+    #[must_use]
+    pub const fn with_label(self, label: &'static str) -> Self {
+        Self {
+            label: Some(label),
+            ..self
+        }
     }
 
     /// Returns the column with its value in a row.

@@ -19,6 +19,9 @@ fn wrong_arguments_are_refused_in_one_line() {
         "export run --parquet",
         "export run --mcap=no/such/folder.mcap",
         "export run --mcap=taken.mcap",
+        "export nowhere --html",
+        "export run --html=no/such/folder.html",
+        "export run --html=taken.mcap",
     ];
     let answers = commands.map(|command| {
         let answer = entry(command, &lab.refusal(command));

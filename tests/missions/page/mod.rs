@@ -2,6 +2,7 @@
 
 mod browser;
 mod client;
+mod exported;
 mod finished;
 mod gate;
 mod hundreds;

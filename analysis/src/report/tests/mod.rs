@@ -8,16 +8,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 use missions::waste::data::default_scenario;
+use proto::event::EventLine;
 use proto::tick::Outcome;
 use proto::view::LevelUnit;
 use run_log::{
-    AllocationRow, EventRow, Figures, LogLevel, MessageRow, MotivationRow, PoseRow, RobotFigures,
-    RunFile, RunLog, RunOutcome, Table,
+    AllocationRow, EventRow, Figures, LogLevel, MemoryLog, MessageRow, MotivationRow, PoseRow,
+    RobotFigures, RunFile, RunLog, RunOutcome, Table,
 };
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 use scenario::{Robot, Scenario, Setup, TaskSection};
 
+use super::detections::DetectionWatch;
 use super::failures::TakeoverCause;
 use super::figures::{FigureSelection, figures};
 use super::history::History;
@@ -26,6 +28,8 @@ use super::metrics::{Metrics, Occurrence, SentTotals};
 use super::page::{RunSection, page};
 use super::spans::{Span, Spans};
 use super::stints::StintEnd;
+use super::takeovers::{LossTakeover, TakeoverDetector, event_line, loss_takeovers};
+use crate::replay_views::retrace_into;
 use crate::{testkit, visit};
 
 const BLUE: usize = 0;

@@ -74,7 +74,12 @@ impl MissionData for Observe {
             events: &["found", "lost"],
             continuous: true,
             verbs: &[("finds", "found"), ("loses", "lost")],
-            columns: const { &[Column::count("observed"), Column::count("pairs")] },
+            columns: const {
+                &[
+                    Column::count("observed").with_label("targets observed"),
+                    Column::count("pairs").with_label("pairs of robot and observed target"),
+                ]
+            },
             ..MissionVocabulary::NONE
         }
     }

@@ -70,8 +70,8 @@ impl MissionData for Push {
             bulletins: ["stroke", "second"],
             columns: const {
                 &[
-                    Column::real("left_m"),
-                    Column::real("right_m"),
+                    Column::real("left_m").with_label("left end advanced"),
+                    Column::real("right_m").with_label("right end advanced"),
                     Column::real("skew_rad"),
                     Column::done("bars_arrived", "arrived"),
                     Column::left("bars_left"),

@@ -432,7 +432,7 @@ impl MissionWorld for PushWorld {
                 },
                 role: MarkRole::Goal,
                 work: None,
-                label: String::new(),
+                label: "goal".to_owned(),
             });
         }
         log::show_sensed(view);
