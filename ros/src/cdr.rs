@@ -59,10 +59,7 @@ mod tests {
                 nanosec: 0x0a0b_0c0d,
             },
         };
-        assert_eq!(
-            encode(&clock),
-            [0, 1, 0, 0, 1, 0, 0, 0, 13, 12, 11, 10]
-        );
+        assert_eq!(encode(&clock), [0, 1, 0, 0, 1, 0, 0, 0, 13, 12, 11, 10]);
     }
 
     #[test]

@@ -65,8 +65,8 @@ mod tests {
     use super::*;
     use crate::field::Message;
     use crate::messages::{
-        DiagnosticArray, LaserScan, MarkerArray, OccupancyGrid, Odometry, PointCloud2, StringMessage,
-        TfMessage,
+        DiagnosticArray, LaserScan, MarkerArray, OccupancyGrid, Odometry, PointCloud2,
+        StringMessage, TfMessage,
     };
 
     /// Hashes of the Python package `rosbags` 0.11 for ROS 2 Humble to Kilted.

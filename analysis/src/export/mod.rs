@@ -1,15 +1,23 @@
 //! `alliance export`: a run in the formats of other tools.
 //!
 //! - `mcap`: the visible state of the run and its tables, as one recording.
+//! - `rosbag`: the same as a bag of ROS 2, for `ros2 bag play`.
 //! - `parquet`: the tables of its log, one file each.
 //! - `scenario`: the run as a scenario with all external influences, to run, change or sweep again.
 
+#[cfg(any(feature = "mcap", feature = "rosbag"))]
+mod look;
 #[cfg(feature = "mcap")]
 mod mcap;
 #[cfg(not(feature = "mcap"))]
 #[path = "without_mcap.rs"]
 mod mcap;
 mod parquet;
+#[cfg(feature = "rosbag")]
+mod rosbag;
+#[cfg(not(feature = "rosbag"))]
+#[path = "without_rosbag.rs"]
+mod rosbag;
 mod scenario;
 
 use std::collections::BTreeMap;
@@ -23,6 +31,11 @@ use terminal::stderr_line;
 
 use crate::new_file::{NewFile, write_atomically};
 use crate::{LATEST, exit_status, open, optional};
+
+/// An error for a run that this program does not reproduce exactly.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Differs(pub String);
 
 /// Export a run to other formats
 #[derive(Args, Clone, Debug)]
@@ -42,6 +55,9 @@ struct Formats {
     /// MCAP for Foxglove, Lichtblick and PlotJuggler [default: RUN/run.mcap]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, hide = !cfg!(feature = "mcap"))]
     mcap: Option<Option<PathBuf>>,
+    /// A new folder for `ros2 bag play` and RViz [default: RUN/rosbag]
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true, hide = !cfg!(feature = "rosbag"))]
+    rosbag: Option<Option<PathBuf>>,
     /// Each table of the log as a Parquet file [default: RUN/parquet]
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]
     parquet: Option<Option<PathBuf>>,
@@ -56,9 +72,7 @@ impl ExportCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let done = self.export();
-        let is_other = done
-            .as_ref()
-            .is_err_and(|error| error.is::<mcap::Differs>());
+        let is_other = done.as_ref().is_err_and(|error| error.is::<Differs>());
         let on_error = if is_other { 1 } else { 2 };
         exit_status("export", done.map(|()| ExitCode::SUCCESS), on_error)
     }
@@ -67,7 +81,16 @@ impl ExportCommand {
         if self.formats.mcap.is_some() {
             mcap_is_there()?;
         }
+        if self.formats.rosbag.is_some() {
+            rosbag_is_there()?;
+        }
         let log = open(&self.folder)?;
+        let bag = self.formats.rosbag.as_ref();
+        let bag = bag.map(|folder| folder.clone().unwrap_or_else(|| self.folder.join("rosbag")));
+        if let Some(folder) = &bag {
+            // Before the other formats, which replace older files.
+            rosbag::check(&log, folder)?;
+        }
         if let Some(folder) = &self.formats.parquet {
             let folder = folder
                 .clone()
@@ -97,6 +120,10 @@ impl ExportCommand {
             let file = file.clone().unwrap_or_else(|| mcap_file(&self.folder));
             write_mcap(&log, &file)?;
         }
+        if let Some(folder) = &bag {
+            rosbag::write(&log, folder)?;
+            stderr_line!("rosbag  {}", folder.display());
+        }
         Ok(())
     }
 }
@@ -107,6 +134,11 @@ impl ExportCommand {
 /// Returns an error that names the required feature.
 pub fn mcap_is_there() -> anyhow::Result<()> {
     optional::check("mcap", cfg!(feature = "mcap"))
+}
+
+/// Checks that this program can write bags of ROS 2.
+fn rosbag_is_there() -> anyhow::Result<()> {
+    optional::check("rosbag", cfg!(feature = "rosbag"))
 }
 
 /// Writes the run in `folder` as DIR/run.mcap.

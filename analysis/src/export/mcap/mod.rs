@@ -30,7 +30,7 @@ use anyhow::Context;
 use missions::Registry;
 use run_log::{LogLevel, MemoryLog, RunLog};
 
-use super::facts;
+use super::{Differs, facts};
 use crate::replay_views::retrace_into;
 use frames::FrameTopic;
 use merge::merge;
@@ -38,11 +38,6 @@ use recording::Recording;
 use scene::SceneTopics;
 use sensors::SensorTopics;
 use tables::TableTopics;
-
-/// An error for a run that this program does not reproduce exactly.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct Differs(String);
 
 /// Replays a logged run and records it.
 ///
