@@ -1,17 +1,25 @@
 //! `alliance export`: a run in the formats of other tools.
 //!
 //! - `mcap`: the visible state of the run and its tables, as one recording.
+//! - `rosbag`: the same as a bag of ROS 2, for `ros2 bag play`.
 //! - `parquet`: the tables of its log, one file each.
 //! - `scenario`: the run as a scenario with all external influences, to run, change or sweep again.
 //!
 //! The page of the run as a file (`--html`) comes from the caller, which has the page.
 
+#[cfg(any(feature = "mcap", feature = "rosbag"))]
+mod look;
 #[cfg(feature = "mcap")]
 mod mcap;
 #[cfg(not(feature = "mcap"))]
 #[path = "without_mcap.rs"]
 mod mcap;
 mod parquet;
+#[cfg(feature = "rosbag")]
+mod rosbag;
+#[cfg(not(feature = "rosbag"))]
+#[path = "without_rosbag.rs"]
+mod rosbag;
 mod scenario;
 
 use std::collections::BTreeMap;
@@ -30,6 +38,10 @@ use crate::{LATEST, exit_status, open, optional};
 
 /// The file in the folder of a run with its page.
 pub const PAGE: &str = "run.html";
+/// An error for a run that this program does not reproduce exactly.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Differs(pub String);
 
 /// Export a run to other formats
 #[derive(Args, Clone, Debug)]
@@ -49,6 +61,9 @@ struct Formats {
     /// MCAP for Foxglove, Lichtblick and PlotJuggler [default: RUN/run.mcap]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, hide = !cfg!(feature = "mcap"))]
     mcap: Option<Option<PathBuf>>,
+    /// A new folder for `ros2 bag play` and RViz [default: RUN/rosbag]
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true, hide = !cfg!(feature = "rosbag"))]
+    rosbag: Option<Option<PathBuf>>,
     /// Each table of the log as a Parquet file [default: RUN/parquet]
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]
     parquet: Option<Option<PathBuf>>,
@@ -93,7 +108,16 @@ impl ExportCommand {
                 file.display()
             );
         }
+        if self.formats.rosbag.is_some() {
+            rosbag_is_there()?;
+        }
         let log = open(&self.folder)?;
+        let bag = self.formats.rosbag.as_ref();
+        let bag = bag.map(|folder| folder.clone().unwrap_or_else(|| self.folder.join("rosbag")));
+        if let Some(folder) = &bag {
+            // Before the other formats, which replace older files.
+            rosbag::check(&log, folder)?;
+        }
         if let Some(folder) = &self.formats.parquet {
             let folder = folder
                 .clone()
@@ -131,6 +155,10 @@ impl ExportCommand {
             let bytes = fs::metadata(&path).map_or(0, |file| file.len());
             stderr_line!("html    {} ({:.1} MB)", path.display(), bytes as f64 / 1e6);
         }
+        if let Some(folder) = &bag {
+            rosbag::write(&log, folder)?;
+            stderr_line!("rosbag  {}", folder.display());
+        }
         Ok(())
     }
 }
@@ -141,6 +169,11 @@ impl ExportCommand {
 /// Returns an error that names the required feature.
 pub fn mcap_is_there() -> anyhow::Result<()> {
     optional::check("mcap", cfg!(feature = "mcap"))
+}
+
+/// Checks that this program can write bags of ROS 2.
+fn rosbag_is_there() -> anyhow::Result<()> {
+    optional::check("rosbag", cfg!(feature = "rosbag"))
 }
 
 /// Writes the run in `folder` as DIR/run.mcap.

@@ -3,6 +3,7 @@
 mod formats;
 mod notebook;
 mod refusals;
+mod rosbag;
 
 use std::path::Path;
 

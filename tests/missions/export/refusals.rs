@@ -22,10 +22,26 @@ fn wrong_arguments_are_refused_in_one_line() {
         "export nowhere --html",
         "export run --html=no/such/folder.html",
         "export run --html=taken.mcap",
+        "export run --rosbag=taken.mcap",
+        "export run --rosbag=no/such/folder",
+        "export digit --rosbag",
+        "export equal --rosbag",
+        "export team --scenario=taken.toml --rosbag",
     ];
+    for (name, robots) in [
+        ("digit", r#"{ name = "blue" }, { name = "3po" }"#),
+        ("equal", r#"{ name = "r-2" }, { name = "r_2" }"#),
+        ("team", r#"{ name = "alliance" }"#),
+    ] {
+        let scenario = format!("name = \"{name}\"\nrobots = [{robots}]\n[waste]\n");
+        lab.write(&format!("{name}.toml"), scenario);
+        let mission = format!("{name}.toml --limit 2 --log off --in-process");
+        lab.mission(name, mission).expect(1);
+    }
     let answers = commands.map(|command| {
         let answer = entry(command, &lab.refusal(command));
         assert_eq!(lab.names("run"), before, "{command}");
+        assert!(!lab.path("taken.toml").exists(), "{command}");
         answer
     });
     insta::assert_snapshot!(answers.concat());

@@ -56,6 +56,8 @@ use process_actions::{Acts, PendingAction};
 use tick::TickPhase;
 use view::ViewHistory;
 
+pub use view::SENSING_TEAM_MAX;
+
 pub struct Simulation {
     setup: Setup,
     world: World,

@@ -25,7 +25,7 @@ const FAULTS_MAX: usize = 200;
 const CORNERS_MAX: usize = 10_000;
 
 /// The largest team whose views contain sensor readings. A view has to fit into a message.
-const SENSING_TEAM_MAX: usize = 200;
+pub const SENSING_TEAM_MAX: usize = 200;
 
 /// The history that views need beyond the state of the run.
 pub(super) struct ViewHistory {

@@ -7,30 +7,18 @@ use foxglove::messages::{
 use glam::Vec2;
 use plotters::style::RGBColor;
 use proto::control::AgentState;
-use proto::view::{ItemView, Mark, MarkOutline, MarkRole, RobotView, View};
+use proto::view::{ItemView, Mark, MarkOutline, RobotView, View};
 use scenario::time::SimTime;
 use scenario::{Obstacle, Setup};
-use world_server::world::Penetrability;
 
 use super::recording::{Channel, Message, Recording};
 use super::well_known::{WORLD, at, color, stamp, turned, vector};
+use crate::export::look::{
+    self, BORDER, FLAT, FLOOR, HEIGHT, LETTERS, ROBOT_LETTERS_HEIGHT, THIN, activity, mark_opacity,
+    robot_opacity,
+};
 use crate::figures::canvas::INK;
 use crate::figures::palette;
-
-const FLOOR: RGBColor = RGBColor(246, 246, 244);
-const BORDER: RGBColor = RGBColor(60, 60, 60);
-const SOLID: RGBColor = RGBColor(130, 130, 130);
-const SLOW: RGBColor = RGBColor(150, 110, 60);
-const FAST: RGBColor = RGBColor(90, 170, 220);
-
-/// Height of walls and robots, m.
-const HEIGHT: f64 = 0.3;
-/// Thickness of flat objects on the floor, m.
-const FLAT: f64 = 0.01;
-/// Thickness of a line, m.
-const THIN: f32 = 0.04;
-/// Size of letters, m.
-const LETTERS: f64 = 0.22;
 
 pub struct SceneTopics {
     setup: Setup,
@@ -144,29 +132,15 @@ impl SceneTopics {
         let scenario = &self.setup.scenario;
         let (width, height) = (scenario.room.width_m, scenario.room.height_m);
         let (width, height) = (f64::from(width), f64::from(height));
-        let wall = 0.05;
-        let beam = |center: (f64, f64), size: (f64, f64)| {
-            let center = vector(center.0, center.1, HEIGHT / 2.0);
-            cube(
-                at(center),
-                vector(size.0, size.1, HEIGHT),
-                color(BORDER, 1.0),
-            )
-        };
-        // The border lies outside, so that a robot at the border touches it.
-        let outside = wall / 2.0;
         let center = vector(width / 2.0, height / 2.0, -1.5 * FLAT);
         let floor = cube(at(center), vector(width, height, FLAT), color(FLOOR, 1.0));
-        let along = (width + 2.0 * wall, wall);
-        let across = (wall, height);
+        let walls = look::border(&self.setup).map(|wall| {
+            let center = vector(wall.center.0, wall.center.1, HEIGHT / 2.0);
+            let size = vector(wall.size.0, wall.size.1, HEIGHT);
+            cube(at(center), size, color(BORDER, 1.0))
+        });
         SceneEntity {
-            cubes: vec![
-                floor,
-                beam((width / 2.0, -outside), along),
-                beam((width / 2.0, height + outside), along),
-                beam((-outside, height / 2.0), across),
-                beam((width + outside, height / 2.0), across),
-            ],
+            cubes: [floor].into_iter().chain(walls).collect(),
             ..self.room.bare()
         }
     }
@@ -189,13 +163,8 @@ impl SceneTopics {
             return topic.bare();
         }
         let radius = self.setup.scenario.body.radius_m;
-        let alive = robot.state == AgentState::Present;
-        let paint = |rgb: RGBColor| color(rgb, if alive { 1.0 } else { 0.4 });
-        let activity = match robot.active {
-            _ if !alive => robot.state.as_str(),
-            Some(set) => self.setup.catalog.behavior_name(set),
-            None => "idle",
-        };
+        let paint = |rgb: RGBColor| color(rgb, robot_opacity(robot));
+        let activity = activity(&self.setup, robot);
         let name = &self.setup.scenario.robots[rank].name;
         SceneEntity {
             cylinders: vec![cylinder(
@@ -217,7 +186,7 @@ impl SceneTopics {
                 .collect(),
             texts: vec![lettering(
                 format!("{name}: {activity}"),
-                vector(0.0, 0.0, HEIGHT + 1.5 * LETTERS),
+                vector(0.0, 0.0, ROBOT_LETTERS_HEIGHT),
             )],
             ..topic.bare()
         }
@@ -236,13 +205,7 @@ fn ball(x: f32, y: f32, radius: f32) -> SpherePrimitive {
 fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
     let mut entity = bare;
     for mark in marks {
-        // A range is transparent, so that it hides nothing.
-        let opacity = if mark.role == MarkRole::Range {
-            0.3
-        } else {
-            1.0
-        };
-        let paint = color(palette::mark_color(mark), opacity);
+        let paint = color(palette::mark_color(mark), mark_opacity(mark));
         let mut slab = |from: Vec2, to: Vec2, width: f32| {
             let (way, middle) = (to - from, (from + to) / 2.0);
             let pose = Pose {
@@ -280,12 +243,7 @@ fn draw_marks(marks: &[Mark], bare: SceneEntity) -> SceneEntity {
 
 /// Draws a rectangle on the floor: a block, or a patch that robots can cross.
 fn block(obstacle: &Obstacle) -> CubePrimitive {
-    let penetrability = Penetrability(obstacle.penetrability);
-    let (paint, opacity, height) = match obstacle.penetrability {
-        _ if penetrability.is_solid() => (SOLID, 1.0, HEIGHT),
-        slow if slow < 1.0 => (SLOW, 0.5, 2.0 * FLAT),
-        _ => (FAST, 0.5, 2.0 * FLAT),
-    };
+    let (paint, opacity, height) = look::of_obstacle(obstacle);
     let x = obstacle.x_m + obstacle.width_m / 2.0;
     let y = obstacle.y_m + obstacle.height_m / 2.0;
     let size = vector(obstacle.width_m, obstacle.height_m, height);

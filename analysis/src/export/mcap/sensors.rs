@@ -4,7 +4,7 @@ use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::{LaserScan, PackedElementField, PointCloud};
 use glam::Vec2;
 use proto::control::AgentState;
-use proto::readings::{Hit, Proximity, Readings};
+use proto::readings::Readings;
 use proto::view::View;
 use scenario::Setup;
 use scenario::time::SimTime;
@@ -12,9 +12,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::recording::{Channel, Message, Recording};
 use super::well_known::{at, stamp, vector};
-
-/// Height of the beams, m.
-const HEIGHT: f64 = 0.15;
+use crate::export::look::{BEAM_HEIGHT, beam_ends, point_bytes};
 
 /// The topics `/sensors/ROBOT/…` of a recording.
 pub struct SensorTopics {
@@ -73,7 +71,7 @@ impl SensorTopics {
 
             let proximity = readings.and_then(|readings| readings.proximity);
             let points =
-                proximity.map_or_else(Vec::new, |proximity| points(&proximity, self.radius_m));
+                proximity.map_or_else(Vec::new, |proximity| beam_ends(&proximity, self.radius_m));
             let shows = !points.is_empty();
             if shows || device.shows[1] {
                 let cloud = cloud(&device.name, time, &points);
@@ -98,7 +96,7 @@ fn scan(frame: &str, time: SimTime, ranges: [f64; 2]) -> LaserScan {
     LaserScan {
         timestamp: Some(stamp(time)),
         frame_id: frame.to_owned(),
-        pose: Some(at(vector(0.0, 0.0, HEIGHT))),
+        pose: Some(at(vector(0.0, 0.0, BEAM_HEIGHT))),
         start_angle: 0.0,
         end_angle: FRAC_PI_2,
         ranges: ranges.to_vec(),
@@ -106,40 +104,13 @@ fn scan(frame: &str, time: SimTime, ranges: [f64; 2]) -> LaserScan {
     }
 }
 
-/// Returns the end points of the proximity beams in the robot's frame, m.
-fn points(proximity: &Proximity, radius_m: f32) -> Vec<Vec2> {
-    let [left, middle, right] = proximity.ahead;
-    let mut points = Vec::new();
-    let mut beam = |hit: Option<Hit>, from: Vec2, direction: Vec2| {
-        points.extend(hit.map(|hit| from + direction * (radius_m + hit.distance_m)));
-    };
-    beam(left, Vec2::Y * radius_m, Vec2::X);
-    beam(right, Vec2::NEG_Y * radius_m, Vec2::X);
-    let from = [Vec2::X * radius_m, Vec2::ZERO, Vec2::NEG_X * radius_m];
-    for (sides, direction) in [(proximity.left, Vec2::Y), (proximity.right, Vec2::NEG_Y)] {
-        for (hit, from) in sides.into_iter().zip(from) {
-            beam(hit, from, direction);
-        }
-    }
-    // The middle beam is as wide as the body. It ends where the body, moved ahead, would touch.
-    points.extend(
-        middle.map(|hit| Vec2::X * hit.distance_m - Vec2::from_angle(hit.normal_rad) * radius_m),
-    );
-    points
-}
-
 fn cloud(frame: &str, time: SimTime, points: &[Vec2]) -> PointCloud {
     let size = size_of::<f32>();
     let fields = ["x", "y", "z"].iter().enumerate();
-    let bytes: Vec<u8> = points
-        .iter()
-        .flat_map(|point| [point.x, point.y, 0.0])
-        .flat_map(f32::to_le_bytes)
-        .collect();
     PointCloud {
         timestamp: Some(stamp(time)),
         frame_id: frame.to_owned(),
-        pose: Some(at(vector(0.0, 0.0, HEIGHT))),
+        pose: Some(at(vector(0.0, 0.0, BEAM_HEIGHT))),
         point_stride: 3 * size as u32,
         fields: fields
             .map(|(index, name)| PackedElementField {
@@ -148,67 +119,13 @@ fn cloud(frame: &str, time: SimTime, points: &[Vec2]) -> PointCloud {
                 r#type: NumericType::Float32.into(),
             })
             .collect(),
-        data: bytes.into(),
+        data: point_bytes(points).into(),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::f32::consts::{FRAC_PI_4, PI};
-
     use super::*;
-
-    fn hit(distance_m: f32, normal_rad: f32) -> Option<Hit> {
-        Some(Hit {
-            distance_m,
-            normal_rad,
-        })
-    }
-
-    #[track_caller]
-    fn assert_points(proximity: Proximity, expected: &[(f32, f32)]) {
-        let found = points(&proximity, 0.2);
-        assert_eq!(found.len(), expected.len(), "{found:?}");
-        for (found, (x, y)) in found.iter().zip(expected) {
-            let expected = Vec2::new(*x, *y);
-            assert!(
-                found.abs_diff_eq(expected, 1e-6),
-                "{found} is not {expected}"
-            );
-        }
-    }
-
-    #[test]
-    fn a_wall_across_the_way_is_met_at_the_same_distance_by_all_beams() {
-        let wall = hit(0.1, PI);
-        let proximity = Proximity {
-            ahead: [wall; 3],
-            ..Proximity::default()
-        };
-        assert_points(proximity, &[(0.3, 0.2), (0.3, -0.2), (0.3, 0.0)]);
-    }
-
-    #[test]
-    fn the_middle_beam_ends_where_the_body_would_touch() {
-        // The corner of an object to the left of the path.
-        let proximity = Proximity {
-            ahead: [None, hit(0.1, -3.0 * FRAC_PI_4), None],
-            ..Proximity::default()
-        };
-        let side = 0.2 * 0.5_f32.sqrt();
-        assert_points(proximity, &[(0.1 + side, side)]);
-    }
-
-    #[test]
-    fn beams_to_the_sides_begin_at_front_center_and_rear() {
-        let proximity = Proximity {
-            left: [hit(0.0, -PI / 2.0), None, hit(0.4, -PI / 2.0)],
-            right: [None, hit(0.1, PI / 2.0), None],
-            ..Proximity::default()
-        };
-        assert_points(proximity, &[(0.2, 0.2), (-0.2, 0.6), (0.0, -0.3)]);
-        assert_points(Proximity::default(), &[]);
-    }
 
     #[test]
     fn out_of_range_differs_from_a_missing_sensor() {

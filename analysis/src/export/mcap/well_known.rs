@@ -1,6 +1,4 @@
 //! Constructors for parts of the well-known message types.
-//!
-//! The world is flat. z points up from the floor and serves only for visibility.
 
 use foxglove::messages::{Color, Pose, Quaternion, Timestamp, Vector3};
 use plotters::style::RGBColor;

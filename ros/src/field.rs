@@ -1,0 +1,111 @@
+//! Values of fields: their types and their encoding.
+
+use crate::cdr::CdrWriter;
+use crate::description::{BaseType, FieldType, MessageType, Shape};
+
+/// A message of a type that ROS 2 defines.
+pub trait Message: Field {
+    /// The type of the message.
+    const MESSAGE: &'static MessageType;
+}
+
+/// A value that a field of a message can contain.
+pub trait Field {
+    /// The type of the field.
+    const TYPE: FieldType;
+
+    /// Appends the value in CDR.
+    fn write(&self, to: &mut CdrWriter);
+}
+
+/// A field type that sequences and arrays can contain.
+pub trait Element: Field {}
+
+/// An octet that is not a number: the type `byte`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Byte(pub u8);
+
+macro_rules! numbers {
+    ($($type:ty: $base:ident;)+) => {$(
+        impl Field for $type {
+            const TYPE: FieldType = FieldType { base: BaseType::$base, shape: Shape::Single };
+
+            fn write(&self, to: &mut CdrWriter) {
+                to.put(self.to_le_bytes());
+            }
+        }
+
+        impl Element for $type {}
+    )+};
+}
+
+numbers! {
+    i8: Int8;
+    u8: Uint8;
+    i32: Int32;
+    u32: Uint32;
+    f32: Float32;
+    f64: Float64;
+}
+
+impl Field for bool {
+    const TYPE: FieldType = FieldType {
+        base: BaseType::Bool,
+        shape: Shape::Single,
+    };
+
+    fn write(&self, to: &mut CdrWriter) {
+        to.put([u8::from(*self)]);
+    }
+}
+
+impl Field for Byte {
+    const TYPE: FieldType = FieldType {
+        base: BaseType::Byte,
+        shape: Shape::Single,
+    };
+
+    fn write(&self, to: &mut CdrWriter) {
+        to.put([self.0]);
+    }
+}
+
+impl Field for String {
+    const TYPE: FieldType = FieldType {
+        base: BaseType::String,
+        shape: Shape::Single,
+    };
+
+    fn write(&self, to: &mut CdrWriter) {
+        to.put_text(self);
+    }
+}
+
+impl Element for String {}
+
+impl<T: Element> Field for Vec<T> {
+    const TYPE: FieldType = FieldType {
+        base: T::TYPE.base,
+        shape: Shape::Sequence,
+    };
+
+    fn write(&self, to: &mut CdrWriter) {
+        to.put_length(self.len());
+        for value in self {
+            value.write(to);
+        }
+    }
+}
+
+impl<T: Element, const N: usize> Field for [T; N] {
+    const TYPE: FieldType = FieldType {
+        base: T::TYPE.base,
+        shape: Shape::Array(N),
+    };
+
+    fn write(&self, to: &mut CdrWriter) {
+        for value in self {
+            value.write(to);
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! Messages of ROS 2 for programs without ROS.
+//!
+//! Each message type is declared once, in [`messages`]. Three forms are derived from the declaration:
+//!
+//! - [`encode`]: the bytes of a message, in CDR;
+//! - [`definition`]: the text of the type, as in `.msg` files;
+//! - [`type_hash`]: the RIHS01 hash, by which ROS 2 compares types.
+//!
+//! [`names`] converts names to those that ROS accepts, and [`Qos`] contains the quality of service of a topic. The crate
+//! does no I/O.
+
+mod cdr;
+mod definition;
+mod description;
+mod field;
+mod hash;
+pub mod messages;
+pub mod names;
+mod qos;
+
+pub use cdr::{CdrWriter, encode};
+pub use definition::definition;
+pub use description::{BaseType, Constant, FieldSpec, FieldType, MessageType, Shape};
+pub use field::{Byte, Field, Message};
+pub use hash::type_hash;
+pub use qos::Qos;
