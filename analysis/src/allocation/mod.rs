@@ -36,7 +36,7 @@ pub struct Allocation {
     pub robots: Vec<BTreeSet<TaskId>>,
     /// The number of rounds until the last change.
     pub rounds: u64,
-    /// False if the allocation changed within the last [`STABLE_ROUNDS`] rounds before the limit.
+    /// False if no robot has a task, or if the allocation changed in the last [`STABLE_ROUNDS`] rounds before the limit.
     pub is_stable: bool,
     /// The number of broadcasts of allocators until the last change, each counted once for all receivers.
     pub messages: u64,
@@ -94,7 +94,9 @@ pub fn allocate(setup: &Setup, limit: u64) -> anyhow::Result<Allocation> {
                 ..found
             };
         }
-        if round - found.rounds >= STABLE_ROUNDS {
+        // Some rules wait before their first decision.
+        let is_empty = found.robots.iter().all(BTreeSet::is_empty);
+        if !is_empty && round - found.rounds >= STABLE_ROUNDS {
             found.is_stable = true;
             break;
         }

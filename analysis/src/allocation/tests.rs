@@ -64,8 +64,12 @@ fn each_allocator_has_a_result_within_the_limit() {
     for spec in &missions::Registry::built_in().vocabulary().allocators {
         let (_, found) = allocation(spec.name, 1000);
         assert!(found.rounds <= 1000, "{}", spec.name);
-        assert!(
-            !found.robots.iter().all(BTreeSet::is_empty),
+        let is_empty = found.robots.iter().all(BTreeSet::is_empty);
+        assert!(!is_empty || !found.is_stable, "{}: {found:?}", spec.name);
+        // A response threshold is reached only after a minute.
+        assert_eq!(
+            is_empty,
+            spec.name == "threshold",
             "{}: {found:?}",
             spec.name
         );

@@ -119,16 +119,16 @@ fn of_task(task: &Task) -> Result<(), Problem> {
     if let Some(kind) = &task.kind {
         check_name(["kind"], kind)?;
     }
-    if let (Some(opens_s), Some(deadline_s)) = (task.opens_s, task.deadline_s) {
-        let closes_s = task.arrival_s + deadline_s;
-        if opens_s >= closes_s {
-            let what = format!("the window opens at {opens_s} s and closes at {closes_s} s");
-            return Err(Problem::at(
-                ["opens_s"],
-                what,
-                "let it open before it closes",
-            ));
-        }
+    if let (Some(opens_s), Some(deadline_s)) = (task.opens_s, task.deadline_s)
+        && opens_s >= deadline_s
+    {
+        let what =
+            format!("the window opens {opens_s} s and closes {deadline_s} s after the arrival");
+        return Err(Problem::at(
+            ["opens_s"],
+            what,
+            "let it open before it closes",
+        ));
     }
     Ok(())
 }

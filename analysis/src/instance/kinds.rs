@@ -96,13 +96,12 @@ fn lowered(instance: &Instance, supported: &Supported, keep_deadlines: bool) -> 
         stated.work_s = task.work_s.max(SHORTEST_S);
         stated.deadline_s = task.deadline_s.filter(|_| keep_deadlines);
         made_longer += usize::from(task.work_s < SHORTEST_S);
-        if let Some(opens_s) = task.opens_s.filter(|opens_s| *opens_s > task.arrival_s)
+        if let Some(opens_s) = task.opens_s.filter(|opens_s| *opens_s > 0.0)
             && !supported.has("opens_s")
         {
             opened += 1;
-            stated.arrival_s = opens_s;
-            let since = opens_s - task.arrival_s;
-            stated.deadline_s = stated.deadline_s.map(|deadline_s| deadline_s - since);
+            stated.arrival_s = task.arrival_s + opens_s;
+            stated.deadline_s = stated.deadline_s.map(|deadline_s| deadline_s - opens_s);
         }
         let (skill, workers) = skill_and_workers(task, supported);
         if !supported.has("needs") && !task.needs.is_empty() {

@@ -72,7 +72,7 @@ pub struct Task {
     /// The time at which robots learn of the task, s.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub arrival_s: f64,
-    /// The earliest time of work, which robots know from the arrival on, s after the start.
+    /// The time from the arrival to the earliest work, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub opens_s: Option<f64>,
     /// The time from the arrival to the expiration, s.

@@ -294,10 +294,8 @@ fn limit_s(instance: &Instance, points: &[Point], frame: &Frame) -> f64 {
     let default = f64::from(Body::default().speed_m_s);
     let speed_m_s = frame.length(instance.speed_m_s.unwrap_or(default));
     let across_s = frame.room.width_m.hypot(frame.room.height_m) / speed_m_s;
-    let last_s = points
-        .iter()
-        .map(|point| point.task.arrival_s)
-        .fold(0.0, f64::max);
+    let opening_s = |point: &Point| point.task.arrival_s + point.task.opens_s.unwrap_or(0.0);
+    let last_s = points.iter().map(opening_s).fold(0.0, f64::max);
     let work_s: f64 = points
         .iter()
         .map(|point| point.task.work_s + across_s)

@@ -273,7 +273,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "import",
         &[
-            "alliance import c101.txt --out c101.toml # vehicle routing with time windows",
+            "alliance import c101.txt --out c101.toml # vehicle routing",
             "alliance import tasks.csv --robots 5 --map hall.yaml --out hall.toml # with walls",
             "alliance import problem.json > problem.toml # tasks, robots and skills",
         ],

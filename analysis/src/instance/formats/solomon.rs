@@ -34,7 +34,11 @@ pub(super) fn read(source: Source<'_>) -> Result<Loaded, Problem> {
     let [vehicles, capacity] = row(source, line, fleet)?;
     let vehicles = Some(whole(source, line, vehicles)? as usize);
     let (line, depot) = first_row("CUSTOMER").ok_or_else(|| missing("the row of the depot"))?;
-    let [_, x, y, _, _, due, _] = row::<COLUMNS>(source, line, depot)?;
+    let [number, x, y, _, _, due, _] = row::<COLUMNS>(source, line, depot)?;
+    if number != 0.0 {
+        let what = format!("the first row of CUSTOMER has the number {number}");
+        return Err(source.error(line, what, "begin with the depot, which has the number 0"));
+    }
     let depot = Depot {
         x,
         y,

@@ -23,7 +23,7 @@ pub(super) struct Customer {
 impl Customer {
     /// Returns the task. The deadline is the end of a service that begins at the last moment.
     fn task(&self) -> Task {
-        let opens_s = self.window.map(|[ready, _]| ready);
+        let opens_s = self.window.map(|[ready, _]| ready - self.release);
         Task {
             id: format!("c{}", self.number),
             x_m: self.x,
