@@ -90,19 +90,12 @@ fn lowered(instance: &Instance, supported: &Supported, keep_deadlines: bool) -> 
     let mut result = Points::default();
     let mut by_terms = BTreeMap::new();
     let mut same_name = BTreeMap::new();
-    let (mut opened, mut made_longer, mut coalitions, mut several_skills) = (0, 0, 0, 0);
+    let (mut made_longer, mut coalitions, mut several_skills) = (0, 0, 0);
     for task in &instance.tasks {
         let mut stated = task.clone();
         stated.work_s = task.work_s.max(SHORTEST_S);
         stated.deadline_s = task.deadline_s.filter(|_| keep_deadlines);
         made_longer += usize::from(task.work_s < SHORTEST_S);
-        if let Some(opens_s) = task.opens_s.filter(|opens_s| *opens_s > 0.0)
-            && !supported.has("opens_s")
-        {
-            opened += 1;
-            stated.arrival_s = task.arrival_s + opens_s;
-            stated.deadline_s = stated.deadline_s.map(|deadline_s| deadline_s - opens_s);
-        }
         let (skill, workers) = skill_and_workers(task, supported);
         if !supported.has("needs") && !task.needs.is_empty() {
             several_skills += usize::from(task.needs.len() > 1 || task.kind.is_some());
@@ -134,11 +127,6 @@ fn lowered(instance: &Instance, supported: &Supported, keep_deadlines: bool) -> 
     }
     result.notes.extend(
         [
-            changed(
-                "opens_s",
-                opened,
-                "became arrival_s: robots learn of a task only when it opens",
-            ),
             changed("work_s", made_longer, "became 0.001 s, the shortest work"),
             changed(
                 "needs",

@@ -45,7 +45,7 @@ pub const PROPERTIES: &[Property] = &[
         name: "opens_s",
         write: |task, _| task.opens_s.map(Value::Float),
         read: |task, value| task.opens_s = number(value),
-        without: Without::Expressed,
+        without: Without::Dropped("robots may begin earlier"),
     },
     Property {
         name: "deadline_s",
