@@ -2,8 +2,9 @@
 //!
 //! - [`replay`]: the repetition of a run from its log. [`learned`]: the values that its robots have learned. [`diff`]:
 //!   the first difference of two runs. [`replay_views`]: a finished run with a view of each tick.
-//! - [`branch`]: a run that repeats another one up to a tick.
-//! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools.
+//! - [`branch`]: a run that repeats another one up to a tick. [`allocation`]: communication rounds without motion.
+//! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools. [`instance`]: instances of other
+//!   programs as scenarios, and runs as instances.
 //! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
 //! - [`tune`]: parameter search for allocators. [`hunt`]: search for faults that break them.
@@ -13,6 +14,7 @@
 //!
 //! [`run_log`] reads the logs. Each module contains the `alliance` subcommand that belongs to it.
 
+pub mod allocation;
 pub mod branch;
 pub mod check;
 mod columns;
@@ -21,6 +23,7 @@ pub mod diff;
 pub mod export;
 mod figures;
 pub mod hunt;
+pub mod instance;
 pub mod interrupted;
 pub mod invariants;
 pub mod learned;

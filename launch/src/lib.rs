@@ -87,6 +87,8 @@ enum Command {
     Hunt(analysis::hunt::command::HuntCommand),
     /// Explain a scenario's parameters and report conflicts
     Check(analysis::check::CheckCommand),
+    /// Convert an instance of other programs into a scenario
+    Import(analysis::instance::command::ImportCommand),
     /// List scenarios, allocators, missions and runs, or describe one
     List(list::ListCommand),
     /// Start a run on several machines, or single processes by hand
@@ -145,6 +147,7 @@ pub fn main(registry: Registry) -> ExitCode {
         Command::Tune(command) => command.run(&program_content()),
         Command::Hunt(command) => command.run(&program_content()),
         Command::Check(command) => command.run(&program_content()),
+        Command::Import(command) => command.run(&program_content()),
         Command::List(command) => command.run(),
         Command::Cluster(command) => command.run(),
         Command::Generate(command) => command.run(full_command()),

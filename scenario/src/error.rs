@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use super::path::KeyPath;
+use super::path::{KeyPath, PathStep};
 
 /// A problem with an input. It displays as one line, `SOURCE:LINE: KEY: problem; remedy`. Absent parts are omitted.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -79,6 +79,25 @@ impl Problem {
     pub fn under(mut self, key: impl Into<KeyPath>) -> Self {
         self.place.key = key.into().join(self.place.key);
         self
+    }
+
+    /// Returns the index of the entry of a list that contains the value, such as 3 for `service.points[3].kind` and the
+    /// list `service.points`.
+    #[must_use]
+    pub fn index_in(&self, list: &KeyPath) -> Option<usize> {
+        match self.place.key.0.strip_prefix(list.0.as_slice())? {
+            [PathStep::Index(index), ..] => Some(*index),
+            _ => None,
+        }
+    }
+
+    /// Returns the problem and the remedy without the place.
+    #[must_use]
+    pub fn without_place(self) -> Self {
+        Self {
+            place: Place::default(),
+            ..self
+        }
     }
 
     /// Returns the problem with its line, from 1.

@@ -27,6 +27,7 @@ mod flood;
 mod golden;
 mod hostile;
 mod hunt;
+mod import;
 mod in_process;
 mod killed;
 mod kubernetes;

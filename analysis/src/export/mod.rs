@@ -3,6 +3,7 @@
 //! - `mcap`: the visible state of the run and its tables, as one recording.
 //! - `rosbag`: the same as a bag of ROS 2, for `ros2 bag play`.
 //! - `parquet`: the tables of its log, one file each.
+//! - `instance`: tasks, robots, assignment, times and value, as JSON.
 //! - `scenario`: the run as a scenario with all external influences, to run, change or sweep again.
 //!
 //! The page of the run as a file (`--html`) comes from the caller, which has the page.
@@ -30,9 +31,12 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use missions::Registry;
 use run_log::{RunLog, RunOutcome};
 use terminal::stderr_line;
 
+use crate::instance::from_scenario::{Extracted, readable};
+use crate::instance::result::of_run;
 use crate::new_file::{NewFile, write_atomically};
 use crate::{LATEST, exit_status, open, optional};
 
@@ -73,6 +77,9 @@ struct Formats {
     /// The page of the run, to open without a server or a network [default: RUN/run.html]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     html: Option<Option<PathBuf>>,
+    /// Tasks, robots and result of a run of service as JSON [default: RUN/instance.json]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    instance: Option<Option<PathBuf>>,
 }
 
 /// The error for a run that this program does not reproduce exactly, with its reason.
@@ -143,6 +150,17 @@ impl ExportCommand {
             write_atomically(&file, text.as_bytes())?;
             stderr_line!("scenario {} (seed {})", file.display(), log.run.setup.seed);
         }
+        if let Some(file) = &self.formats.instance {
+            let file = file
+                .clone()
+                .unwrap_or_else(|| self.folder.join("instance.json"));
+            let (text, notes) = instance_of(&log)?;
+            for note in notes {
+                stderr_line!("note: {note}");
+            }
+            write_atomically(&file, text.as_bytes())?;
+            stderr_line!("instance {}", file.display());
+        }
         if let Some(file) = &self.formats.mcap {
             let file = file.clone().unwrap_or_else(|| mcap_file(&self.folder));
             write_mcap(&log, &file)?;
@@ -161,6 +179,19 @@ impl ExportCommand {
         }
         Ok(())
     }
+}
+
+/// Returns the instance of a run as JSON, and notes about facts that it does not contain.
+fn instance_of(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
+    let scenario = &log.run.setup.scenario;
+    let world = Registry::current().worlds().find(scenario)?;
+    let starts = world.start_poses(scenario)?;
+    let places: Vec<[f64; 2]> = starts
+        .iter()
+        .map(|pose| pose.position.to_array().map(readable))
+        .collect();
+    let Extracted { instance, notes } = of_run(log, &places)?;
+    Ok((serde_json::to_string_pretty(&instance)? + "\n", notes))
 }
 
 /// Checks that this program can write MCAP files.

@@ -5,7 +5,7 @@ pub const HEADINGS: [(&str, &[&str]); 6] = [
     ("Run", &["run", "watch", "fault", "clock", "status"]),
     ("Results", &["replay", "diff", "report", "export"]),
     ("Studies", &["sweep", "compare", "tune", "hunt", "check"]),
-    ("Content", &["list"]),
+    ("Content", &["import", "list"]),
     ("Processes and machines", &["cluster"]),
     ("Shell", &["generate"]),
 ];
@@ -206,6 +206,8 @@ pub(super) const ENTRIES: &[Entry] = &[
             "alliance export runs/first --mcap=run.mcap # for Foxglove",
             "alliance export runs/first --scenario # with all faults, to run again",
             "alliance export --html=run.html # the page of the run, to open without a server",
+            #[cfg(not(feature = "mcap"))]
+            "alliance export runs/first --instance # tasks, robots and assignment",
         ],
         &[
             "0 The files are written.",
@@ -267,6 +269,19 @@ pub(super) const ENTRIES: &[Entry] = &[
         &[
             "0 The scenario is valid, with or without warnings.",
             "2 The scenario is invalid.",
+        ],
+    ),
+    entry(
+        "import",
+        &[
+            "alliance import c101.txt --out c101.toml # vehicle routing",
+            "alliance import tasks.csv --robots 5 --map hall.yaml --out hall.toml # with walls",
+            "alliance import problem.json > problem.toml # tasks, robots and skills",
+        ],
+        &[
+            "0 The scenario is written.",
+            "2 The file or an argument is invalid.",
+            "3 The output cannot be written.",
         ],
     ),
     entry(

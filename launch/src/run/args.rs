@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 
+use analysis::allocation::{self, DEFAULT_ROUNDS, allocate};
 use analysis::branch::{BranchArgs, BranchPlan};
 use analysis::export::{export_mcap, mcap_is_there};
 use analysis::learned;
@@ -42,6 +43,18 @@ pub struct RunCommand {
     /// Check invariants after every tick, then replay the run and compare
     #[arg(long, requires = "in_process", help_heading = "Execution")]
     check: bool,
+    /// Allocate without motion: at most this many communication rounds, in this process; no log
+    #[arg(
+        long,
+        value_name = "ROUNDS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = DEFAULT_ROUNDS,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000),
+        help_heading = "Execution",
+        conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "check", "mcap", "out", "log", "from", "controllers"],
+    )]
+    allocate_only: Option<u64>,
     #[command(flatten)]
     page: LinkArgs,
     /// Do not serve a page
@@ -74,6 +87,9 @@ impl RunCommand {
     /// scenario, parameters or arguments, 3 if a process, the bus or the export failed.
     #[must_use]
     pub fn run(&self) -> ExitCode {
+        if let Some(rounds) = self.allocate_only {
+            return self.allocate(rounds);
+        }
         // All inputs are read and checked before the first process starts.
         let prepared = self.setup().and_then(|(setup, branch)| {
             if self.over.is_some() && self.in_process {
@@ -151,6 +167,29 @@ impl RunCommand {
             Ok(status) => ExitCode::from(status),
             Err(error) => fail(self.name(), &error, 3),
         }
+    }
+
+    /// Prints the allocation of a team that does not move. Exit status 0 if it is stable, and 1 otherwise.
+    fn allocate(&self, rounds: u64) -> ExitCode {
+        if self.over.is_some() {
+            let what = "the rounds run in one process";
+            let problem = Problem::with_source("--allocate-only", what, "use `alliance run`");
+            return fail(self.name(), &problem, 2);
+        }
+        let setup = match self.mission.setup(&crate::program_content()) {
+            Ok(setup) => setup,
+            Err(error) => return fail(self.name(), &error, 2),
+        };
+        let allocation = match allocate(&setup, rounds) {
+            Ok(allocation) => allocation,
+            Err(error) => return fail(self.name(), &error, 3),
+        };
+        let text = match self.json {
+            true => format!("{:#}\n", allocation::json(&setup, &allocation)),
+            false => allocation::text(&setup, &allocation),
+        };
+        let status = ExitCode::from(u8::from(!allocation.is_stable));
+        terminal::print_result(self.name(), text, status)
     }
 
     /// Returns the checked setup: that of the arguments, or of the run that a branch repeats.

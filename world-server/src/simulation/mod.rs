@@ -31,7 +31,7 @@ mod view;
 use std::collections::{BTreeMap, VecDeque};
 
 use proto::team::Broadcast;
-use proto::telemetry::Motivation;
+use proto::telemetry::{AllocationRow, Motivation};
 use proto::tick::{Outcome, TickMessage};
 use run_log::Input;
 use scenario::ids::{BehaviorId, RobotId, Tick};
@@ -213,6 +213,19 @@ impl Simulation {
     #[must_use]
     pub fn motivations(&self, robot: RobotId) -> &[Motivation] {
         &self.answers.report(robot).motivations
+    }
+
+    /// Returns the rows of a robot's last report for its behavior sets, with their holders. Empty under allocators with
+    /// motivations.
+    #[must_use]
+    pub fn allocation(&self, robot: RobotId) -> &[AllocationRow] {
+        &self.answers.report(robot).allocation
+    }
+
+    /// Returns the behavior set that a robot last reported as active.
+    #[must_use]
+    pub fn active(&self, robot: RobotId) -> Option<BehaviorId> {
+        self.active[robot.index()]
     }
 
     /// Returns the levels of a robot's latest report: motivations, or else utilities. They contain the applicable and the

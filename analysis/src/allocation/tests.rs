@@ -1,0 +1,92 @@
+use super::*;
+use crate::testkit;
+
+/// Two robots in a line and four points, two near each. All times differ, so that no rule meets a tie.
+const LINE: &str = "\
+name = 'line'
+robots = [
+    { name = 'blue', start = { x_m = 1.0, y_m = 2.0 } },
+    { name = 'gold', start = { x_m = 11.0, y_m = 2.0 } },
+]
+[service]
+kinds = [{ name = 'task', work_s = { min = 5.0, max = 5.0 } }]
+points = [
+    { kind = 'task', x_m = 2.0, y_m = 2.0 },
+    { kind = 'task', x_m = 3.5, y_m = 2.0 },
+    { kind = 'task', x_m = 9.6, y_m = 2.0 },
+    { kind = 'task', x_m = 8.0, y_m = 2.0 },
+]
+";
+
+fn allocation(allocator: &str, limit: u64) -> (Setup, Allocation) {
+    let mut scenario = testkit::scenario(LINE);
+    scenario.allocator = Some(allocator.to_owned());
+    let setup = testkit::setup(scenario);
+    let found = allocate(&setup, limit).unwrap();
+    (setup, found)
+}
+
+fn tasks(allocation: &Allocation) -> Vec<Vec<usize>> {
+    let robots = allocation.robots.iter();
+    robots
+        .map(|tasks| tasks.iter().map(|task| task.index()).collect())
+        .collect()
+}
+
+#[test]
+fn a_bundle_algorithm_assigns_all_tasks_and_an_auction_one_each() {
+    let (_, cbba) = allocation("cbba", 1000);
+    assert_eq!(tasks(&cbba), [vec![0, 1], vec![2, 3]]);
+    let objective = cbba.objective.clone().unwrap();
+    // 0.7 m and 1.2 m at 0.5 m/s and 5 s of work each; 1.1 m and 1.3 m.
+    let expected = [
+        0.7 / 0.5 + 5.0 + 1.2 / 0.5 + 5.0,
+        1.1 / 0.5 + 5.0 + 1.3 / 0.5 + 5.0,
+    ];
+    for (found, expected) in objective.robots_s.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-4, "{found} {expected}");
+    }
+    assert_eq!(
+        (objective.assigned, objective.shared, objective.tasks),
+        (4, 0, 4)
+    );
+    assert!(cbba.is_stable && cbba.messages > 0, "{cbba:?}");
+
+    for allocator in ["cbaa", "murdoch", "ble", "first-come"] {
+        let (_, found) = allocation(allocator, 1000);
+        assert_eq!(tasks(&found), [[0], [2]], "{allocator}");
+        assert!(found.is_stable, "{allocator}");
+    }
+}
+
+#[test]
+fn each_allocator_has_a_result_within_the_limit() {
+    for spec in &missions::Registry::built_in().vocabulary().allocators {
+        let (_, found) = allocation(spec.name, 1000);
+        assert!(found.rounds <= 1000, "{}", spec.name);
+        let is_empty = found.robots.iter().all(BTreeSet::is_empty);
+        assert!(!is_empty || !found.is_stable, "{}: {found:?}", spec.name);
+        // A response threshold is reached only after a minute.
+        assert_eq!(
+            is_empty,
+            spec.name == "threshold",
+            "{}: {found:?}",
+            spec.name
+        );
+        // The same inputs give the same rounds and messages.
+        assert_eq!(allocation(spec.name, 1000).1, found, "{}", spec.name);
+    }
+}
+
+#[test]
+fn a_limit_that_is_too_low_is_reported() {
+    let (setup, found) = allocation("cbba", 1);
+    assert!(!found.is_stable);
+    assert_eq!(json(&setup, &found)["stable"], false);
+}
+
+#[test]
+fn the_text_has_a_line_per_robot() {
+    let (setup, found) = allocation("cbba", 1000);
+    insta::assert_snapshot!(text(&setup, &found));
+}
