@@ -3,7 +3,7 @@
 //! - [`replay`]: the repetition of a run from its log. [`learned`]: the values that its robots have learned. [`diff`]:
 //!   the first difference of two runs. [`replay_views`]: a finished run with a view of each tick.
 //! - [`branch`]: a run that repeats another one up to a tick.
-//! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools.
+//! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools, and as pictures and films.
 //! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
 //! - [`tune`]: parameter search for allocators. [`hunt`]: search for faults that break them.
@@ -27,6 +27,7 @@ pub mod learned;
 mod new_file;
 mod optional;
 mod page;
+mod picture;
 pub mod progress;
 pub mod random_mission;
 pub mod replay;

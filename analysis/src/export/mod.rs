@@ -3,6 +3,7 @@
 //! - `mcap`: the visible state of the run and its tables, as one recording.
 //! - `parquet`: the tables of its log, one file each.
 //! - `scenario`: the run as a scenario with all external influences, to run, change or sweep again.
+//! - `svg`, `png`, `video`: the room as pictures and as a film.
 
 #[cfg(feature = "mcap")]
 mod mcap;
@@ -22,6 +23,7 @@ use run_log::{RunLog, RunOutcome};
 use terminal::stderr_line;
 
 use crate::new_file::{NewFile, write_atomically};
+use crate::picture::command::{Moments, PictureOptions, Wanted};
 use crate::{LATEST, exit_status, open, optional};
 
 /// Export a run to other formats
@@ -32,6 +34,8 @@ pub struct ExportCommand {
     folder: PathBuf,
     #[command(flatten)]
     formats: Formats,
+    #[command(flatten)]
+    pictures: PictureOptions,
 }
 
 /// The formats to write, at least one.
@@ -48,6 +52,15 @@ struct Formats {
     /// The scenario with all faults, to run again [default: RUN/scenario.toml]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     scenario: Option<Option<PathBuf>>,
+    /// The room as SVG at these simulated times, such as 60s,90s or end [default: end]
+    #[arg(long, value_name = "TIME,…", num_args = 0..=1, default_missing_value = "end")]
+    svg: Option<Moments>,
+    /// The room as PNG at these simulated times, two pixels per px [default: end]
+    #[arg(long, value_name = "TIME,…", num_args = 0..=1, default_missing_value = "end")]
+    png: Option<Moments>,
+    /// A film of the room: an animated PNG (.png) with all colors, or a GIF (.gif) for slides
+    #[arg(long, value_name = "FILE")]
+    video: Option<PathBuf>,
 }
 
 impl ExportCommand {
@@ -63,10 +76,16 @@ impl ExportCommand {
         exit_status("export", done.map(|()| ExitCode::SUCCESS), on_error)
     }
 
-    fn export(&self) -> anyhow::Result<()> {
+    pub(crate) fn export(&self) -> anyhow::Result<()> {
         if self.formats.mcap.is_some() {
             mcap_is_there()?;
         }
+        let wanted = Wanted {
+            svg: self.formats.svg.as_ref(),
+            png: self.formats.png.as_ref(),
+            video: self.formats.video.as_deref(),
+        };
+        self.pictures.check(&wanted)?;
         let log = open(&self.folder)?;
         if let Some(folder) = &self.formats.parquet {
             let folder = folder
@@ -97,7 +116,7 @@ impl ExportCommand {
             let file = file.clone().unwrap_or_else(|| mcap_file(&self.folder));
             write_mcap(&log, &file)?;
         }
-        Ok(())
+        self.pictures.write(&log, &self.folder, &wanted)
     }
 }
 

@@ -3,6 +3,10 @@
 pub mod canvas;
 pub mod legend;
 pub mod palette;
+pub mod pdf;
+pub mod pixels;
+pub mod simplify;
+pub mod size;
 
 use std::path::Path;
 

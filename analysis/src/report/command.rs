@@ -17,18 +17,14 @@ use super::history::History;
 use super::made::RunOrigin;
 use super::metrics::Metrics;
 use super::page::{RunSection, page};
-use super::pdf;
 use super::stream::HistorySink;
 use crate::diff::compare;
-use crate::figures::Figure;
-use crate::figures::canvas::{Sheet, TEXT_PX, WIDTH_PX};
+use crate::figures::{Figure, pdf};
+use crate::figures::size::SizeOptions;
 use crate::new_file::write_atomically;
 use crate::progress::Progress;
 use crate::replay_views::retrace_into;
 use crate::{LATEST, exit_status, open};
-
-/// The minimum ratio of figure width to font size. A narrower figure has no room beside names and axes.
-const LEAST_LETTERS: f64 = 33.0;
 
 /// Create a page with figures and metrics of one or two runs
 #[derive(Args, Clone, Debug)]
@@ -56,12 +52,8 @@ pub struct FigureOptions {
     /// Figures end at this simulated time [default: the end]
     #[arg(long, value_name = "TIME", value_parser = seconds)]
     pub to: Option<f64>,
-    /// Width of the figures, px [default: 960]
-    #[arg(long, value_name = "PX")]
-    pub width: Option<f64>,
-    /// Font size, px; lines and marks scale with it [default: 12]
-    #[arg(long, value_name = "PX")]
-    pub font_size: Option<f64>,
+    #[command(flatten)]
+    pub size: SizeOptions,
     /// Only these figures, by file name without extension
     #[arg(long, value_name = "FIGURE,…", value_delimiter = ',')]
     pub only: Vec<String>,
@@ -69,34 +61,8 @@ pub struct FigureOptions {
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = seconds)]
     pub snapshot: Vec<f64>,
     /// Also write each figure as PDF
-    #[arg(long, hide = !cfg!(feature = "pdf"))]
+    #[arg(long)]
     pub pdf: bool,
-}
-
-impl FigureOptions {
-    /// Checks that figures of this size and format can be made.
-    fn check(&self) -> anyhow::Result<()> {
-        self.sheet()?;
-        if self.pdf {
-            pdf::check_built_in()
-        } else {
-            Ok(())
-        }
-    }
-
-    /// Returns the sheet for the chosen width and font size.
-    fn sheet(&self) -> anyhow::Result<Sheet> {
-        let width = self.width.unwrap_or(WIDTH_PX);
-        let font = self.font_size.unwrap_or(TEXT_PX);
-        if !(4.0..=72.0).contains(&font) {
-            bail!("--font-size {font}: must be from 4 to 72");
-        }
-        let least = (font * LEAST_LETTERS).ceil();
-        if !(least..=10_000.0).contains(&width) {
-            bail!("--width {width}: must be from {least} (at font size {font} px) to 10000");
-        }
-        Ok(Sheet::new(width, font))
-    }
 }
 
 impl ReportCommand {
@@ -154,7 +120,7 @@ impl Shown {
         end: SimTime,
     ) -> anyhow::Result<RunSection<'_>> {
         let wanted = FigureSelection {
-            sheet: look.sheet()?,
+            sheet: look.size.sheet()?,
             from_s: look.from,
             to_s: look.to,
             end_s: end.as_secs_f64(),
@@ -176,7 +142,7 @@ impl Shown {
 /// # Errors
 /// Returns an error when the folder contains no readable run, the options do not fit, or a file cannot be written.
 pub fn report(folder: &Path, out: &Path, look: &FigureOptions) -> anyhow::Result<Vec<String>> {
-    look.check()?;
+    look.size.sheet()?;
     let mut notes = Vec::new();
     let mut shown = Shown::of(folder, look, &mut notes)?;
     let end = shown.history.end;
@@ -194,7 +160,7 @@ fn report_of_two(
     out: &Path,
     look: &FigureOptions,
 ) -> anyhow::Result<Vec<String>> {
-    look.check()?;
+    look.size.sheet()?;
     let mut notes = Vec::new();
     let mut a = Shown::of(folders[0], look, &mut notes)?;
     let mut b = Shown::of(folders[1], look, &mut notes)?;
@@ -479,8 +445,10 @@ mod tests {
             from: Some(40.0),
             to: Some(60.0),
             snapshot: vec![50.02],
-            width: Some(500.0),
-            font_size: Some(9.0),
+            size: SizeOptions {
+                width: Some(500.0),
+                font_size: Some(9.0),
+            },
             ..FigureOptions::default()
         };
         let out = folder.path().join("report");
@@ -520,9 +488,9 @@ mod tests {
             refusal(|look| look.from = Some(80.0)),
             refusal(|look| (look.from, look.to) = (Some(50.0), Some(40.0))),
             refusal(|look| look.snapshot = vec![80.05]),
-            refusal(|look| look.width = Some(300.0)),
-            refusal(|look| look.width = Some(f64::NAN)),
-            refusal(|look| look.font_size = Some(2.0)),
+            refusal(|look| look.size.width = Some(300.0)),
+            refusal(|look| look.size.width = Some(f64::NAN)),
+            refusal(|look| look.size.font_size = Some(2.0)),
         ];
         insta::assert_snapshot!(answers.join("\n"), @r"
         --from 80: the run ended at 80 s

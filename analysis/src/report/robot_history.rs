@@ -6,7 +6,7 @@ use scenario::BehaviorParams;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
-use super::simplify::first_last_and_extremes;
+use crate::figures::simplify::first_last_and_extremes;
 use super::spans::{Span, Spans};
 
 #[derive(Clone, Debug)]

@@ -18,7 +18,7 @@ use crate::figures::legend::{Legend, Sample};
 use crate::figures::palette;
 use crate::report::failures::Loss;
 use crate::report::robot_history::TrackPoint;
-use crate::report::simplify::thin_way;
+use crate::figures::simplify::thin_way;
 
 const LEFT_PX: f64 = 58.0;
 const RIGHT_PX: f64 = 22.0;

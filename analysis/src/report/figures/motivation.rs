@@ -12,7 +12,7 @@ use crate::figures::canvas::{
 };
 use crate::figures::legend::Sample;
 use crate::report::robot_history::{Reset, SetHistory};
-use crate::report::simplify::thin;
+use crate::figures::simplify::thin;
 use proto::view::LevelUnit;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;

@@ -16,7 +16,7 @@ use crate::figures::canvas::{
 };
 use crate::figures::legend::Sample;
 use crate::report::metrics::{Occurrence, Recurring};
-use crate::report::simplify::within;
+use crate::figures::simplify::within;
 
 const LEFT_PX: f64 = 58.0;
 const PLOT_PX: f64 = 240.0;
