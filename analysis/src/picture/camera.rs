@@ -17,8 +17,8 @@ use crate::replay_views::retrace_into;
 /// large team would hide the robots.
 const TRAILS: [(usize, f64); 3] = [(12, 30.0), (60, 12.0), (usize::MAX, 5.0)];
 
-/// The duration of the transmissions before the time of a picture.
-const TRANSMISSIONS: SimTime = SimTime(500);
+/// The duration of the transmissions before the time of a picture: by default, each robot sends once per second.
+const TRANSMISSIONS: SimTime = SimTime(1000);
 
 /// Replays a run and passes the scene at each of the `ticks`, which ascend, to `take`. Returns the difference from the
 /// logged run, if there is one.

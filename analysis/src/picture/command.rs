@@ -186,7 +186,11 @@ impl PictureOptions {
         ticks.dedup();
 
         let out = self.out.as_deref().unwrap_or(folder);
-        make_folder(out)?;
+        if wanted.svg.is_some() || wanted.png.is_some() {
+            make_folder(out)?;
+        }
+        // A file that cannot be written is refused before the replay.
+        let file = wanted.video.map(NewFile::create).transpose()?;
         let drawing = Drawing::new(&log.run.setup, length.end(), self.size.sheet()?);
         let mut drawn = Vec::new();
         let differs = take_scenes(log, &ticks, |scene| {
@@ -210,8 +214,8 @@ impl PictureOptions {
         if let Some(difference) = differs {
             stderr_line!("note: {difference}");
         }
-        match film {
-            Some(film) => film.write(&drawn, &drawing),
+        match film.zip(file) {
+            Some((film, file)) => film.write(&drawn, &drawing, file),
             None => Ok(()),
         }
     }
@@ -248,10 +252,14 @@ impl PictureOptions {
 }
 
 impl Film<'_> {
-    fn write(&self, svgs: &[String], drawing: &Drawing<'_>) -> anyhow::Result<()> {
+    fn write(
+        &self,
+        svgs: &[String],
+        drawing: &Drawing<'_>,
+        mut file: NewFile,
+    ) -> anyhow::Result<()> {
         let certain = [WHITE, FLOOR, WALL, ITEM, TROUBLE, PROGRESS];
         let certain = [&certain[..], drawing.colors()].concat();
-        let mut file = NewFile::create(self.path)?;
         film::write(svgs, self.rate, self.format, &certain, file.writer())?;
         file.put_in_place()?;
         let frames = svgs.len();

@@ -113,12 +113,17 @@ impl<'r> Drawing<'r> {
         let scale = floor::scale(p, &mut taken);
         let names = names(&robots, radius, &mut taken);
         let labels = floor::mark_labels(p, &view.marks, &mut taken);
+        let room = p.room();
+        let (width, height) = (n(room.right - room.left), n(room.bottom - room.top));
+        let (left, top) = (n(room.left), n(room.top));
         html! {
-            (floor::ground(p))
-            (floor::marks(p, &view.marks))
-            (floor::obstacles(p, &view.obstacles))
+            // An inner drawing ends at its edges, so that no mark reaches out of the room.
+            svg x=(left) y=(top) width=(width) height=(height) viewBox={ (left) " " (top) " " (width) " " (height) } {
+                (floor::ground(p))
+                (floor::marks(p, &view.marks))
+                (floor::obstacles(p, &view.obstacles))
+            }
             (floor::wall(p))
-            (scale)
             @for (rank, points) in scene.trails.iter().enumerate() { (trail(p, points, self.colors[rank])) }
             (radio::transmissions(&scene.transmissions, &places, &self.colors, radius))
             (floor::items(p, view, radius_m))
@@ -128,6 +133,7 @@ impl<'r> Drawing<'r> {
                     (body(named.at, named.robot.pose.heading_rad, radius, named.robot.state, self.colors[rank]))
                 }
             }
+            (scale)
             (names)
         }
     }

@@ -17,6 +17,9 @@ use crate::figures::palette::{
 /// Discs below this radius, px, are rings, which remain visible around a robot.
 const RING_BELOW_PX: f64 = 22.0;
 
+/// The largest number of marks of which small ones have labels.
+const LABELS_MAX: usize = 60;
+
 /// The font size of labels, px.
 pub const LABEL_PX: f64 = 11.0;
 
@@ -100,10 +103,13 @@ fn shape(p: &Projection, mark: &Mark) -> Markup {
                 @if share > 0.0 { (line(from, level, full, width)) }
             }
         }
-        MarkOutline::Line { from, to } => html! {
-            path d=(segment_of(p, from, to)) fill="none" stroke=(css(full)) stroke-width="1.5"
-                stroke-dasharray=[dashes] {}
-        },
+        MarkOutline::Line { from, to } => {
+            let width = if mark.role == MarkRole::Goal { "4" } else { "1.5" };
+            html! {
+                path d=(segment_of(p, from, to)) fill="none" stroke=(css(full)) stroke-width=(width)
+                    stroke-dasharray=[dashes] {}
+            }
+        }
     }
 }
 
@@ -142,7 +148,12 @@ fn ring(at: Point, radius: f64, color: RGBColor, share: f64) -> Markup {
 pub fn mark_labels(p: &Projection, marks: &[Mark], taken: &mut Taken) -> Markup {
     let room = p.room();
     let mut labels = Vec::new();
-    for mark in marks.iter().filter(|mark| mark.is_labelled(marks.len())) {
+    let has_label = |mark: &&Mark| {
+        // Among many marks, small ones have no labels.
+        let is_small = matches!(mark.outline, MarkOutline::Disc { radius_m, .. } if p.length(radius_m) < RING_BELOW_PX);
+        mark.is_labelled(marks.len()) && !(is_small && marks.len() > LABELS_MAX)
+    };
+    for mark in marks.iter().filter(has_label) {
         let (x, top) = p.point(mark.outline.label_place());
         let letters = TextLabel::CENTERED.sized(LABEL_PX).colored(QUIET_TEXT);
         let words = [label_with_work(mark), Some(mark.label.clone())];

@@ -98,7 +98,9 @@ pub fn foot(view: &View, (top, width_px): (f64, f64)) -> Markup {
 fn fault(status: &FaultStatus) -> String {
     let since = status.applied_ms.map(SimTime::as_secs_f64);
     let since = since.map_or_else(String::new, |since| format!(" since {since:.1} s"));
-    format!("{}{since}", status.order.fault)
+    // Without the dashes of the command line.
+    let fault = status.order.fault.to_string().replace("--", "");
+    format!("{fault}{since}")
 }
 
 /// Joins the newest texts that fit, and counts the others.

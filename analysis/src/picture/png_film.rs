@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use png::{BlendOp, BitDepth, ColorType, DisposeOp, Encoder, Writer};
+use png::{BitDepth, BlendOp, ColorType, Compression, DisposeOp, Encoder, FilterType, Writer};
 
 use super::film::{LAST_S, Region};
 use crate::figures::pixels::Pixels;
@@ -23,6 +23,8 @@ impl<W: Write> PngFilm<W> {
         let mut encoder = Encoder::new(file, first.width, first.height);
         encoder.set_color(ColorType::Rgba);
         encoder.set_depth(BitDepth::Eight);
+        encoder.set_filter(FilterType::NoFilter);
+        encoder.set_compression(Compression::Default);
         encoder.set_animated(u32::try_from(frames)?, 0)?;
         encoder.set_blend_op(BlendOp::Over)?;
         encoder.set_dispose_op(DisposeOp::None)?;

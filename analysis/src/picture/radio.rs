@@ -17,28 +17,32 @@ const LINES_MAX: usize = 40;
 const BESIDE_PX: f64 = 3.0;
 
 /// Draws the transmissions between robots at these places, by rank, with their colors and the radius of a robot, px.
+/// The ring of a sender is dashed if a robot did not receive its message.
 pub fn transmissions(
     all: &[Transmission],
     places: &[Point],
     colors: &[RGBColor],
     radius: f64,
 ) -> Markup {
-    let (lost, received): (Vec<&Transmission>, Vec<&Transmission>) =
-        all.iter().partition(|transmission| transmission.is_lost);
-    let senders: BTreeSet<RobotId> = received.iter().map(|each| each.sender).collect();
-    let with_lines = received.len() <= LINES_MAX;
+    let color = |each: &Transmission| match each.is_lost {
+        true => css(TROUBLE),
+        false => css(colors[each.sender.index()]),
+    };
+    if all.len() <= LINES_MAX {
+        return html! { @for each in all { (arrow(each, places, &color(each))) } };
+    }
+    let senders = |all: &mut dyn Iterator<Item = &Transmission>| -> BTreeSet<RobotId> {
+        all.map(|each| each.sender).collect()
+    };
+    let with_losses = senders(&mut all.iter().filter(|each| each.is_lost));
     html! {
-        @if with_lines {
-            @for each in &received { (arrow(each, places, &css(colors[each.sender.index()]))) }
-        } @else {
-            @for sender in senders {
-                @let (x, y) = places[sender.index()];
-                circle cx=(n(x)) cy=(n(y)) r=(n(radius + 4.0)) fill="none" stroke=(css(colors[sender.index()]))
-                    stroke-width="1.2" stroke-opacity="0.55" {}
-            }
+        @for sender in senders(&mut all.iter()) {
+            @let (x, y) = places[sender.index()];
+            @let has_losses = with_losses.contains(&sender);
+            @let color = if has_losses { TROUBLE } else { colors[sender.index()] };
+            circle cx=(n(x)) cy=(n(y)) r=(n(radius + 4.0)) fill="none" stroke=(css(color)) stroke-width="1.2"
+                stroke-dasharray=[has_losses.then_some("3 2.5")] stroke-opacity="0.6" {}
         }
-        // Many losses at once would cover the room.
-        @for each in lost.iter().take(LINES_MAX) { (arrow(each, places, &css(TROUBLE))) }
     }
 }
 

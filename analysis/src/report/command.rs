@@ -1,6 +1,5 @@
 //! Command line of `alliance report`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,16 +11,16 @@ use terminal::stderr_line;
 use world_server::simulation::Simulation;
 
 use super::comparison_page::{SIDES, page_of_two};
-use super::figures::{FigureSelection, Room, figures};
+use super::figures::{DrawnFigures, FigureSelection, Room, figures};
 use super::history::History;
 use super::made::RunOrigin;
 use super::metrics::Metrics;
-use super::page::{RunSection, page};
+use super::page::{INLINE_BYTES, RunSection, page};
 use super::stream::HistorySink;
 use crate::diff::compare;
 use crate::figures::{Figure, pdf};
 use crate::figures::size::SizeOptions;
-use crate::new_file::write_atomically;
+use crate::new_file::{make_folder, write_atomically};
 use crate::progress::Progress;
 use crate::replay_views::retrace_into;
 use crate::{LATEST, exit_status, open};
@@ -54,15 +53,25 @@ pub struct FigureOptions {
     pub to: Option<f64>,
     #[command(flatten)]
     pub size: SizeOptions,
-    /// Only these figures, by file name without extension
+    /// Only these figures, also as SVG files, by file name without extension
     #[arg(long, value_name = "FIGURE,…", value_delimiter = ',')]
     pub only: Vec<String>,
     /// Additional figures of the room at these simulated times
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = seconds)]
     pub snapshot: Vec<f64>,
-    /// Also write each figure as PDF
+    /// Also write each figure as an SVG file
+    #[arg(long)]
+    pub svg: bool,
+    /// Also write each figure as PDF and SVG files
     #[arg(long)]
     pub pdf: bool,
+}
+
+impl FigureOptions {
+    /// Returns `true` if each figure is also a file. Figures that the user names are for use outside of the page.
+    fn with_files(&self) -> bool {
+        self.svg || self.pdf || !self.only.is_empty()
+    }
 }
 
 impl ReportCommand {
@@ -126,12 +135,15 @@ impl Shown {
             end_s: end.as_secs_f64(),
             only: look.only.clone(),
             rooms: std::mem::take(&mut self.rooms),
+            max_bytes: (!look.with_files()).then_some(INLINE_BYTES),
         };
+        let DrawnFigures { figures, undrawn } = figures(&self.history, &self.metrics, &wanted)?;
         Ok(RunSection {
             run: &self.run,
             history: &self.history,
             metrics: &self.metrics,
-            figures: figures(&self.history, &self.metrics, &wanted)?,
+            figures,
+            undrawn,
             made: RunOrigin::of(folder, &wanted),
         })
     }
@@ -149,7 +161,9 @@ pub fn report(folder: &Path, out: &Path, look: &FigureOptions) -> anyhow::Result
     let part = shown.part(folder, look, end)?;
     let (text, left_out) = page(&part);
     note_left_out(left_out, &mut notes);
-    write_figures(out, &part.figures, look.pdf)?;
+    note_undrawn(part.undrawn.len(), &mut notes);
+    write_figures(out, &part.figures, look)?;
+    make_folder(out)?;
     write_atomically(&out.join("report.html"), text.as_bytes())?;
     Ok(notes)
 }
@@ -174,8 +188,10 @@ fn report_of_two(
     let (text, left_out) = page_of_two(&names, &parts, &difference.to_string());
     note_left_out(left_out, &mut notes);
     for (part, side) in parts.iter().zip(SIDES) {
-        write_figures(&out.join(side), &part.figures, look.pdf)?;
+        note_undrawn(part.undrawn.len(), &mut notes);
+        write_figures(&out.join(side), &part.figures, look)?;
     }
+    make_folder(out)?;
     write_atomically(&out.join("report.html"), text.as_bytes())?;
     Ok(notes)
 }
@@ -188,6 +204,18 @@ fn note_left_out(figures: usize, notes: &mut Vec<String>) {
         };
         notes.push(format!(
             "{subject} only in separate files because the page would be too large"
+        ));
+    }
+}
+
+fn note_undrawn(figures: usize, notes: &mut Vec<String>) {
+    if figures > 0 {
+        let subject = match figures {
+            1 => "1 figure is".to_owned(),
+            _ => format!("{figures} figures are"),
+        };
+        notes.push(format!(
+            "{subject} not on the page because it would be too large; --only NAME draws one, --svg draws all"
         ));
     }
 }
@@ -242,11 +270,14 @@ fn full_history(
     Ok((logged.run.clone(), history, rooms))
 }
 
-fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Result<()> {
-    fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
+fn write_figures(out: &Path, figures: &[Figure], look: &FigureOptions) -> anyhow::Result<()> {
+    if !look.with_files() {
+        return Ok(());
+    }
+    make_folder(out)?;
     for figure in figures {
         figure.write(out)?;
-        if with_pdf {
+        if look.pdf {
             let bytes = pdf::from_svg(&figure.svg).with_context(|| figure.name.clone())?;
             write_atomically(&out.join(format!("{}.pdf", figure.name)), &bytes)?;
         }
@@ -256,6 +287,8 @@ fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Resu
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use missions::Registry;
     use missions::waste::data::{default_scenario, default_setup};
     use run_log::recorder::Folder;
@@ -303,7 +336,15 @@ mod tests {
     }
 
     fn reported(folder: &Path, out: &Path) -> anyhow::Result<Vec<String>> {
-        report(folder, out, &FigureOptions::default())
+        report(folder, out, &with_svg())
+    }
+
+    /// Returns options with a file for each figure.
+    fn with_svg() -> FigureOptions {
+        FigureOptions {
+            svg: true,
+            ..FigureOptions::default()
+        }
     }
 
     #[test]
@@ -323,6 +364,25 @@ mod tests {
         for reference in ["http", "src=", "href=", "url(", "@import"] {
             assert!(!page.contains(reference), "{reference}");
         }
+    }
+
+    #[test]
+    fn figures_have_files_only_on_request() {
+        let folder = run(LogLevel::Full);
+        let out = folder.path().join("report");
+        let notes = report(folder.path(), &out, &FigureOptions::default()).unwrap();
+        assert_eq!(notes, [""; 0]);
+        assert_eq!(files(&out), "report.html");
+        let page = fs::read_to_string(out.join("report.html")).unwrap();
+        assert_eq!(page.matches("<svg ").count(), 13);
+        assert!(!page.contains("on request"));
+        let look = FigureOptions {
+            pdf: true,
+            only: vec!["map".to_owned()],
+            ..FigureOptions::default()
+        };
+        report(folder.path(), &out, &look).unwrap();
+        assert_eq!(files(&out), "map.pdf map.svg report.html");
     }
 
     #[test]
@@ -404,7 +464,7 @@ mod tests {
         let short = run_until("nearest", 40.0, LogLevel::Full);
         let out = full.path().join("two");
         let folders = [&full, &short].map(|folder| folder.path().to_owned());
-        let notes = report_of_two(folders.each_ref(), &out, &FigureOptions::default()).unwrap();
+        let notes = report_of_two(folders.each_ref(), &out, &with_svg()).unwrap();
         assert_eq!(notes, [""; 0]);
         assert_eq!(files(&out), "a b report.html");
         assert_eq!(files(&out.join("a")), FILES.replace(" report.html", ""));
