@@ -19,6 +19,9 @@ static OPTIONS: LazyLock<Options<'static>> = LazyLock::new(|| {
     }
 });
 
+/// The pixels for each px of a figure in a PNG, for print and sharp screens.
+pub const PRINT_PIXELS: f32 = 2.0;
+
 /// Reads an SVG with the fonts of this program.
 pub fn tree(svg: &str) -> anyhow::Result<Tree> {
     Ok(Tree::from_str(svg, &OPTIONS)?)

@@ -38,7 +38,10 @@ pub fn trail(p: &Projection, trail: &[Vec2], color: RGBColor) -> Markup {
         let from = piece * length;
         let part = points.get(from..(from + length + 1).min(points.len()))?;
         let line = thin_way(part, 0.3);
-        let path: Vec<String> = line.iter().map(|(x, y)| format!("{} {}", n(*x), n(*y))).collect();
+        let path: Vec<String> = line
+            .iter()
+            .map(|(x, y)| format!("{} {}", n(*x), n(*y)))
+            .collect();
         let opacity = NEWEST * (piece as f64 + 1.0) / PIECES as f64;
         (line.len() > 1).then(|| (format!("M{}", path.join("L")), opacity))
     });
@@ -51,7 +54,13 @@ pub fn trail(p: &Projection, trail: &[Vec2], color: RGBColor) -> Markup {
 }
 
 /// Draws the body of a robot with its heading. A dead robot is crossed out, a silent one hatched, a joining one pale.
-pub fn body(at: Point, heading_rad: f32, radius: f64, state: AgentState, color: RGBColor) -> Markup {
+pub fn body(
+    at: Point,
+    heading_rad: f32,
+    radius: f64,
+    state: AgentState,
+    color: RGBColor,
+) -> Markup {
     let is_dead = state == AgentState::Dead;
     let fill = css(if is_dead { QUIET_TEXT } else { color });
     let opacity = match state {
@@ -63,9 +72,18 @@ pub fn body(at: Point, heading_rad: f32, radius: f64, state: AgentState, color: 
     // A point in the frame of the robot: x ahead, y to the left.
     let place = |ahead: f64, left: f64| {
         let (ahead, left) = (ahead * radius, left * radius);
-        format!("{} {}", n(ahead * cos - left * sin), n(-ahead * sin - left * cos))
+        format!(
+            "{} {}",
+            n(ahead * cos - left * sin),
+            n(-ahead * sin - left * cos)
+        )
     };
-    let nose = format!("M{}L{}L{}Z", place(1.5, 0.0), place(0.75, 0.6), place(0.75, -0.6));
+    let nose = format!(
+        "M{}L{}L{}Z",
+        place(1.5, 0.0),
+        place(0.75, 0.6),
+        place(0.75, -0.6)
+    );
     let edge = n((radius * 0.14).clamp(0.75, 1.5));
     let arm = n(radius * 0.95);
     html! {
@@ -124,7 +142,10 @@ pub fn names(robots: &[Named<'_>], radius: f64, taken: &mut Taken) -> Markup {
         let has_state = is_troubled(named.robot) && team <= NAMES_MAX;
         let with_doing = (team <= ACTIVITIES_MAX || has_state) && !named.doing.is_empty();
         let full = [named.name, named.doing];
-        let texts = with_doing.then_some(&full[..]).into_iter().chain([&full[..1]]);
+        let texts = with_doing
+            .then_some(&full[..])
+            .into_iter()
+            .chain([&full[..1]]);
         let places = texts.flat_map(|lines| around(named.at, radius, lines));
         if let Some(((lines, top), place)) = taken.first_free(places) {
             let x = (place.left + place.right) / 2.0;

@@ -13,12 +13,32 @@ use world_server::simulation::Simulation;
 use super::scene::{Scene, Transmission};
 use crate::replay_views::retrace_into;
 
-/// The duration of the paths before the time of a picture, by the size of the team: (largest team, s). Long paths of a
-/// large team would hide the robots.
-const TRAILS: [(usize, f64); 3] = [(12, 30.0), (60, 12.0), (usize::MAX, 5.0)];
+/// The past in a picture. In a large team, long paths and many transmissions would hide the robots.
+struct Past {
+    /// The size of the largest team with this past.
+    robots: usize,
+    trail_s: f64,
+    /// By default, each robot sends once per second.
+    transmissions: SimTime,
+}
 
-/// The duration of the transmissions before the time of a picture: by default, each robot sends once per second.
-const TRANSMISSIONS: SimTime = SimTime(1000);
+const PASTS: [Past; 3] = [
+    Past {
+        robots: 12,
+        trail_s: 30.0,
+        transmissions: SimTime(1000),
+    },
+    Past {
+        robots: 60,
+        trail_s: 12.0,
+        transmissions: SimTime(250),
+    },
+    Past {
+        robots: usize::MAX,
+        trail_s: 5.0,
+        transmissions: SimTime(100),
+    },
+];
 
 /// Replays a run and passes the scene at each of the `ticks`, which ascend, to `take`. Returns the difference from the
 /// logged run, if there is one.
@@ -48,6 +68,7 @@ struct Camera<'t> {
     step: SimTime,
     /// The number of positions of a trail.
     positions: usize,
+    transmissions: SimTime,
     trails: Vec<VecDeque<Vec2>>,
     messages: VecDeque<MessageView>,
 }
@@ -57,12 +78,14 @@ impl<'t> Camera<'t> {
         let scenario = &logged.run.setup.scenario;
         let robots = scenario.robots.len();
         let step = SimTime(scenario.step_ms);
-        let span = TRAILS.iter().find(|(team, _)| robots <= *team);
-        let span_s = span.map_or(0.0, |(_, span_s)| *span_s);
+        let [.., last] = &PASTS;
+        let past = PASTS.iter().find(|past| robots <= past.robots);
+        let past = past.unwrap_or(last);
         Self {
             ticks,
             step,
-            positions: (span_s / step.as_secs_f64()) as usize + 1,
+            positions: (past.trail_s / step.as_secs_f64()) as usize + 1,
+            transmissions: past.transmissions,
             trails: vec![VecDeque::new(); robots],
             messages: VecDeque::new(),
         }
@@ -83,7 +106,7 @@ impl<'t> Camera<'t> {
         } else {
             self.trails.iter_mut().for_each(VecDeque::clear);
         }
-        if SimTime(ahead * self.step.0) <= TRANSMISSIONS {
+        if SimTime(ahead * self.step.0) <= self.transmissions {
             self.listen(simulation);
         }
         if next > tick {
@@ -111,8 +134,9 @@ impl<'t> Camera<'t> {
     fn listen(&mut self, simulation: &mut Simulation) {
         self.messages.extend(simulation.take_messages());
         let now = SimTime(simulation.tick() * self.step.0);
+        let span = self.transmissions;
         self.messages
-            .retain(|message| now.since(message.reception.at) <= TRANSMISSIONS);
+            .retain(|message| now.since(message.reception.at) <= span);
     }
 
     fn scene(&self, simulation: &Simulation) -> Scene {
@@ -121,7 +145,9 @@ impl<'t> Camera<'t> {
         let transmissions: BTreeSet<Transmission> = transmissions.collect();
         Scene {
             view: simulation.view_without_history(),
-            trails: trails.map(|trail| trail.iter().copied().collect()).collect(),
+            trails: trails
+                .map(|trail| trail.iter().copied().collect())
+                .collect(),
             transmissions: transmissions.into_iter().collect(),
         }
     }

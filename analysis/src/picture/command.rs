@@ -15,15 +15,12 @@ use terminal::stderr_line;
 use super::camera::take_scenes;
 use super::drawing::Drawing;
 use super::film::{self, FilmFormat};
-use crate::figures::palette::{FLOOR, ITEM, PROGRESS, TROUBLE, WALL};
 use crate::figures::canvas::WHITE;
-use crate::figures::pixels::Pixels;
+use crate::figures::palette::{FLOOR, ITEM, PROGRESS, TROUBLE, WALL};
+use crate::figures::pixels::{PRINT_PIXELS, Pixels};
 use crate::figures::size::SizeOptions;
 use crate::new_file::{NewFile, make_folder, write_atomically};
 use crate::replay::end_of;
-
-/// The pixels of a PNG for each px of the layout, for print and sharp screens.
-const PNG_PIXELS: f32 = 2.0;
 
 /// The default duration of a film is at most this, s.
 const FILM_S: f64 = 20.0;
@@ -153,9 +150,15 @@ impl PictureOptions {
             FilmFormat::of(path)?;
         }
         let given = [
-            ("out", self.out.is_some() && wanted.svg.is_none() && wanted.png.is_none()),
+            (
+                "out",
+                self.out.is_some() && wanted.svg.is_none() && wanted.png.is_none(),
+            ),
             ("width", self.size.width.is_some() && wanted.is_empty()),
-            ("font-size", self.size.font_size.is_some() && wanted.is_empty()),
+            (
+                "font-size",
+                self.size.font_size.is_some() && wanted.is_empty(),
+            ),
             ("fps", self.fps != DEFAULT_RATE && wanted.video.is_none()),
         ];
         if let Some((option, _)) = given.iter().find(|(_, is_idle)| *is_idle) {
@@ -179,7 +182,10 @@ impl PictureOptions {
         let length = Length::of(log)?;
         let svgs = length.ticks_of("svg", wanted.svg)?;
         let pngs = length.ticks_of("png", wanted.png)?;
-        let film = wanted.video.map(|path| self.film(path, length)).transpose()?;
+        let film = wanted
+            .video
+            .map(|path| self.film(path, length))
+            .transpose()?;
         let frames = film.as_ref().map_or(&[][..], |film| &film.frames);
         let mut ticks: Vec<Tick> = svgs.iter().chain(&pngs).chain(frames).copied().collect();
         ticks.sort_unstable();
@@ -204,7 +210,7 @@ impl PictureOptions {
             }
             if pngs.contains(&tick) {
                 let path = out.join(format!("{name}.png"));
-                write_atomically(&path, &Pixels::draw(&svg, PNG_PIXELS)?.png()?)?;
+                write_atomically(&path, &Pixels::draw(&svg, PRINT_PIXELS)?.png()?)?;
                 stderr_line!("png     {}", path.display());
             }
             let repeated = frames.iter().filter(|frame| **frame == tick).count();
@@ -240,7 +246,9 @@ impl PictureOptions {
             ));
         }
         let times = (0..count as u32).map(|frame| from_s + f64::from(frame) * period_s);
-        let frames = times.chain([to_s]).map(|at_s| length.tick_at("to", at_s.min(to_s)));
+        let frames = times
+            .chain([to_s])
+            .map(|at_s| length.tick_at("to", at_s.min(to_s)));
         Ok(Film {
             path,
             format: FilmFormat::of(path)?,

@@ -95,8 +95,18 @@ impl<'r> Drawing<'r> {
         let (p, view) = (&self.projection, &scene.view);
         let radius_m = self.setup.scenario.body.radius_m;
         let radius = p.length(radius_m).max(LEAST_RADIUS_PX);
-        let places: Vec<Point> = view.robots.iter().map(|robot| p.point(robot.pose.position)).collect();
-        let robots = self.setup.scenario.robots.iter().zip(&view.robots).zip(&places);
+        let places: Vec<Point> = view
+            .robots
+            .iter()
+            .map(|robot| p.point(robot.pose.position))
+            .collect();
+        let robots = self
+            .setup
+            .scenario
+            .robots
+            .iter()
+            .zip(&view.robots)
+            .zip(&places);
         let robots: Vec<Named<'_>> = robots
             .map(|((spec, robot), at)| Named {
                 name: &spec.name,

@@ -71,7 +71,11 @@ fn shape(p: &Projection, mark: &Mark) -> Markup {
             if mark.work.is_some() && radius < RING_BELOW_PX {
                 return ring(at, radius.max(3.0), full, share);
             }
-            let fill = if is_range { "none".to_owned() } else { css(empty) };
+            let fill = if is_range {
+                "none".to_owned()
+            } else {
+                css(empty)
+            };
             html! {
                 (circle(at, radius, &fill))
                 @if !is_range { (level(at, radius, full, share)) }
@@ -82,8 +86,16 @@ fn shape(p: &Projection, mark: &Mark) -> Markup {
         MarkOutline::Rectangle { min, max } => {
             let (left, bottom) = p.point(min);
             let (right, top) = p.point(max);
-            let whole = Extent { left, top, right, bottom };
-            let filled = Extent { top: bottom - share * (bottom - top), ..whole };
+            let whole = Extent {
+                left,
+                top,
+                right,
+                bottom,
+            };
+            let filled = Extent {
+                top: bottom - share * (bottom - top),
+                ..whole
+            };
             html! {
                 (rectangle(&whole, &css(empty), None))
                 @if share > 0.0 { (rectangle(&filled, &css(full), None)) }
@@ -91,7 +103,11 @@ fn shape(p: &Projection, mark: &Mark) -> Markup {
                     stroke=(edge) stroke-dasharray=[dashes] {}
             }
         }
-        MarkOutline::Bar { from, to, half_width_m } => {
+        MarkOutline::Bar {
+            from,
+            to,
+            half_width_m,
+        } => {
             let width = (2.0 * p.length(half_width_m)).max(2.0);
             let color = if mark.work.is_some() { empty } else { full };
             let (from, to) = (p.point(from), p.point(to));
@@ -104,7 +120,11 @@ fn shape(p: &Projection, mark: &Mark) -> Markup {
             }
         }
         MarkOutline::Line { from, to } => {
-            let width = if mark.role == MarkRole::Goal { "4" } else { "1.5" };
+            let width = if mark.role == MarkRole::Goal {
+                "4"
+            } else {
+                "1.5"
+            };
             html! {
                 path d=(segment_of(p, from, to)) fill="none" stroke=(css(full)) stroke-width=(width)
                     stroke-dasharray=[dashes] {}
@@ -188,7 +208,11 @@ fn label_with_work(mark: &Mark) -> Option<String> {
         false => format!("{}", (value * 10.0).round() / 10.0),
     };
     // A label has room for the symbol of a unit, and not for the name of counted things.
-    let unit = if unit.len() > 2 { String::new() } else { format!(" {unit}") };
+    let unit = if unit.len() > 2 {
+        String::new()
+    } else {
+        format!(" {unit}")
+    };
     Some(format!("{label} {}/{}{unit}", amount(*left), amount(*all)))
 }
 
@@ -201,7 +225,12 @@ fn rectangle_on_floor(p: &Projection, obstacle: &Obstacle) -> Markup {
     let (left, bottom) = p.point(Vec2::new(obstacle.x_m, obstacle.y_m));
     let size = Vec2::new(obstacle.width_m, obstacle.height_m);
     let (right, top) = p.point(Vec2::new(obstacle.x_m, obstacle.y_m) + size);
-    let place = Extent { left, top, right, bottom };
+    let place = Extent {
+        left,
+        top,
+        right,
+        bottom,
+    };
     let (color, pattern, opacity) = match obstacle.penetrability {
         _ if obstacle.is_solid() => (SOLID, hatch(&place), "0.85"),
         share if share < 1.0 => (SLOW, dots(&place), "0.25"),
@@ -263,7 +292,9 @@ fn grid(place: &Extent, step: f64) -> Vec<Point> {
 
 fn dots(place: &Extent) -> String {
     let points = grid(place, 8.0).into_iter();
-    points.map(|(x, y)| format!("M{} {}h1", n(x), n(y))).collect()
+    points
+        .map(|(x, y)| format!("M{} {}h1", n(x), n(y)))
+        .collect()
 }
 
 fn arrow_heads(place: &Extent) -> String {
@@ -277,7 +308,9 @@ fn arrow_heads(place: &Extent) -> String {
 pub fn items(p: &Projection, view: &View, body_m: f32) -> Markup {
     let mut path = String::new();
     for item in &view.items {
-        let carrier = item.carrier.and_then(|robot| view.robots.get(robot.index()));
+        let carrier = item
+            .carrier
+            .and_then(|robot| view.robots.get(robot.index()));
         let position = carrier.map_or(item.position, |robot| {
             let ahead = body_m + item.radius_m;
             let (sin, cos) = libm::sincosf(robot.pose.heading_rad);

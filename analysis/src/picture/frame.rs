@@ -35,7 +35,9 @@ pub fn head(setup: &Setup, view: &View, end: SimTime, width_px: f64) -> Markup {
     let right = width_px - MARGIN_PX;
     let columns = setup.catalog.mission.vocabulary().columns.iter();
     let row = columns.zip(&view.mission);
-    let row: Vec<ColumnValue> = row.map(|(column, number)| column.with_number(*number)).collect();
+    let row: Vec<ColumnValue> = row
+        .map(|(column, number)| column.with_number(*number))
+        .collect();
     let clock = TextLabel::BOLD.sized(20.0);
     let now = format!("{:.1} s", view.now.as_secs_f64());
     // The columns of figures in a film keep their places.
@@ -84,7 +86,10 @@ pub fn foot(view: &View, (top, width_px): (f64, f64)) -> Markup {
     let team = team(view);
     let right = width_px - MARGIN_PX;
     let room = right - MARGIN_PX - letters.width_px(&team) - 24.0;
-    let in_force = view.faults.iter().filter(|fault| fault.phase == Phase::InForce);
+    let in_force = view
+        .faults
+        .iter()
+        .filter(|fault| fault.phase == Phase::InForce);
     let texts: Vec<String> = in_force.map(fault).collect();
     let alarm = TextLabel::BOLD.sized(12.0).colored(TROUBLE);
     html! {
@@ -126,15 +131,23 @@ fn team(view: &View) -> String {
             .count()
     };
     let counts = [
-        ("at work", count(&|state, works| state == AgentState::Present && works)),
-        ("idle", count(&|state, works| state == AgentState::Present && !works)),
+        (
+            "at work",
+            count(&|state, works| state == AgentState::Present && works),
+        ),
+        (
+            "idle",
+            count(&|state, works| state == AgentState::Present && !works),
+        ),
         ("joining", count(&|state, _| state == AgentState::Coming)),
         ("silent", count(&|state, _| state == AgentState::Silent)),
         ("dead", count(&|state, _| state == AgentState::Dead)),
         ("absent", count(&|state, _| state == AgentState::Absent)),
     ];
     let counts = counts.iter().filter(|(_, count)| *count > 0);
-    let texts: Vec<String> = counts.map(|(state, count)| format!("{count} {state}")).collect();
+    let texts: Vec<String> = counts
+        .map(|(state, count)| format!("{count} {state}"))
+        .collect();
     let robots = match view.robots.len() {
         1 => "1 robot".to_owned(),
         count => format!("{count} robots"),

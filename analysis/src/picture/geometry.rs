@@ -84,12 +84,11 @@ impl Extent {
 
     #[must_use]
     pub fn contains(&self, other: &Self) -> bool {
-        let (x, y) = (
-            self.left..=self.right,
-            self.top..=self.bottom,
-        );
-        x.contains(&other.left) && x.contains(&other.right)
-            && y.contains(&other.top) && y.contains(&other.bottom)
+        let (x, y) = (self.left..=self.right, self.top..=self.bottom);
+        x.contains(&other.left)
+            && x.contains(&other.right)
+            && y.contains(&other.top)
+            && y.contains(&other.bottom)
     }
 }
 

@@ -21,10 +21,16 @@ type Rgb = [u8; 3];
 pub struct GifFilm<W: Write> {
     encoder: Encoder<W>,
     colors: Colors,
-    before: Option<Vec<u8>>,
+    before: Option<Before>,
     width: usize,
     rate: u16,
     frames: u32,
+}
+
+/// The frame before.
+struct Before {
+    rgb: Vec<u8>,
+    indices: Vec<u8>,
 }
 
 impl<W: Write> GifFilm<W> {
@@ -36,7 +42,9 @@ impl<W: Write> GifFilm<W> {
         certain: &[RGBColor],
         rate: u16,
     ) -> anyhow::Result<Self> {
-        let size = samples.first().map_or((0, 0), |image| (image.width, image.height));
+        let size = samples
+            .first()
+            .map_or((0, 0), |image| (image.width, image.height));
         let colors = Colors::choose(samples, certain);
         let (width, height) = (u16::try_from(size.0)?, u16::try_from(size.1)?);
         let mut encoder = Encoder::new(file, width, height, &colors.palette())?;
@@ -53,11 +61,22 @@ impl<W: Write> GifFilm<W> {
 
     /// Adds a frame of the size of the samples.
     pub fn add_frame(&mut self, frame: &Pixels, is_last: bool) -> anyhow::Result<()> {
-        let indices: Vec<u8> = frame
-            .rgb
-            .chunks_exact(3)
-            .map(|color| self.colors.index([color[0], color[1], color[2]]))
-            .collect();
+        let colors = &mut self.colors;
+        let mut index = |color: &[u8]| colors.index([color[0], color[1], color[2]]);
+        let pixels = frame.rgb.chunks_exact(3);
+        let indices: Vec<u8> = match &self.before {
+            None => pixels.map(index).collect(),
+            // Most pixels keep their color, which saves the search for the nearest one.
+            Some(before) => {
+                let before = before.rgb.chunks_exact(3).zip(&before.indices);
+                let pairs = pixels.zip(before);
+                let each = pairs.map(|(color, (old, known))| match color == old {
+                    true => *known,
+                    false => index(color),
+                });
+                each.collect()
+            }
+        };
         let whole = Region {
             left: 0,
             top: 0,
@@ -67,16 +86,20 @@ impl<W: Write> GifFilm<W> {
         let (region, buffer) = match &self.before {
             None => (whole, indices.clone()),
             Some(before) => {
-                let region = Region::of_change(before, &indices, self.width, 1);
+                let region = Region::of_change(&before.indices, &indices, self.width, 1);
                 let pixels = region.pixels(self.width);
-                let pixels = pixels.map(|at| match before[at] == indices[at] {
+                let pixels = pixels.map(|at| match before.indices[at] == indices[at] {
                     true => TRANSPARENT,
                     false => indices[at],
                 });
                 (region, pixels.collect())
             }
         };
-        let delay = if is_last { LAST_S * DELAYS_PER_S as u16 } else { self.delay() };
+        let delay = if is_last {
+            LAST_S * DELAYS_PER_S as u16
+        } else {
+            self.delay()
+        };
         self.encoder.write_frame(&Frame {
             delay,
             dispose: DisposalMethod::Keep,
@@ -88,7 +111,10 @@ impl<W: Write> GifFilm<W> {
             buffer: Cow::Owned(buffer),
             ..Frame::default()
         })?;
-        self.before = Some(indices);
+        self.before = Some(Before {
+            rgb: frame.rgb.clone(),
+            indices,
+        });
         self.frames += 1;
         Ok(())
     }
@@ -117,7 +143,10 @@ impl Colors {
         for RGBColor(red, green, blue) in certain {
             counts.insert([*red, *green, *blue], u64::MAX);
         }
-        let mut colors: Vec<(u64, Rgb)> = counts.into_iter().map(|(color, count)| (count, color)).collect();
+        let mut colors: Vec<(u64, Rgb)> = counts
+            .into_iter()
+            .map(|(color, count)| (count, color))
+            .collect();
         colors.sort_unstable_by(|a, b| b.cmp(a));
         colors.truncate(TRANSPARENT.into());
         Self {

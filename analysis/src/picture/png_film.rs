@@ -51,7 +51,9 @@ impl<W: Write> PngFilm<W> {
                 self.writer.set_frame_dimension(width, height)?;
                 self.writer
                     .set_frame_position(region.left as u32, region.top as u32)?;
-                let pixels = region.pixels(self.width).map(|at| at * DEPTH..(at + 1) * DEPTH);
+                let pixels = region
+                    .pixels(self.width)
+                    .map(|at| at * DEPTH..(at + 1) * DEPTH);
                 pixels
                     .flat_map(|at| match before[at.clone()] == rgb[at.clone()] {
                         true => [0; 4],

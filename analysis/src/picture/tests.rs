@@ -71,7 +71,10 @@ fn a_png_has_the_color_of_each_robot_at_its_pose() {
     let log = run(setup(mission(80.0)));
     let drawing = drawing(&log);
     for scene in scenes(&log, &[0, 1000, 1600]) {
-        let png = Pixels::draw(&drawing.svg(&scene), 2.0).unwrap().png().unwrap();
+        let png = Pixels::draw(&drawing.svg(&scene), 2.0)
+            .unwrap()
+            .png()
+            .unwrap();
         let image = decoded(&png);
         assert_eq!(image.width, 1920);
         for (rank, robot) in scene.view.robots.iter().enumerate() {
@@ -80,7 +83,11 @@ fn a_png_has_the_color_of_each_robot_at_its_pose() {
             let own = drawing.colors()[rank];
             let is_dead = robot.state == AgentState::Dead;
             assert_eq!(is_dead, rank == 1 && scene.view.tick == 1600);
-            let expected = if is_dead { [184, 51, 10] } else { [own.0, own.1, own.2] };
+            let expected = if is_dead {
+                [184, 51, 10]
+            } else {
+                [own.0, own.1, own.2]
+            };
             assert_eq!(color, expected, "robot {rank} at {}", scene.view.now);
         }
     }
@@ -90,7 +97,13 @@ fn a_png_has_the_color_of_each_robot_at_its_pose() {
 fn a_picture_shows_messages_and_faults() {
     let log = run(setup(mission(80.0)));
     let scenes = scenes(&log, &[1000, 1600]);
-    let lost = |scene: &Scene| scene.transmissions.iter().filter(|each| each.is_lost).count();
+    let lost = |scene: &Scene| {
+        scene
+            .transmissions
+            .iter()
+            .filter(|each| each.is_lost)
+            .count()
+    };
     assert_eq!(lost(&scenes[0]), 0);
     assert!(!scenes[0].transmissions.is_empty());
     let senders = scenes[1].transmissions.iter().filter(|each| each.is_lost);
@@ -98,7 +111,13 @@ fn a_picture_shows_messages_and_faults() {
         assert_eq!(each.sender.index(), 0, "only blue is mute");
     }
     let svg = drawing(&log).svg(&scenes[1]);
-    for text in ["kill gold since 70.0 s", "mute blue since 60.0 s", "1 dead", ">80.0 s<", "spill (top)"] {
+    for text in [
+        "kill gold since 70.0 s",
+        "mute blue since 60.0 s",
+        "1 dead",
+        ">80.0 s<",
+        "spill (top)",
+    ] {
         assert!(svg.contains(text), "{text}: {svg}");
     }
     assert!(!drawing(&log).svg(&scenes[0]).contains("since"));
@@ -153,7 +172,10 @@ fn frames() -> (Vec<String>, Vec<Pixels>) {
     let log = run(setup(mission(75.0)));
     let drawing = drawing(&log);
     let ticks: Vec<Tick> = (0..=6).map(|frame| 1380 + 20 * frame).collect();
-    let svgs: Vec<String> = scenes(&log, &ticks).iter().map(|scene| drawing.svg(scene)).collect();
+    let svgs: Vec<String> = scenes(&log, &ticks)
+        .iter()
+        .map(|scene| drawing.svg(scene))
+        .collect();
     let images = svgs.iter().map(|svg| Pixels::draw(svg, 1.0).unwrap());
     let images = images.collect();
     (svgs, images)
@@ -177,8 +199,15 @@ fn an_animated_png_has_every_frame_without_loss() {
         let control = *reader.info().frame_control().unwrap();
         let delay = (control.delay_num, control.delay_den);
         assert_eq!(delay, if index == 6 { (2, 1) } else { (1, 20) });
-        for (place, pixel) in rgba.chunks_exact(4).take((control.width * control.height) as usize).enumerate() {
-            let (x, y) = (place % control.width as usize, place / control.width as usize);
+        for (place, pixel) in rgba
+            .chunks_exact(4)
+            .take((control.width * control.height) as usize)
+            .enumerate()
+        {
+            let (x, y) = (
+                place % control.width as usize,
+                place / control.width as usize,
+            );
             let at = ((y + control.y_offset as usize) * width + x + control.x_offset as usize) * 3;
             if pixel[3] > 0 {
                 canvas[at..at + 3].copy_from_slice(&pixel[..3]);
@@ -201,7 +230,10 @@ fn a_gif_has_every_frame_with_nearly_the_same_colors() {
     let mut delays = Vec::new();
     while let Some(frame) = decoder.read_next_frame().unwrap() {
         for (place, pixel) in frame.buffer.chunks_exact(4).enumerate() {
-            let (x, y) = (place % usize::from(frame.width), place / usize::from(frame.width));
+            let (x, y) = (
+                place % usize::from(frame.width),
+                place / usize::from(frame.width),
+            );
             let at = ((y + usize::from(frame.top)) * width + x + usize::from(frame.left)) * 3;
             if pixel[3] > 0 {
                 canvas[at..at + 3].copy_from_slice(&pixel[..3]);
@@ -209,7 +241,11 @@ fn a_gif_has_every_frame_with_nearly_the_same_colors() {
         }
         let image = &images[delays.len()];
         delays.push(frame.delay);
-        let far = canvas.iter().zip(&image.rgb).filter(|(a, b)| a.abs_diff(**b) > 24).count();
+        let far = canvas
+            .iter()
+            .zip(&image.rgb)
+            .filter(|(a, b)| a.abs_diff(**b) > 24)
+            .count();
         assert!(far < canvas.len() / 2000, "{far} of {}", canvas.len());
     }
     // A frame lasts a fifteenth of a second, and the last one two seconds.
@@ -247,14 +283,17 @@ fn pictures_and_a_film_are_written_into_files() {
     let folder = run.path();
     fs::write(folder.join("room-at-1s.png"), "older").unwrap();
     let film = folder.join("film.gif").display().to_string();
-    let words = format!("--svg --png 1s,end --video {film} --from 1s --fps 10 --speed 2x --width 500");
+    let words =
+        format!("--svg --png 1s,end --video {film} --from 1s --fps 10 --speed 2x --width 500");
     export(folder, &words).unwrap();
     let png = |name: &str| decoded(&fs::read(folder.join(name)).unwrap());
     assert_eq!(png("room-at-1s.png").width, 1000);
     let svg = fs::read_to_string(folder.join("room-at-3s.svg")).unwrap();
     let image = Pixels::draw(&svg, 2.0).unwrap();
     assert!(image == png("room-at-3s.png"));
-    let mut decoder = gif::DecodeOptions::new().read_info(fs::File::open(&film).unwrap()).unwrap();
+    let mut decoder = gif::DecodeOptions::new()
+        .read_info(fs::File::open(&film).unwrap())
+        .unwrap();
     let mut frames = 0;
     while decoder.read_next_frame().unwrap().is_some() {
         frames += 1;
@@ -314,7 +353,12 @@ fn labels_do_not_overlap() {
     let mut taken = Taken::new(within);
     let place = |x: f64| Extent::around((x, 50.0), 10.0, 5.0);
     taken.take(place(50.0));
-    let free = taken.first_free([(1, place(45.0)), (2, place(95.0)), (3, place(30.0)), (4, place(70.0))]);
+    let free = taken.first_free([
+        (1, place(45.0)),
+        (2, place(95.0)),
+        (3, place(30.0)),
+        (4, place(70.0)),
+    ]);
     assert_eq!(free.map(|(which, _)| which), Some(3));
     assert_eq!(taken.first_free([(3, place(30.0))]), None);
     assert!(within.contains(&place(90.0)));

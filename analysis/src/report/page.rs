@@ -74,7 +74,9 @@ impl InlineFigures {
     /// Returns the markup of a figure with its caption. `folder` is the path from the page to its file, empty or with a
     /// trailing slash.
     pub fn put(&mut self, figure: &Figure, folder: &str) -> Markup {
-        let Figure { name, svg, caption } = figure;
+        let Figure {
+            name, svg, caption, ..
+        } = figure;
         let id = format!("{folder}{name}").replace('/', "-");
         let drawing = if svg.len() <= self.room {
             self.room -= svg.len();

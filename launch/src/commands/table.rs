@@ -205,6 +205,8 @@ pub(super) const ENTRIES: &[Entry] = &[
             #[cfg(feature = "mcap")]
             "alliance export runs/first --mcap=run.mcap # for Foxglove",
             "alliance export runs/first --scenario # with all faults, to run again",
+            "alliance export runs/first --png 60s,end # the room at two times",
+            "alliance export --video run.gif --from 1min --to 2min --speed 10x # a film for slides",
         ],
         &[
             "0 The files are written.",

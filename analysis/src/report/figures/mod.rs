@@ -164,7 +164,12 @@ pub fn figures(
     let mut progress = Progress::new("drawing the figures", "figures", chosen.len() as u64);
     let mut room = wanted.max_bytes.unwrap_or(usize::MAX);
     let mut drawn = DrawnFigures::default();
-    for Planned { name, caption, draw } in chosen {
+    for Planned {
+        name,
+        caption,
+        draw,
+    } in chosen
+    {
         if !drawn.undrawn.is_empty() {
             drawn.undrawn.push(name);
             continue;
@@ -177,7 +182,12 @@ pub fn figures(
             continue;
         }
         room = room.saturating_sub(svg.len());
-        drawn.figures.push(Figure { name, caption, svg });
+        drawn.figures.push(Figure {
+            name,
+            caption,
+            svg,
+            numbers: None,
+        });
     }
     Ok(drawn)
 }

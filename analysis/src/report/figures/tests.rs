@@ -54,7 +54,9 @@ fn gantt(history: &History, metrics: &Metrics) -> String {
         only: vec!["gantt".to_owned()],
         ..FigureSelection::default()
     };
-    figures(history, metrics, &wanted).unwrap().figures[0].svg.clone()
+    figures(history, metrics, &wanted).unwrap().figures[0]
+        .svg
+        .clone()
 }
 
 /// Counts the strokes and outlines of a drawing.
