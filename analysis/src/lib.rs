@@ -3,8 +3,8 @@
 //! - [`replay`]: the repetition of a run from its log. [`learned`]: the values that its robots have learned. [`diff`]:
 //!   the first difference of two runs. [`replay_views`]: a finished run with a view of each tick.
 //! - [`branch`]: a run that repeats another one up to a tick. [`allocation`]: communication rounds without motion.
-//! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools. [`instance`]: instances of other
-//!   programs as scenarios, and runs as instances.
+//! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools, and as pictures and films.
+//! - [`instance`]: instances of other programs as scenarios, and runs as instances.
 //! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
 //! - [`tune`]: parameter search for allocators. [`hunt`]: search for faults that break them.
@@ -30,6 +30,7 @@ pub mod learned;
 mod new_file;
 mod optional;
 mod page;
+mod picture;
 pub mod progress;
 pub mod random_mission;
 pub mod replay;

@@ -185,6 +185,18 @@ pub(crate) fn team_at_end<S: Sink>(
     team_to_end(logged, level, kept, sink, see)
 }
 
+/// Returns the number of ticks of a logged run up to its last complete one, and the outcome.
+pub(crate) fn end_of(logged: &RunLog) -> anyhow::Result<(u64, Outcome)> {
+    match (logged.run.outcome, logged.last) {
+        (RunOutcome::Ended(outcome), _) => Ok((logged.run.result.ticks, outcome)),
+        (RunOutcome::Running, Some(last)) => Ok((last.tick + 1, Outcome::Interrupted)),
+        (RunOutcome::Running, None) if logged.run.log == LogLevel::Off => {
+            bail!("the run did not end and was logged with --log off: there is nothing to compare")
+        }
+        (RunOutcome::Running, None) => bail!("the log has no complete tick"),
+    }
+}
+
 fn team_to_end<S: Sink>(
     logged: &RunLog,
     level: LogLevel,
@@ -192,14 +204,7 @@ fn team_to_end<S: Sink>(
     sink: S,
     mut see: impl FnMut(&mut Simulation),
 ) -> anyhow::Result<(Team<S>, Outcome)> {
-    let (ticks, outcome) = match (logged.run.outcome, logged.last) {
-        (RunOutcome::Ended(outcome), _) => (logged.run.result.ticks, outcome),
-        (RunOutcome::Running, Some(last)) => (last.tick + 1, Outcome::Interrupted),
-        (RunOutcome::Running, None) if logged.run.log == LogLevel::Off => {
-            bail!("the run did not end and was logged with --log off: there is nothing to compare")
-        }
-        (RunOutcome::Running, None) => bail!("the log has no complete tick"),
-    };
+    let (ticks, outcome) = end_of(logged)?;
     let setup = setup_of(logged)?;
     let inputs = logged.inputs()?;
     let what = match logged.run.log {

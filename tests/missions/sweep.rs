@@ -78,9 +78,15 @@ fn a_sweep_has_a_row_for_each_run_and_each_run_can_be_repeated() {
     }
     let created = results(&lab.path("sweeps/plan"));
     let names: Vec<&str> = created.keys().map(String::as_str).collect();
-    let figures = "by-0-alliance-defaults-ceased_after_s.svg by-1-preset.svg by-2-faults.svg";
-    let tables =
-        "faults.csv plan.toml results.csv results.parquet scenario.toml summary.csv summary.html";
+    let figures = [
+        "by-0-alliance-defaults-ceased_after_s",
+        "by-1-preset",
+        "by-2-faults",
+    ];
+    let formats =
+        |figure: &str| ["csv", "pdf", "png", "svg"].map(|ending| format!("{figure}.{ending}"));
+    let figures = figures.map(|figure| formats(figure).join(" ")).join(" ");
+    let tables = "faults.csv plan.toml plot.py results.csv results.parquet scenario.toml summary.csv summary.html summary.tex";
     assert_eq!(names.join(" "), format!("{figures} {tables}"));
     let conditions = lab.text("sweeps/plan/summary.csv");
     assert_eq!(conditions.lines().count(), 1 + RUNS / 3);

@@ -1,5 +1,6 @@
 //! Tables of results and of logs by column, as CSV and Parquet.
 
+pub mod latex;
 pub mod parquet;
 
 use std::path::Path;

@@ -17,8 +17,10 @@ use super::hypotheses::{check, judge};
 use super::memory;
 use super::page::Page;
 use super::power::remarks;
-use super::tables::{NamedTable, tables};
+use super::tables::{LATEX, NamedTable, latex, tables};
 use crate::exit_status;
+use crate::figures::canvas::Sheet;
+use crate::figures::files;
 use crate::new_file::write_atomically;
 use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
 use crate::sweep::execution::{Arguments, PlanCommand, counted, jobs_or_cores, shell_quoted};
@@ -136,6 +138,7 @@ fn finish(
     header: &Header,
     rows: &[Row],
     plan: Option<&Path>,
+    sheet: &Sheet,
 ) -> anyhow::Result<bool> {
     let comparison = header
         .comparison
@@ -152,10 +155,13 @@ fn finish(
     for NamedTable { name, table, .. } in &tables {
         table.write(folder, name)?;
     }
-    let figures = figures(&data, &analysis)?;
+    let figures = figures(&data, &analysis, sheet)?;
     for figure in &figures {
-        figure.write(folder)?;
+        files::write(figure, folder)?;
     }
+    files::write_script(folder)?;
+    let latex = latex(&data, &analysis);
+    write_atomically(&folder.join(LATEX), latex.as_bytes())?;
     let failed = rows.iter().filter(|row| figures_of(row).is_none()).count();
     let page = Page {
         name: &header.sweep,

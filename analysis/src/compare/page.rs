@@ -9,9 +9,10 @@ use super::answer::{Answer, best, p_value};
 use super::data::ComparisonData;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
-use super::tables::NamedTable;
+use super::tables::{LATEX, NamedTable};
 use crate::figures::Figure;
-use crate::page::{LANDSCAPE, document, drawing, estimate, number, percent, table};
+use crate::figures::files::SCRIPT;
+use crate::page::{LANDSCAPE, document, drawing, estimate, number, percent, sorting, table};
 use crate::sweep::execution::{counted, shell_quoted};
 use crate::sweep::statistics::Interval;
 
@@ -68,19 +69,20 @@ impl Page<'_> {
             }
             (self.hypotheses())
             h2 { "Figures" }
-            p.note { "Each figure is also a separate file beside this page. Measures in which all allocators are equal are left out." }
+            p.note { "Each figure is also a file in several formats, with its numbers. Measures in which all allocators are equal are left out." }
             @for figure in self.figures.iter().skip(1) { (drawing(figure)) }
             h2 { "All blocks" }
             p.note {
                 "Means over the seeds with their intervals. Less is better, except for completion and for missions that rank their runs by another "
                 "figure. Columns in which all allocators are equal are left out. The last columns compare with the best allocator of the block "
-                "(except the oracle). The effect is the matched-pairs rank-biserial correlation, from -1 (always less than that of the best) to 1 (always more); "
+                "(except the oracle), which is highlighted. A heading sorts its table. The effect is the matched-pairs rank-biserial correlation, from -1 (always less than that of the best) to 1 (always more); "
                 "p comes from Wilcoxon's signed-rank test with Holm's correction over all pairs of the block."
             }
             @for block in 0..self.data.blocks.len() { (self.block(block)) }
             (self.downloads())
             (self.repeat())
             (self.definitions())
+            (sorting())
         };
         document(&title, LANDSCAPE, &body)
     }
@@ -133,7 +135,7 @@ impl Page<'_> {
                         th { "difference to the best" } th { "95 %" } th { "effect" } th { "p" }
                     }, &html! {
                     @for (rival, cell) in block.cells.iter().enumerate() {
-                        tr {
+                        tr.best[best == Some(rival)] {
                             td { (self.data.allocators[rival]) }
                             td { (cell.counted()) @if cell.is_constant { " equal" } @if cell.without_effect > 0 { " (" (cell.without_effect) " not hit)" } @if cell.failed > 0 { " (" (cell.failed) " failed)" } }
                             @if cell.counted() == 0 {
@@ -196,6 +198,8 @@ impl Page<'_> {
             h2 { "All numbers" }
             ul {
                 li { "runs: one row per run: " a href="results.csv" { "results.csv" } ", " a href="results.parquet" { "results.parquet" } }
+                li { "the table of means for LaTeX: " a href=(LATEX) { (LATEX) } }
+                li { "the figures' numbers, drawn with matplotlib: " a href=(SCRIPT) { (SCRIPT) } }
                 @for table in self.tables {
                     li {
                         (table.name) ": " (table.description) ": "

@@ -1,9 +1,12 @@
 //! All numbers as tables in CSV and Parquet.
 
-use super::analysis::Analysis;
+use super::analysis::{Analysis, Summary};
+use super::answer::best;
 use super::data::{Block, ComparisonData};
 use super::hypotheses::Verdict;
+use crate::columns::latex::{self, LatexCell};
 use crate::columns::{Entry, Table};
+use crate::page::number as number_of;
 
 /// A table with the name of its files.
 pub struct NamedTable {
@@ -58,6 +61,45 @@ pub fn tables(data: &ComparisonData, analysis: &Analysis, verdicts: &[Verdict]) 
     ];
     tables.retain(|named| named.table.rows() > 0);
     tables
+}
+
+/// The name of the file with the table of [`latex`].
+pub const LATEX: &str = "cells.tex";
+
+/// Returns the means of the primary metrics with their intervals as a table for LaTeX: a row per block, a column per
+/// allocator, and the best of each block in bold.
+#[must_use]
+pub fn latex(data: &ComparisonData, analysis: &Analysis) -> String {
+    let heads = ["block", "metric"].map(str::to_owned).into_iter();
+    let heads: Vec<String> = heads.chain(data.allocators.iter().cloned()).collect();
+    let rows = data.blocks.iter().enumerate().map(|(number, block)| {
+        let place = data.metric_index(&block.primary);
+        let best = best(data, number);
+        let name = block.name();
+        let named = [name.as_str(), &block.primary.heading()].map(LatexCell::new);
+        let rivals = analysis.blocks[number].summaries.iter().enumerate();
+        let means = rivals.map(|(rival, metrics)| LatexCell {
+            text: metrics[place].as_ref().map_or_else(
+                || "–".to_owned(),
+                |Summary {
+                     mean,
+                     interval: (from, to),
+                     ..
+                 }| {
+                    format!(
+                        "{} [{} – {}]",
+                        number_of(*mean),
+                        number_of(*from),
+                        number_of(*to)
+                    )
+                },
+            ),
+            is_best: best == Some(rival),
+        });
+        named.into_iter().chain(means).collect()
+    });
+    let note = "Means of the primary metric of each mission with 95 % intervals. Bold: the best, except the oracle.";
+    latex::table(note, &heads, &rows.collect::<Vec<_>>())
 }
 
 fn cells(data: &ComparisonData, analysis: &Analysis) -> Table {

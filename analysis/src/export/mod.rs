@@ -5,6 +5,7 @@
 //! - `parquet`: the tables of its log, one file each.
 //! - `instance`: tasks, robots, assignment, times and value, as JSON.
 //! - `scenario`: the run as a scenario with all external influences, to run, change or sweep again.
+//! - `svg`, `png`, `video`: the room as pictures and as a film.
 //!
 //! The page of the run as a file (`--html`) comes from the caller, which has the page.
 
@@ -38,14 +39,11 @@ use terminal::stderr_line;
 use crate::instance::from_scenario::{Extracted, readable};
 use crate::instance::result::of_run;
 use crate::new_file::{NewFile, write_atomically};
+use crate::picture::command::{Moments, PictureOptions, Wanted};
 use crate::{LATEST, exit_status, open, optional};
 
 /// The file in the folder of a run with its page.
 pub const PAGE: &str = "run.html";
-/// An error for a run that this program does not reproduce exactly.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct Differs(pub String);
 
 /// Export a run to other formats
 #[derive(Args, Clone, Debug)]
@@ -55,6 +53,8 @@ pub struct ExportCommand {
     folder: PathBuf,
     #[command(flatten)]
     formats: Formats,
+    #[command(flatten)]
+    pictures: PictureOptions,
 }
 
 /// The formats to write, at least one.
@@ -80,6 +80,15 @@ struct Formats {
     /// Tasks, robots and result of a run of service as JSON [default: RUN/instance.json]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     instance: Option<Option<PathBuf>>,
+    /// The room as SVG at these simulated times, such as 60s,90s or end [default: end]
+    #[arg(long, value_name = "TIME,…", num_args = 0..=1, default_missing_value = "end")]
+    svg: Option<Moments>,
+    /// The room as PNG at these simulated times, two pixels per px [default: end]
+    #[arg(long, value_name = "TIME,…", num_args = 0..=1, default_missing_value = "end")]
+    png: Option<Moments>,
+    /// A film of the room: an animated PNG (.png) with all colors, or a GIF (.gif) for slides
+    #[arg(long, value_name = "FILE")]
+    video: Option<PathBuf>,
 }
 
 /// The error for a run that this program does not reproduce exactly, with its reason.
@@ -118,6 +127,12 @@ impl ExportCommand {
         if self.formats.rosbag.is_some() {
             rosbag_is_there()?;
         }
+        let wanted = Wanted {
+            svg: self.formats.svg.as_ref(),
+            png: self.formats.png.as_ref(),
+            video: self.formats.video.as_deref(),
+        };
+        self.pictures.check(&wanted)?;
         let log = open(&self.folder)?;
         let bag = self.formats.rosbag.as_ref();
         let bag = bag.map(|folder| folder.clone().unwrap_or_else(|| self.folder.join("rosbag")));
@@ -177,7 +192,7 @@ impl ExportCommand {
             rosbag::write(&log, folder)?;
             stderr_line!("rosbag  {}", folder.display());
         }
-        Ok(())
+        self.pictures.write(&log, &self.folder, &wanted)
     }
 }
 

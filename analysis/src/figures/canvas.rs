@@ -91,6 +91,12 @@ impl Sheet {
         HIGHEST_PX / self.scale.max(1.0)
     }
 
+    /// Returns the width and the height, px, at which a layout of this height is shown.
+    #[must_use]
+    pub fn shown_px(&self, height_px: f64) -> [f64; 2] {
+        [self.width_px, height_px].map(|length| (length * self.scale * 100.0).round() / 100.0)
+    }
+
     pub fn svg(
         &self,
         title: &str,
@@ -109,8 +115,7 @@ impl Sheet {
         }
         // A px of the layout has `UNITS_PER_PX` drawing units.
         let large = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
-        let shown =
-            [self.width_px, height_px].map(|length| (length * self.scale * 100.0).round() / 100.0);
+        let shown = self.shown_px(height_px);
         let shown = format!(
             "width=\"{}\" height=\"{}\" role=\"img\"",
             shown[0], shown[1]

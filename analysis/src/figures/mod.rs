@@ -1,11 +1,17 @@
 //! Tools for the figures of all commands: canvas, axes, marks, legends and colors.
 
 pub mod canvas;
+pub mod files;
 pub mod legend;
 pub mod palette;
+pub mod pdf;
+pub mod pixels;
+pub mod simplify;
+pub mod size;
 
 use std::path::Path;
 
+use crate::columns::Table;
 use crate::new_file::write_atomically;
 
 pub struct Figure {
@@ -14,6 +20,8 @@ pub struct Figure {
     /// The content and how to read it.
     pub caption: String,
     pub svg: String,
+    /// The numbers that the figure shows, if it is not a drawing of a log.
+    pub numbers: Option<Table>,
 }
 
 impl Figure {

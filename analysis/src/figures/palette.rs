@@ -67,14 +67,37 @@ pub fn text_color_on(RGBColor(red, green, blue): RGBColor) -> RGBColor {
 
 pub const ITEM: RGBColor = RGBColor(122, 74, 30);
 
+/// The floor of the room, its lines and walls, and texts on it.
+pub const FLOOR: RGBColor = RGBColor(255, 254, 251);
+pub const WALL: RGBColor = RGBColor(32, 36, 44);
+pub const QUIET_TEXT: RGBColor = RGBColor(86, 92, 102);
+pub const QUIET_LINE: RGBColor = RGBColor(216, 213, 205);
+
+/// Faults and losses.
+pub const TROUBLE: RGBColor = RGBColor(184, 51, 10);
+
+/// Work that is done, as a share.
+pub const PROGRESS: RGBColor = RGBColor(0, 105, 77);
+
+/// Obstacles: solid ones, and patches that slow robots down or speed them up.
+pub const SOLID: RGBColor = RGBColor(85, 90, 99);
+pub const SLOW: RGBColor = RGBColor(138, 90, 0);
+pub const FAST: RGBColor = RGBColor(0, 114, 178);
+
 /// The color of marks of any kind without work that is left.
 const DONE: RGBColor = RGBColor(225, 225, 225);
+
+/// Returns the colors of a mark without and with all of its work: those of its kind, or else of its role.
+#[must_use]
+pub fn mark_colors(mark: &Mark) -> (RGBColor, RGBColor) {
+    let of_kind = |kind: usize| (DONE, TASKS[kind % TASKS.len()]);
+    mark.kind().map_or_else(|| of_role(mark.role), of_kind)
+}
 
 /// Returns the color of a mark: the fuller, the more of its work is left.
 #[must_use]
 pub fn mark_color(mark: &Mark) -> RGBColor {
-    let of_kind = |kind: usize| (DONE, TASKS[kind % TASKS.len()]);
-    let (empty, full) = mark.kind().map_or_else(|| of_role(mark.role), of_kind);
+    let (empty, full) = mark_colors(mark);
     let left = mark.share_left();
     let between = |from: u8, to: u8| {
         let (from, to) = (f32::from(from), f32::from(to));

@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::figures::Figure;
+use crate::figures::{Figure, files};
 
 /// The style of all pages. Wide tables scroll; figures stay on white in dark mode, so their captions' colors are right; print
 /// shows all details.
@@ -29,22 +29,32 @@ pub fn document(title: &str, style: &str, body: &Markup) -> String {
     page.into_string()
 }
 
-/// Returns a figure with its caption and a link to its file beside the page.
+/// Returns a figure with its caption and links to its files beside the page.
 #[must_use]
 pub fn drawing(figure: &Figure) -> Markup {
-    let file = format!("{}.svg", figure.name);
     html! {
-        figure {
+        figure id=(figure.name) {
             (PreEscaped(&figure.svg))
-            figcaption { (figure.caption) " " a href=(file) { (file) } }
+            figcaption {
+                (figure.caption) " "
+                span.files { @for (format, file) in files::names(figure) { a href=(file) download { (format) } " " } }
+            }
         }
     }
 }
 
-/// Returns a table that scrolls if it is too wide.
+/// Returns the script that makes the tables of a page sortable. Without it, tables keep their order.
+#[must_use]
+pub fn sorting() -> Markup {
+    html! { script { (PreEscaped(include_str!("sort.js"))) } }
+}
+
+/// Returns a table that scrolls if it is too wide, also by keys.
 #[must_use]
 pub fn table(head: &Markup, rows: &Markup) -> Markup {
-    html! { div.wide { table { thead { tr { (head) } } tbody { (rows) } } } }
+    html! {
+        div.wide tabindex="0" role="group" aria-label="Table" { table { thead { tr { (head) } } tbody { (rows) } } }
+    }
 }
 
 /// Returns two cells: a value and its interval.

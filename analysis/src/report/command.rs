@@ -1,6 +1,5 @@
 //! Command line of `alliance report`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,23 +11,19 @@ use terminal::stderr_line;
 use world_server::simulation::Simulation;
 
 use super::comparison_page::{SIDES, page_of_two};
-use super::figures::{FigureSelection, Room, figures};
+use super::figures::{DrawnFigures, FigureSelection, Room, figures};
 use super::history::History;
 use super::made::RunOrigin;
 use super::metrics::Metrics;
-use super::page::{RunSection, page};
-use super::pdf;
+use super::page::{INLINE_BYTES, RunSection, page};
 use super::stream::HistorySink;
 use crate::diff::compare;
-use crate::figures::Figure;
-use crate::figures::canvas::{Sheet, TEXT_PX, WIDTH_PX};
-use crate::new_file::write_atomically;
+use crate::figures::size::SizeOptions;
+use crate::figures::{Figure, pdf};
+use crate::new_file::{make_folder, write_atomically};
 use crate::progress::Progress;
 use crate::replay_views::retrace_into;
 use crate::{LATEST, exit_status, open};
-
-/// The minimum ratio of figure width to font size. A narrower figure has no room beside names and axes.
-const LEAST_LETTERS: f64 = 33.0;
 
 /// Create a page with figures and metrics of one or two runs
 #[derive(Args, Clone, Debug)]
@@ -56,46 +51,26 @@ pub struct FigureOptions {
     /// Figures end at this simulated time [default: the end]
     #[arg(long, value_name = "TIME", value_parser = seconds)]
     pub to: Option<f64>,
-    /// Width of the figures, px [default: 960]
-    #[arg(long, value_name = "PX")]
-    pub width: Option<f64>,
-    /// Font size, px; lines and marks scale with it [default: 12]
-    #[arg(long, value_name = "PX")]
-    pub font_size: Option<f64>,
-    /// Only these figures, by file name without extension
+    #[command(flatten)]
+    pub size: SizeOptions,
+    /// Only these figures, also as SVG files, by file name without extension
     #[arg(long, value_name = "FIGURE,…", value_delimiter = ',')]
     pub only: Vec<String>,
     /// Additional figures of the room at these simulated times
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = seconds)]
     pub snapshot: Vec<f64>,
-    /// Also write each figure as PDF
-    #[arg(long, hide = !cfg!(feature = "pdf"))]
+    /// Also write each figure as an SVG file
+    #[arg(long)]
+    pub svg: bool,
+    /// Also write each figure as PDF and SVG files
+    #[arg(long)]
     pub pdf: bool,
 }
 
 impl FigureOptions {
-    /// Checks that figures of this size and format can be made.
-    fn check(&self) -> anyhow::Result<()> {
-        self.sheet()?;
-        if self.pdf {
-            pdf::check_built_in()
-        } else {
-            Ok(())
-        }
-    }
-
-    /// Returns the sheet for the chosen width and font size.
-    fn sheet(&self) -> anyhow::Result<Sheet> {
-        let width = self.width.unwrap_or(WIDTH_PX);
-        let font = self.font_size.unwrap_or(TEXT_PX);
-        if !(4.0..=72.0).contains(&font) {
-            bail!("--font-size {font}: must be from 4 to 72");
-        }
-        let least = (font * LEAST_LETTERS).ceil();
-        if !(least..=10_000.0).contains(&width) {
-            bail!("--width {width}: must be from {least} (at font size {font} px) to 10000");
-        }
-        Ok(Sheet::new(width, font))
+    /// Returns `true` if each figure is also a file. Figures that the user names are for use outside of the page.
+    fn with_files(&self) -> bool {
+        self.svg || self.pdf || !self.only.is_empty()
     }
 }
 
@@ -155,18 +130,21 @@ impl Shown {
         end: SimTime,
     ) -> anyhow::Result<RunSection<'_>> {
         let wanted = FigureSelection {
-            sheet: look.sheet()?,
+            sheet: look.size.sheet()?,
             from_s: look.from,
             to_s: look.to,
             end_s: end.as_secs_f64(),
             only: look.only.clone(),
             rooms: std::mem::take(&mut self.rooms),
+            max_bytes: (!look.with_files()).then_some(INLINE_BYTES),
         };
+        let DrawnFigures { figures, undrawn } = figures(&self.history, &self.metrics, &wanted)?;
         Ok(RunSection {
             run: &self.run,
             history: &self.history,
             metrics: &self.metrics,
-            figures: figures(&self.history, &self.metrics, &wanted)?,
+            figures,
+            undrawn,
             made: RunOrigin::of(folder, out, &wanted),
         })
     }
@@ -177,14 +155,16 @@ impl Shown {
 /// # Errors
 /// Returns an error when the folder contains no readable run, the options do not fit, or a file cannot be written.
 pub fn report(folder: &Path, out: &Path, look: &FigureOptions) -> anyhow::Result<Vec<String>> {
-    look.check()?;
+    look.size.sheet()?;
     let mut notes = Vec::new();
     let mut shown = Shown::of(folder, look, &mut notes)?;
     let end = shown.history.end;
     let part = shown.part(folder, out, look, end)?;
     let (text, left_out) = page(&part);
     note_left_out(left_out, &mut notes);
-    write_figures(out, &part.figures, look.pdf)?;
+    note_undrawn(part.undrawn.len(), &mut notes);
+    write_figures(out, &part.figures, look)?;
+    make_folder(out)?;
     write_atomically(&out.join("report.html"), text.as_bytes())?;
     Ok(notes)
 }
@@ -195,7 +175,7 @@ fn report_of_two(
     out: &Path,
     look: &FigureOptions,
 ) -> anyhow::Result<Vec<String>> {
-    look.check()?;
+    look.size.sheet()?;
     let mut notes = Vec::new();
     let mut a = Shown::of(folders[0], look, &mut notes)?;
     let mut b = Shown::of(folders[1], look, &mut notes)?;
@@ -209,8 +189,10 @@ fn report_of_two(
     let (text, left_out) = page_of_two(&names, &parts, &difference.to_string());
     note_left_out(left_out, &mut notes);
     for (part, side) in parts.iter().zip(SIDES) {
-        write_figures(&out.join(side), &part.figures, look.pdf)?;
+        note_undrawn(part.undrawn.len(), &mut notes);
+        write_figures(&out.join(side), &part.figures, look)?;
     }
+    make_folder(out)?;
     write_atomically(&out.join("report.html"), text.as_bytes())?;
     Ok(notes)
 }
@@ -223,6 +205,18 @@ fn note_left_out(figures: usize, notes: &mut Vec<String>) {
         };
         notes.push(format!(
             "{subject} only in separate files because the page would be too large"
+        ));
+    }
+}
+
+fn note_undrawn(figures: usize, notes: &mut Vec<String>) {
+    if figures > 0 {
+        let subject = match figures {
+            1 => "1 figure is".to_owned(),
+            _ => format!("{figures} figures are"),
+        };
+        notes.push(format!(
+            "{subject} not on the page because it would be too large; --only NAME draws one, --svg draws all"
         ));
     }
 }
@@ -277,11 +271,14 @@ fn full_history(
     Ok((logged.run.clone(), history, rooms))
 }
 
-fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Result<()> {
-    fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
+fn write_figures(out: &Path, figures: &[Figure], look: &FigureOptions) -> anyhow::Result<()> {
+    if !look.with_files() {
+        return Ok(());
+    }
+    make_folder(out)?;
     for figure in figures {
         figure.write(out)?;
-        if with_pdf {
+        if look.pdf {
             let bytes = pdf::from_svg(&figure.svg).with_context(|| figure.name.clone())?;
             write_atomically(&out.join(format!("{}.pdf", figure.name)), &bytes)?;
         }
@@ -291,6 +288,8 @@ fn write_figures(out: &Path, figures: &[Figure], with_pdf: bool) -> anyhow::Resu
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use missions::Registry;
     use missions::waste::data::{default_scenario, default_setup};
     use run_log::recorder::Folder;
@@ -338,7 +337,15 @@ mod tests {
     }
 
     fn reported(folder: &Path, out: &Path) -> anyhow::Result<Vec<String>> {
-        report(folder, out, &FigureOptions::default())
+        report(folder, out, &with_svg())
+    }
+
+    /// Returns options with a file for each figure.
+    fn with_svg() -> FigureOptions {
+        FigureOptions {
+            svg: true,
+            ..FigureOptions::default()
+        }
     }
 
     #[test]
@@ -358,6 +365,25 @@ mod tests {
         for reference in ["http", "src=", "href=", "url(", "@import"] {
             assert!(!page.contains(reference), "{reference}");
         }
+    }
+
+    #[test]
+    fn figures_have_files_only_on_request() {
+        let folder = run(LogLevel::Full);
+        let out = folder.path().join("report");
+        let notes = report(folder.path(), &out, &FigureOptions::default()).unwrap();
+        assert_eq!(notes, [""; 0]);
+        assert_eq!(files(&out), "report.html");
+        let page = fs::read_to_string(out.join("report.html")).unwrap();
+        assert_eq!(page.matches("<svg ").count(), 13);
+        assert!(!page.contains("on request"));
+        let look = FigureOptions {
+            pdf: true,
+            only: vec!["map".to_owned()],
+            ..FigureOptions::default()
+        };
+        report(folder.path(), &out, &look).unwrap();
+        assert_eq!(files(&out), "map.pdf map.svg report.html");
     }
 
     #[test]
@@ -439,7 +465,7 @@ mod tests {
         let short = run_until("nearest", 40.0, LogLevel::Full);
         let out = full.path().join("two");
         let folders = [&full, &short].map(|folder| folder.path().to_owned());
-        let notes = report_of_two(folders.each_ref(), &out, &FigureOptions::default()).unwrap();
+        let notes = report_of_two(folders.each_ref(), &out, &with_svg()).unwrap();
         assert_eq!(notes, [""; 0]);
         assert_eq!(files(&out), "a b report.html");
         assert_eq!(files(&out.join("a")), FILES.replace(" report.html", ""));
@@ -480,8 +506,10 @@ mod tests {
             from: Some(40.0),
             to: Some(60.0),
             snapshot: vec![50.02],
-            width: Some(500.0),
-            font_size: Some(9.0),
+            size: SizeOptions {
+                width: Some(500.0),
+                font_size: Some(9.0),
+            },
             ..FigureOptions::default()
         };
         let out = folder.path().join("report");
@@ -521,9 +549,9 @@ mod tests {
             refusal(|look| look.from = Some(80.0)),
             refusal(|look| (look.from, look.to) = (Some(50.0), Some(40.0))),
             refusal(|look| look.snapshot = vec![80.05]),
-            refusal(|look| look.width = Some(300.0)),
-            refusal(|look| look.width = Some(f64::NAN)),
-            refusal(|look| look.font_size = Some(2.0)),
+            refusal(|look| look.size.width = Some(300.0)),
+            refusal(|look| look.size.width = Some(f64::NAN)),
+            refusal(|look| look.size.font_size = Some(2.0)),
         ];
         insta::assert_snapshot!(answers.join("\n"), @r"
         --from 80: the run ended at 80 s

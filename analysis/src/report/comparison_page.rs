@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::page::{InlineFigures, RunSection, definitions, facts, tables};
+use super::page::{InlineFigures, RunSection, definitions, facts, tables, undrawn};
 use crate::distinct;
 use crate::page::{document, table};
 
@@ -50,6 +50,7 @@ pub fn page_of_two(
         }
         h2 { "Figures" }
         @for pair in rest { (pair) }
+        (beside(&undrawn(&a.undrawn), &undrawn(&b.undrawn)))
         (definitions())
     };
     (document(&title, STYLE, &body), frames.left_out)

@@ -1,12 +1,13 @@
 //! The contents of a full log, sorted by robot and behavior set into spans, times and levels.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
+use std::thread::{self, ScopedJoinHandle};
 
 use missions::Registry;
 use proto::view::{ItemView, LevelUnit, Mark};
 use run_log::{
     AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, ReadError, RunFile,
-    RunLog, Table,
+    RunLog, Table, TableRow,
 };
 use scenario::fault::Fault;
 use scenario::ids::{RobotId, TaskId};
@@ -73,27 +74,36 @@ impl History {
         bytes.filter(|byte| **byte == b'\n').count()
     }
 
-    /// Reads all tables of a log like [`History::read`]. Calls `step_done` after each row of the large tables.
-    pub fn read_with(log: &RunLog, mut step_done: impl FnMut()) -> Result<Self, HistoryError> {
+    /// Reads all tables of a log like [`History::read`]. Calls `step_done` once for each row of the large tables, some
+    /// rows at a time. Each of these tables fills other fields of the robots, so several threads read them.
+    pub fn read_with(log: &RunLog, step_done: impl FnMut() + Send) -> Result<Self, HistoryError> {
         let setup = &log.run.setup;
         let step = SimTime(setup.scenario.step_ms);
         let end = log.last.map_or(SimTime::ZERO, |last| last.now + step);
-        let mut history = Self::new(setup.clone(), end);
-        for row in log.each_row() {
-            history.add_motivation(&row?)?;
-            step_done();
-        }
-        for row in log.each_row() {
-            history.add_utility(&row?)?;
-            step_done();
-        }
-        for row in log.each_row() {
-            history.add_message(&row?)?;
-            step_done();
-        }
-        for row in log.each_row() {
-            history.add_pose(&row?)?;
-            step_done();
+        let empty = || Self::new(setup.clone(), end);
+        let step_done = Mutex::new(step_done);
+        let (levels, messages, poses) = thread::scope(|scope| {
+            let levels = scope.spawn(|| {
+                let mut history = empty();
+                each_row(log, &step_done, |row| history.add_motivation(row))?;
+                each_row(log, &step_done, |row| history.add_utility(row))?;
+                Ok::<_, HistoryError>(history)
+            });
+            let messages = scope.spawn(|| {
+                let mut history = empty();
+                each_row(log, &step_done, |row| history.add_message(row))?;
+                Ok::<_, HistoryError>(history)
+            });
+            let mut history = empty();
+            let poses = each_row(log, &step_done, |row| history.add_pose(row));
+            (joined(levels), joined(messages), poses.map(|()| history))
+        });
+        let (mut history, messages, poses) = (levels?, messages?, poses?);
+        let read = messages.robots.into_iter().zip(poses.robots);
+        for (robot, (messages, poses)) in history.robots.iter_mut().zip(read) {
+            robot.received_claims = messages.received_claims;
+            robot.may_reset = messages.may_reset;
+            robot.track = poses.track;
         }
         history.events = log.rows()?;
         history.mission = log.rows()?;
@@ -348,6 +358,39 @@ impl History {
     fn known_rank(&self, table: &'static str, robot: &str) -> Result<usize, HistoryError> {
         self.rank(robot).ok_or_else(|| unknown(table, robot))
     }
+}
+
+/// Passes each row of a table to `add`, and counts the rows.
+fn each_row<R: TableRow>(
+    log: &RunLog,
+    step_done: &Mutex<impl FnMut()>,
+    mut add: impl FnMut(&R) -> Result<(), HistoryError>,
+) -> Result<(), HistoryError> {
+    /// Rows between two counts, so that threads seldom wait for each other.
+    const AT_ONCE: usize = 4096;
+    let count = |rows: usize| {
+        // After a panic of another thread, the count does not matter.
+        if let Ok(mut step_done) = step_done.lock() {
+            (0..rows).for_each(|_| step_done());
+        }
+    };
+    let mut uncounted = 0;
+    for row in log.each_row() {
+        add(&row?)?;
+        uncounted += 1;
+        if uncounted == AT_ONCE {
+            count(std::mem::take(&mut uncounted));
+        }
+    }
+    count(uncounted);
+    Ok(())
+}
+
+/// Returns the result of a thread, or passes on its panic.
+fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+    thread
+        .join()
+        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// Returns the end of the last tick in which a report of a lost robot counted, from the detail of its loss.

@@ -13,12 +13,13 @@ use super::metrics::{Metrics, Recurring};
 use super::verdict::verdict;
 use crate::figures::Figure;
 use crate::page::{document, table};
+use crate::sweep::execution::counted;
 use crate::table::figure;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The maximum size of inline figures. The page only links to further figures.
-const INLINE_BYTES: usize = 6 * 1024 * 1024;
+/// The maximum size of inline figures, bytes. A page of this size opens at once, also from a mail.
+pub(super) const INLINE_BYTES: usize = 1_500_000;
 
 /// The maximum number of rows in the fault table. A lossy link can cause thousands of events.
 const FAULT_ROWS: usize = 200;
@@ -50,6 +51,8 @@ pub struct RunSection<'r> {
     pub history: &'r History,
     pub metrics: &'r Metrics,
     pub figures: Vec<Figure>,
+    /// The names of the figures that are not drawn.
+    pub undrawn: Vec<String>,
     pub made: RunOrigin,
 }
 
@@ -71,7 +74,9 @@ impl InlineFigures {
     /// Returns the markup of a figure with its caption. `folder` is the path from the page to its file, empty or with a
     /// trailing slash.
     pub fn put(&mut self, figure: &Figure, folder: &str) -> Markup {
-        let Figure { name, svg, caption } = figure;
+        let Figure {
+            name, svg, caption, ..
+        } = figure;
         let id = format!("{folder}{name}").replace('/', "-");
         let drawing = if svg.len() <= self.room {
             self.room -= svg.len();
@@ -128,9 +133,24 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
         }
         (heading("Figures"))
         @for figure in rest { (figure) }
+        (undrawn(&part.undrawn))
         (definitions())
     };
     (document(&title, "", &body), frames.left_out)
+}
+
+/// Lists the figures that are not drawn, with the command that draws them.
+pub(super) fn undrawn(names: &[String]) -> Markup {
+    html! {
+        @if !names.is_empty() {
+            details {
+                summary {
+                    (counted(names.len(), "more figure")) " on request: " code { "alliance report RUN --only NAME,…" }
+                }
+                p.note { @for name in names { code { (name) } " " } }
+            }
+        }
+    }
 }
 
 /// Returns the titles of all parts of a page, for its list of contents.

@@ -6,8 +6,8 @@ use scenario::BehaviorParams;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
-use super::simplify::first_last_and_extremes;
 use super::spans::{Span, Spans};
+use crate::figures::simplify::first_last_and_extremes;
 
 #[derive(Clone, Debug)]
 pub struct RobotHistory {

@@ -9,14 +9,15 @@ use terminal::stderr_line;
 use world_server::mission_args::Known;
 
 use super::execution::{Arguments, FAILURES, PlanCommand, counted, repeat_command, shell_quoted};
-use super::figures::draw;
+use super::figures::{draw, numbers};
 use super::journal::Header;
-use super::page::Page;
+use super::page::{LATEX, Page};
 use super::results::results_table;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind};
-use crate::figures::Figure;
+use crate::figures::canvas::Sheet;
+use crate::figures::{Figure, files};
 use crate::new_file::write_atomically;
 use crate::{exit_status, table};
 
@@ -62,6 +63,7 @@ fn finish(
     header: &Header,
     rows: &[Row],
     _plan: Option<&Path>,
+    sheet: &Sheet,
 ) -> anyhow::Result<bool> {
     let design = &header.design;
     results_table(design, rows).write(folder, "results")?;
@@ -80,9 +82,10 @@ fn finish(
                 "Completion, makespan and lateness against {column}, separately for each class of faults and over all values of \
                  the other keys. A constant completion is left out. Bars are 95 % intervals. Numbers are to scale; time axes may not start at 0."
             ),
-            svg: draw(of_column)?,
+            svg: draw(of_column, sheet)?,
+            numbers: Some(numbers(of_column)),
         };
-        figure.write(folder)?;
+        files::write(&figure, folder)?;
         figures.push(figure);
     }
     let page = Page {
@@ -94,6 +97,8 @@ fn finish(
         figures: &figures,
     };
     page.table().write_csv(folder, "summary")?;
+    write_atomically(&folder.join(LATEX), page.latex().as_bytes())?;
+    files::write_script(folder)?;
     let faults = page.fault_table();
     if faults.rows() > 0 {
         faults.write_csv(folder, FAULTS)?;

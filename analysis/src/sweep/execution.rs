@@ -20,6 +20,8 @@ use super::lines::LineFile;
 use super::plan::Plan;
 use super::run::{Failure, Row, RunResult, execute_run};
 use super::shard::Shard;
+use crate::figures::canvas::Sheet;
+use crate::figures::size::SizeOptions;
 use crate::interrupted::{InterruptFlag, Interrupted};
 use crate::new_file::{make_folder, write_atomically};
 use crate::progress::RunProgress;
@@ -62,6 +64,8 @@ pub struct Arguments {
     /// Print the scenario of one run and the command that executes it
     #[arg(long, value_name = "RUN", conflicts_with_all = ["jobs", "shard", "merge", "out"])]
     scenario: Option<usize>,
+    #[command(flatten, next_help_heading = "Figures")]
+    size: SizeOptions,
 }
 
 /// The parts of plan execution that depend on the subcommand.
@@ -74,9 +78,9 @@ pub struct PlanCommand {
     pub prepare: fn(&mut Plan, NonZeroUsize) -> anyhow::Result<Option<Comparison>>,
     /// Returns what the plan cannot find, as lines to show before the first run.
     pub remarks: fn(&Header) -> Vec<String>,
-    /// Writes and shows the results from all rows in order, including failed runs. The path is that of the plan as given;
-    /// `None` after a merge. Returns `true` if no run failed.
-    pub finish: fn(&Path, &Header, &[Row], Option<&Path>) -> anyhow::Result<bool>,
+    /// Writes and shows the results from all rows in order, including failed runs, with figures of this size. The path is
+    /// that of the plan as given; `None` after a merge. Returns `true` if no run failed.
+    pub finish: fn(&Path, &Header, &[Row], Option<&Path>, &Sheet) -> anyhow::Result<bool>,
 }
 
 /// The work that remains after the arguments are checked. It returns `true` if all runs are done and none failed.
@@ -90,6 +94,7 @@ struct Work {
     shard: Option<Shard>,
     journal: LineFile,
     done: RowsByRun,
+    sheet: Sheet,
 }
 
 impl Arguments {
@@ -154,8 +159,9 @@ impl Arguments {
     }
 
     fn prepare<'t>(&'t self, known: &Known, study: &'t PlanCommand) -> anyhow::Result<Task<'t>> {
+        let sheet = self.size.sheet()?;
         if self.merge {
-            return self.gather(study);
+            return self.gather(study, sheet);
         }
         let (file, text) = self.file()?;
         let mut plan = read_plan(file, &text, known)?;
@@ -199,13 +205,14 @@ impl Arguments {
             shard: self.shard,
             journal,
             done,
+            sheet,
         };
         Ok(Box::new(move || {
             work.run(self.jobs(), study, &self.again(study), file)
         }))
     }
 
-    fn gather<'t>(&self, study: &'t PlanCommand) -> anyhow::Result<Task<'t>> {
+    fn gather<'t>(&self, study: &'t PlanCommand, sheet: Sheet) -> anyhow::Result<Task<'t>> {
         let folders = &self.paths;
         let names: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
         let Some((header, rows)) = read_all(folders)? else {
@@ -233,7 +240,9 @@ impl Arguments {
             let text = fs::read(&path).with_context(|| path.display().to_string())?;
             write_atomically(&out.join(name), &text)?;
         }
-        Ok(Box::new(move || finish(&out, &header, rows, study, None)))
+        Ok(Box::new(move || {
+            finish(&out, &header, rows, study, (None, sheet))
+        }))
     }
 
     /// Executes a few runs and prints the estimated time of all. Returns `true`.
@@ -426,7 +435,8 @@ impl Work {
             });
             return Ok(!failed);
         }
-        finish(&self.folder, &self.header, self.done, study, Some(plan))
+        let look = (Some(plan), self.sheet);
+        finish(&self.folder, &self.header, self.done, study, look)
     }
 }
 
@@ -436,7 +446,7 @@ fn finish(
     header: &Header,
     rows: RowsByRun,
     study: &PlanCommand,
-    plan: Option<&Path>,
+    (plan, sheet): (Option<&Path>, Sheet),
 ) -> anyhow::Result<bool> {
     let rows: Vec<Row> = rows.into_values().collect();
     for row in &rows {
@@ -444,7 +454,7 @@ fn finish(
             keep(folder, header, row.run, failure)?;
         }
     }
-    (study.finish)(folder, header, &rows, plan)
+    (study.finish)(folder, header, &rows, plan, &sheet)
 }
 
 /// Writes the scenario of a failed run with the reason and the command that repeats it.

@@ -6,8 +6,9 @@ use plotters::style::RGBColor;
 
 use super::statistics::Interval;
 use super::summary::{ColumnSeries, Summary};
+use crate::columns::{Entry, Table};
 use crate::figures::canvas::{
-    Area, Axes, DrawResult, Frame, Mark, TextLabel, WIDTH_PX, chart, label_rows, part, series, svg,
+    Area, Axes, DrawResult, Frame, Mark, Sheet, TextLabel, chart, label_rows, part, series,
     write_in_rows,
 };
 use crate::figures::legend::{Legend, Sample};
@@ -38,15 +39,59 @@ struct Panel {
 /// Returns the position of a summary on the y axis, and its interval.
 type At = fn(&Summary) -> Option<(f64, Interval)>;
 
+/// Returns the numbers of the figure of a column: one row per class of faults, series and group.
+#[must_use]
+pub fn numbers(of_column: &[ColumnSeries]) -> Table {
+    let mut table = Table::default();
+    for against in of_column {
+        for (name, groups) in &against.series {
+            for (group, summary) in against.groups.iter().zip(groups) {
+                let Some(summary) = summary else { continue };
+                let share = summary.share().map(|share| (share, summary.completion));
+                let [share, share_from, share_to] = Entry::with_interval(share);
+                let [makespan, makespan_from, makespan_to] =
+                    Entry::with_interval(summary.makespan_s);
+                let [lateness, lateness_from, lateness_to] =
+                    Entry::with_interval(summary.lateness_s);
+                table.add([
+                    ("column", Entry::text(&against.column)),
+                    ("value", Entry::text(group)),
+                    ("series", Entry::text(name)),
+                    (
+                        "faults",
+                        Entry::text(against.faults.as_deref().unwrap_or_default()),
+                    ),
+                    ("runs", Entry::count(summary.runs)),
+                    ("share", share),
+                    ("share_from", share_from),
+                    ("share_to", share_to),
+                    ("makespan_s", makespan),
+                    ("makespan_from_s", makespan_from),
+                    ("makespan_to_s", makespan_to),
+                    ("lateness_s", lateness),
+                    ("lateness_from_s", lateness_from),
+                    ("lateness_to_s", lateness_to),
+                ]);
+            }
+        }
+    }
+    table
+}
+
 /// Draws the figure of a column: one block per class of faults, one below the other.
-pub fn draw(of_column: &[ColumnSeries]) -> anyhow::Result<String> {
-    let blocks: Vec<Block> = of_column.iter().map(Block::new).collect();
+pub fn draw(of_column: &[ColumnSeries], sheet: &Sheet) -> anyhow::Result<String> {
+    let width_px = sheet.width_px;
+    let blocks = of_column
+        .iter()
+        .map(|against| Block::new(against, width_px));
+    let blocks: Vec<Block> = blocks.collect();
     let column = of_column.first().map_or("", |against| &against.column);
     let title = format!("Completion and times by {column}");
-    svg(&title, blocks.iter().map(Block::height_px).sum(), |area| {
+    let height_px = blocks.iter().map(Block::height_px).sum();
+    sheet.svg(&title, height_px, |area| {
         let mut top_px = 0.0;
         for block in &blocks {
-            let within = part(area, (0.0, top_px), (WIDTH_PX, block.height_px()));
+            let within = part(area, (0.0, top_px), (width_px, block.height_px()));
             block.draw(area, &within)?;
             top_px += block.height_px();
         }
@@ -56,11 +101,12 @@ pub fn draw(of_column: &[ColumnSeries]) -> anyhow::Result<String> {
 
 struct Block<'s> {
     against: &'s ColumnSeries,
+    width_px: f64,
     panels: Vec<Panel>,
 }
 
 impl<'s> Block<'s> {
-    fn new(against: &'s ColumnSeries) -> Self {
+    fn new(against: &'s ColumnSeries, width_px: f64) -> Self {
         let share = Panel {
             what: "share of complete runs",
             // Keeps marks at 0 and 1 visible.
@@ -77,6 +123,7 @@ impl<'s> Block<'s> {
         let share = Some(share).filter(|_| times.is_empty() || !has_equal_shares(against));
         Self {
             against,
+            width_px,
             panels: share.into_iter().chain(times).collect(),
         }
     }
@@ -89,7 +136,7 @@ impl<'s> Block<'s> {
         let entries = samples.filter(|_| series.len() > 1);
         let entries = entries
             .map(|(number, (name, color))| (Sample::Mark(Mark::of_series(number), color), name));
-        Legend::new(entries.collect(), LEFT_PX..WIDTH_PX)
+        Legend::new(entries.collect(), LEFT_PX..self.width_px)
     }
 
     fn head_px(&self) -> f64 {
@@ -101,7 +148,7 @@ impl<'s> Block<'s> {
     }
 
     fn height_px(&self) -> f64 {
-        let rows = label_rows(&labels(self.against), LABEL_ROWS).into_iter();
+        let rows = label_rows(&labels(self.against, self.width_px), LABEL_ROWS).into_iter();
         let used = rows.flatten().max().map_or(0, |row| row + 1);
         self.plots_px() + (used as f64 + 1.0) * ROW_PX + 16.0
     }
@@ -113,10 +160,10 @@ impl<'s> Block<'s> {
         self.legend().draw(within, 0.0)?;
         for (place, panel) in self.panels.iter().enumerate() {
             let top_px = self.head_px() + place as f64 * (PLOT_PX + GAP_PX);
-            let plot = part(within, (0.0, top_px), (WIDTH_PX, PLOT_PX));
-            draw_panel(area, &plot, panel, against, &colors)?;
+            let plot = part(within, (0.0, top_px), (self.width_px, PLOT_PX));
+            draw_panel(area, (&plot, self.width_px), panel, against, &colors)?;
         }
-        write_in_rows(within, &labels(against), LABEL_ROWS, |row| {
+        write_in_rows(within, &labels(against, self.width_px), LABEL_ROWS, |row| {
             self.plots_px() + (row as f64 + 0.75) * ROW_PX
         })?;
         let scale = if is_log(against) {
@@ -127,7 +174,11 @@ impl<'s> Block<'s> {
         let under = against.faults.iter();
         let under: String = under.map(|faults| format!(" (faults: {faults})")).collect();
         let text = format!("{}{scale}{under}", against.column);
-        TextLabel::CENTERED.write(within, &text, (WIDTH_PX / 2.0, self.height_px() - ROW_PX))
+        TextLabel::CENTERED.write(
+            within,
+            &text,
+            (self.width_px / 2.0, self.height_px() - ROW_PX),
+        )
     }
 }
 
@@ -182,14 +233,14 @@ fn x_range(against: &ColumnSeries) -> Range<f64> {
 }
 
 /// Returns the x position of a group, px.
-fn x_px(against: &ColumnSeries, group: usize) -> f64 {
-    let width = WIDTH_PX - LEFT_PX - RIGHT_PX;
+fn x_px(against: &ColumnSeries, group: usize, width_px: f64) -> f64 {
+    let width = width_px - LEFT_PX - RIGHT_PX;
     LEFT_PX + width * (place(against, group) + 0.5) / against.groups.len() as f64
 }
 
 fn draw_panel(
     area: &Area<'_>,
-    within: &Area<'_>,
+    (within, width_px): (&Area<'_>, f64),
     panel: &Panel,
     against: &ColumnSeries,
     colors: &[RGBColor],
@@ -206,7 +257,7 @@ fn draw_panel(
     };
     let chart = chart(within, frame, &axes)?;
     let middle = (against.series.len() as f64 - 1.0) / 2.0;
-    let group_px = (WIDTH_PX - LEFT_PX - RIGHT_PX) / against.groups.len() as f64;
+    let group_px = (width_px - LEFT_PX - RIGHT_PX) / against.groups.len() as f64;
     for (number, (_, groups)) in against.series.iter().enumerate() {
         let shift = (number as f64 - middle) * APART_PX / group_px;
         let points = groups.iter().enumerate().filter_map(|(group, summary)| {
@@ -221,10 +272,10 @@ fn draw_panel(
 }
 
 /// Returns the labels of the groups with their x positions, px.
-fn labels(against: &ColumnSeries) -> Vec<(String, f64)> {
+fn labels(against: &ColumnSeries, width_px: f64) -> Vec<(String, f64)> {
     let groups = against.groups.iter().enumerate();
     groups
-        .map(|(group, name)| (name.clone(), x_px(against, group)))
+        .map(|(group, name)| (name.clone(), x_px(against, group, width_px)))
         .collect()
 }
 
@@ -242,7 +293,7 @@ mod tests {
         let rows = [&two[..], &[incomplete(2), failed(3)]].concat();
         let drawn: Vec<String> = by_column(&design, &rows)
             .iter()
-            .map(|against| draw(std::slice::from_ref(against)).unwrap())
+            .map(|against| draw(std::slice::from_ref(against), &Sheet::default()).unwrap())
             .collect();
         assert_eq!(drawn.len(), 2);
         let text = &drawn[0];
@@ -283,7 +334,7 @@ mod tests {
             faults: Some("gold-dies".to_owned()),
             ..wide.clone()
         };
-        let text = draw(&[wide, other]).unwrap();
+        let text = draw(&[wide, other], &Sheet::default()).unwrap();
         for axis in [
             "ceased_after_s, logarithmic scale\n",
             "ceased_after_s, logarithmic scale (faults: gold-dies)",

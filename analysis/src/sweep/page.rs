@@ -2,14 +2,19 @@
 
 use maud::{Markup, html};
 
-use super::design::{Cell, Design};
+use super::design::{Cell, Design, FAULTS};
 use super::execution::counted;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, failed_by_reason, faults_by_kind};
+use crate::columns::latex::{self, LatexCell};
 use crate::columns::{Entry, Table};
 use crate::figures::Figure;
-use crate::page::{document, drawing, estimate, percent, table};
+use crate::figures::files::SCRIPT;
+use crate::page::{document, drawing, estimate, percent, sorting, table};
+
+/// The name of the file with the table of [`Page::latex`].
+pub const LATEX: &str = "summary.tex";
 
 /// The largest number of rows in a table of the page; the files contain the rest.
 const ROWS: usize = 500;
@@ -27,16 +32,28 @@ pub struct Page<'s> {
 impl Page<'_> {
     #[must_use]
     pub fn html(&self) -> String {
+        let varied = self.varied();
         let columns = self.setting_columns();
+        let best = self.best();
+        let has_best = best.contains(&true);
+        let has_failures = self.overall.failed > 0;
+        let has_lateness = self
+            .conditions
+            .iter()
+            .any(|(_, summary)| summary.lateness_s.is_some());
         let (first, rest) = self.figures.split_at(self.figures.len().min(1));
         let head = html! {
-            @for column in &columns { th.text { (column) } }
-            th { "runs" } th { "failed" } th { "complete" } th { "share" } th { "95 %" }
-            th { "makespan, s" } th { "95 %" } th { "lateness, s" } th { "95 %" }
+            @for place in &varied { th.text { (columns[*place]) } }
+            th { "runs" } @if has_failures { th { "failed" } } th { "complete" } th { "share" } th { "95 % of share" }
+            th { "makespan, s" } th { "95 % of makespan" }
+            @if has_lateness { th { "lateness, s" } th { "95 % of lateness" } }
         };
         let rows = html! {
-            @for (cells, summary) in self.conditions.iter().take(ROWS) {
-                tr { @for cell in cells { td.text { (cell) } } (figures(summary)) }
+            @for (number, (cells, summary)) in self.conditions.iter().enumerate().take(ROWS) {
+                tr.best[best[number]] {
+                    @for place in &varied { td.text { (cells[*place]) } }
+                    (figures(summary, has_failures, has_lateness))
+                }
             }
         };
         let title = format!("Sweep {}", self.sweep);
@@ -46,11 +63,20 @@ impl Page<'_> {
                 (counted(self.overall.runs, "run")) ": " (self.overall.complete) " complete, "
                 (self.overall.runs - self.overall.failed - self.overall.complete) " not complete, "
                 (self.overall.failed) " failed. A row for each is in "
-                a href="results.csv" { "results.csv" } " and " a href="results.parquet" { "results.parquet" } "."
+                a href="results.csv" { "results.csv" } " and " a href="results.parquet" { "results.parquet" } ". "
+                "The table below for LaTeX: " a href=(LATEX) { (LATEX) } ". The figures with matplotlib: "
+                a href=(SCRIPT) { (SCRIPT) } "."
             }
             @for sentence in self.answer() { p { (sentence) } }
             @for figure in first { (drawing(figure)) }
             h2 { "By settings" }
+            @if has_best {
+                p.note {
+                    "Highlighted, for each class of faults: the most complete runs, and of several such settings the shortest median "
+                    "makespan. A heading sorts the table."
+                }
+            }
+            @if let Some(constants) = self.constants(&varied) { p.note { "The same in all rows: " (constants) "." } }
             (table(&head, &rows))
             @if self.conditions.len() > ROWS {
                 p.note { (counted(self.conditions.len() - ROWS, "more row")) ": see " a href="summary.csv" { "summary.csv" } "." }
@@ -67,8 +93,60 @@ impl Page<'_> {
                 dt { "makespan" } dd { "Median simulated time of complete runs in s, with the bootstrap's percentile interval." }
                 dt { "lateness" } dd { "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval; runs without recurring tasks are omitted." }
             }
+            (sorting())
         };
         document(&title, "", &body)
+    }
+
+    /// Returns the indices of the setting columns with several values, or of all if there is one condition.
+    fn varied(&self) -> Vec<usize> {
+        let columns = 0..self.setting_columns().len();
+        let is_varied = |place: &usize| {
+            let mut cells = self.conditions.iter().map(|(cells, _)| cells[*place]);
+            let first = cells.next();
+            self.conditions.len() < 2 || cells.any(|cell| Some(cell) != first)
+        };
+        columns.filter(is_varied).collect()
+    }
+
+    /// Returns the settings that no row of the table changes, such as `preset team`.
+    fn constants(&self, varied: &[usize]) -> Option<String> {
+        let (cells, _) = self.conditions.first()?;
+        let columns = self.setting_columns().into_iter().enumerate();
+        let constant = columns.filter(|(place, _)| !varied.contains(place));
+        let named = constant.map(|(place, column)| format!("{column} {}", cells[place]));
+        let named: Vec<String> = named.collect();
+        (!named.is_empty()).then(|| named.join(", "))
+    }
+
+    /// Returns whether a condition has the largest share of complete runs of all with its class of faults, and of several
+    /// such the shortest median makespan. No condition is the best of equal ones.
+    fn best(&self) -> Vec<bool> {
+        let faults = self
+            .setting_columns()
+            .into_iter()
+            .position(|column| column == FAULTS);
+        let rank = |summary: &Summary| {
+            let share = summary.share().unwrap_or(0.0);
+            let makespan = summary.makespan_s.map_or(f64::INFINITY, |found| found.0);
+            (share, makespan)
+        };
+        let ranks: Vec<(f64, f64)> = self
+            .conditions
+            .iter()
+            .map(|(_, summary)| rank(summary))
+            .collect();
+        let order = |a: &(f64, f64), b: &(f64, f64)| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1));
+        let conditions = self.conditions.iter().zip(&ranks);
+        let is_best = conditions.clone().map(|((cells, _), rank)| {
+            let class = faults.map(|place| cells[place]);
+            let of_class = conditions.clone();
+            let of_class =
+                of_class.filter(|((cells, _), _)| faults.map(|place| cells[place]) == class);
+            let others: Vec<_> = of_class.map(|(_, other)| order(rank, other)).collect();
+            others.iter().all(|order| order.is_le()) && others.iter().any(|order| order.is_lt())
+        });
+        is_best.collect()
     }
 
     /// Returns the result in two sentences: the settings with the extreme completion and makespan.
@@ -110,6 +188,40 @@ impl Page<'_> {
         });
         let named = varied.map(|(place, column)| format!("{column} {}", cells[place]));
         named.collect::<Vec<_>>().join(", ")
+    }
+
+    /// Returns the conditions as a table for LaTeX, without constant settings. The best one is bold.
+    #[must_use]
+    pub fn latex(&self) -> String {
+        let varied = self.varied();
+        let columns = self.setting_columns();
+        let best = self.best();
+        let settings = varied.iter().map(|place| columns[*place].to_owned());
+        let measures = ["complete", "makespan, s", "lateness, s"].map(str::to_owned);
+        let heads: Vec<String> = settings.chain(measures).collect();
+        let seconds = |time: Option<Estimate>| match time {
+            Some((median, (from, to))) => format!("{median:.1} [{from:.1} – {to:.1}]"),
+            None => "–".to_owned(),
+        };
+        let conditions = self.conditions.iter().enumerate();
+        let rows = conditions.map(|(number, (cells, summary))| {
+            let settings = varied.iter().map(|place| cells[*place].to_string());
+            let complete = format!("{} of {}", summary.complete, summary.runs - summary.failed);
+            let measures = [
+                complete,
+                seconds(summary.makespan_s),
+                seconds(summary.lateness_s),
+            ];
+            let texts = settings.chain(measures);
+            texts
+                .map(|text| LatexCell {
+                    text,
+                    is_best: best[number],
+                })
+                .collect()
+        });
+        let note = "Complete runs, median makespan and median lateness with 95 % intervals. Bold: the best of each class of faults.";
+        latex::table(note, &heads, &rows.collect::<Vec<_>>())
     }
 
     /// Returns the conditions as a table; times in s.
@@ -212,12 +324,13 @@ impl Page<'_> {
     }
 }
 
-fn figures(summary: &Summary) -> Markup {
+fn figures(summary: &Summary, has_failures: bool, has_lateness: bool) -> Markup {
     let seconds = |time: Option<Estimate>| estimate(time, |seconds| format!("{seconds:.1}"));
     let share = summary.share().map(|share| (share, summary.completion));
     html! {
-        td { (summary.runs) } td { (summary.failed) } td { (summary.complete) }
-        (estimate(share, percent)) (seconds(summary.makespan_s)) (seconds(summary.lateness_s))
+        td { (summary.runs) } @if has_failures { td { (summary.failed) } } td { (summary.complete) }
+        (estimate(share, percent)) (seconds(summary.makespan_s))
+        @if has_lateness { (seconds(summary.lateness_s)) }
     }
 }
 
@@ -231,6 +344,27 @@ mod tests {
     fn the_answer_names_the_settings_with_extreme_results() {
         let design =
             design("seeds = 2\npresets = ['team']\n[grid]\nbody.speed_m_s = [0.5, 0.25, 0.1]\n");
+        let highlighted = |rows: &[Row]| {
+            let page = Page {
+                sweep: "s",
+                design: &design,
+                rows,
+                overall: &Summary::of(rows),
+                conditions: &by_condition(&design, rows),
+                figures: &[],
+            };
+            let html = page.html();
+            // The preset and the count of failures are the same everywhere.
+            assert!(
+                html.contains("The same in all rows: preset team."),
+                "{html}"
+            );
+            assert!(
+                !html.contains(">preset<") && !html.contains(">failed<"),
+                "{html}"
+            );
+            page.best()
+        };
         let answer = |rows: &[Row]| {
             let page = Page {
                 sweep: "s",
@@ -252,6 +386,7 @@ mod tests {
                 "The median makespan is shortest, 1.5 s, with body.speed_m_s 0.5, and longest, 5.5 s, with body.speed_m_s 0.1."
             ]
         );
+        assert_eq!(highlighted(&rows), [true, false, false]);
         rows[5] = incomplete(5);
         assert_eq!(
             answer(&rows)[0],

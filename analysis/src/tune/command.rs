@@ -19,6 +19,7 @@ use super::tuning::{Tuned, tune};
 use super::verdict::{AllocatorResult, TUNED, verdicts};
 use crate::columns::{Entry, Table};
 use crate::exit_status;
+use crate::figures::files;
 use crate::interrupted::{InterruptFlag, Interrupted};
 use crate::new_file::{make_folder, write_atomically};
 use crate::progress::RunProgress;
@@ -262,7 +263,7 @@ fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Re
     tests(&results).write_csv(folder, "test")?;
     let figures = super::figures::figures(task, &results)?;
     for figure in figures.iter().flatten() {
-        figure.write(folder)?;
+        files::write(&figure, folder)?;
     }
     let page = Page {
         name,

@@ -136,6 +136,7 @@ fn search(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         Ok(())
     })?;
     Ok(Figure {
+        numbers: None,
         name: format!("search-{name}"),
         caption: format!(
             "{title}, each on {} training seeds of its generation. Selecting the best includes luck, so the curves lie below the test result. \
@@ -170,6 +171,7 @@ fn matters(result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         Ok(())
     })?;
     Ok(Figure {
+        numbers: None,
         name: format!("importance-{name}"),
         caption: format!(
             "{title}: share of the variance of random search's scores between five equal parts of a parameter's range. \
@@ -204,6 +206,7 @@ fn test(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         legend().draw(area, 12.0)
     })?;
     Ok(Figure {
+        numbers: None,
         name: format!("test-{name}"),
         caption: format!(
             "{title}: {}, from the mean logarithm of ratios in pairs of the same seed, with 95 % intervals. Left is better.",
@@ -251,6 +254,7 @@ fn front(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         curve(chart, best, line(INK, 1.5))
     })?;
     Ok(Figure {
+        numbers: None,
         name: format!("front-{name}"),
         caption: format!(
             "{title}, for all candidates that finished their race, each on its training seeds. The line joins the Pareto-optimal candidates."

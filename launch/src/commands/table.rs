@@ -208,6 +208,8 @@ pub(super) const ENTRIES: &[Entry] = &[
             "alliance export --html=run.html # the page of the run, to open without a server",
             #[cfg(not(feature = "mcap"))]
             "alliance export runs/first --instance # tasks, robots and assignment",
+            "alliance export runs/first --png 60s,end # the room at two times",
+            "alliance export --video run.gif --from 1min --to 2min --speed 10x # a film for slides",
         ],
         &[
             "0 The files are written.",

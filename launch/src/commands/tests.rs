@@ -101,7 +101,6 @@ fn help(words: &str) -> String {
 #[test]
 fn help_texts_name_only_formats_that_the_program_contains() {
     for (words, option, is_built_in) in [
-        ("report", "--pdf", cfg!(feature = "pdf")),
         ("export", "--mcap", cfg!(feature = "mcap")),
         ("export", "--rosbag", cfg!(feature = "rosbag")),
         ("run", "--mcap", cfg!(feature = "mcap")),

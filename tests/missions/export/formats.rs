@@ -268,3 +268,42 @@ fn layouts_use_only_existing_topics() {
     }
     assert!(found["plotjuggler"].as_array().unwrap().len() > 15);
 }
+
+#[test]
+fn other_readers_find_every_frame_of_a_film() {
+    let Some(python) = python(&["PIL"]) else {
+        return;
+    };
+    let lab = Lab::new();
+    lab.mission("run", "--limit 3 --in-process").expect(1);
+    let mut films = Vec::new();
+    for film in ["film.gif", "film.png"] {
+        let options = "--from 1s --speed 2x --fps 10 --width 480";
+        let finished = lab
+            .run(format!("export run --video {film} {options}"))
+            .expect(0);
+        let answer = format!("video   {film} (11 frames, 1.1 s at 2x)\n");
+        assert_eq!(finished.answer(), answer);
+        films.push(film);
+    }
+    let found = read(
+        &lab,
+        &python,
+        "read_film.py",
+        &["2", "2", films[0], films[1]],
+    );
+    for film in films {
+        let film = &found[film];
+        assert_eq!(film["frames"], 11, "{film}");
+        assert_eq!(film["size"][0], 480);
+        assert_eq!(film["first"], json!([255, 255, 255]));
+        let durations = film["durations"].as_array().unwrap();
+        assert!(
+            durations[..10]
+                .iter()
+                .all(|each| each.as_f64() == Some(100.0)),
+            "{film}"
+        );
+        assert_eq!(durations[10].as_f64(), Some(2000.0));
+    }
+}

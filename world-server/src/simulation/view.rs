@@ -92,8 +92,7 @@ impl Simulation {
     /// Returns a snapshot with the messages and curves since the previous view; the first view has none. The owner of the clock
     /// and the processes adds its own data.
     pub fn view(&mut self) -> View {
-        let messages = self.memories.messages.get_or_insert_default();
-        let messages = messages.drain(..).collect();
+        let messages = self.take_messages();
         let mut corners = self.take_corners();
         let surplus = corners.len().saturating_sub(CORNERS_MAX);
         corners.drain(..surplus);
@@ -103,6 +102,13 @@ impl Simulation {
             corners,
             ..self.view_without_history()
         }
+    }
+
+    /// Returns the messages since the previous call or view, at most the newest [`MESSAGES_MAX`]; the first call returns
+    /// none.
+    pub fn take_messages(&mut self) -> Vec<MessageView> {
+        let messages = self.memories.messages.get_or_insert_default();
+        messages.drain(..).collect()
     }
 
     /// Returns all corners of the curves since the previous call or view; the first call returns none.

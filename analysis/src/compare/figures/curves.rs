@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::{ending, round_up, titled};
+use super::{ending, numbers, round_up, titled};
 use crate::compare::analysis::Analysis;
 use crate::compare::data::{Block, ComparisonData};
 use crate::figures::Figure;
-use crate::figures::canvas::{Axes, FRAME, Mark, WIDTH_PX, chart, part, series, svg};
+use crate::figures::canvas::{Axes, FRAME, Mark, Sheet, chart, part, series};
 use crate::figures::legend::{Legend, Sample};
 use crate::figures::palette::colors;
 
@@ -44,7 +44,11 @@ const AGAINST: [Against; 2] = [
 ];
 
 /// Draws one figure per mission against loss, and one per family of missions and class of faults against team size.
-pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+pub(super) fn draw(
+    data: &ComparisonData,
+    analysis: &Analysis,
+    sheet: &Sheet,
+) -> anyhow::Result<Vec<Figure>> {
     let mut figures = Vec::new();
     for against in AGAINST {
         let mut families: BTreeMap<String, Vec<(f64, usize)>> = BTreeMap::new();
@@ -61,12 +65,14 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
             if points.len() < 2 || !rises {
                 continue;
             }
+            let blocks: Vec<usize> = points.iter().map(|(_, block)| *block).collect();
             let metric = data.blocks[points[0].1].primary.heading();
             let title = titled(&format!("Mean {metric} by {}", against.axis), &family);
             figures.push(Figure {
                 name: format!("{}{}", against.file, ending(&family)),
                 caption: format!("{title}. Bars: 95 % intervals, shifted sideways for legibility."),
-                svg: one(&title, &against, &points, data, analysis)?,
+                svg: one((&title, sheet), &against, &points, data, analysis)?,
+                numbers: Some(numbers(data, analysis, &blocks)),
             });
         }
     }
@@ -74,7 +80,7 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
 }
 
 fn one(
-    title: &str,
+    (title, sheet): (&str, &Sheet),
     against: &Against,
     points: &[(f64, usize)],
     data: &ComparisonData,
@@ -93,10 +99,10 @@ fn one(
     let names = data.allocators.iter().zip(&colors).enumerate();
     let entries = names
         .map(|(number, (name, color))| (Sample::Mark(Mark::of_series(number), *color), &**name));
-    let legend = Legend::column(entries.collect(), WIDTH_PX - LEGEND_PX);
-    svg(title, PLOT_PX.max(legend.height_px()) + 10.0, |area| {
+    let legend = Legend::column(entries.collect(), sheet.width_px - LEGEND_PX);
+    sheet.svg(title, PLOT_PX.max(legend.height_px()) + 10.0, |area| {
         legend.draw(area, 6.0)?;
-        let within = part(area, (0.0, 6.0), (WIDTH_PX - LEGEND_PX, PLOT_PX));
+        let within = part(area, (0.0, 6.0), (sheet.width_px - LEGEND_PX, PLOT_PX));
         let label = format!("mean {}", primary.heading());
         let axes = Axes {
             x: (x, against.axis),

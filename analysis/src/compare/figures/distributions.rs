@@ -2,23 +2,29 @@
 
 use plotters::style::{Color, RGBColor};
 
-use super::{by_mission, ending, titled};
+use super::{by_mission, ending, numbers, titled};
 use crate::compare::analysis::{Analysis, Summary};
 use crate::compare::data::ComparisonData;
 use crate::figures::Figure;
 use crate::figures::canvas::{
-    Area, DrawResult, FAINT, INK, TextLabel, WIDTH_PX, line, path, rectangle, svg,
+    Area, DrawResult, FAINT, INK, Sheet, TextLabel, line, path, rectangle,
 };
 
 const NAMES_PX: f64 = 112.0;
 const ROW_PX: f64 = 15.0;
 const HEAD_PX: f64 = 26.0;
 const FOOT_PX: f64 = 34.0;
+/// The largest number of panels beside each other, and their least width, px.
 const COLUMNS: usize = 3;
+const LEAST_PX: f64 = 280.0;
 const BOX: RGBColor = RGBColor(120, 170, 215);
 const MEAN: RGBColor = RGBColor(190, 40, 40);
 
-pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+pub(super) fn draw(
+    data: &ComparisonData,
+    analysis: &Analysis,
+    sheet: &Sheet,
+) -> anyhow::Result<Vec<Figure>> {
     let missions = by_mission(data).into_iter();
     let figures = missions.map(|(mission, blocks)| {
         let primary = &data.blocks[blocks[0]].primary;
@@ -32,13 +38,16 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
         let most = all().map(|summary| summary.quantiles[6]);
         let scale = Scale::of(least.fold(f64::INFINITY, f64::min), most.fold(0.0, f64::max));
         let panel_px = HEAD_PX + ROW_PX * data.allocators.len() as f64 + FOOT_PX;
-        let height_px = panel_px * blocks.len().div_ceil(COLUMNS) as f64;
+        // Few blocks have wide panels.
+        let columns = COLUMNS.min(blocks.len()).min(((sheet.width_px / LEAST_PX) as usize).max(1));
+        let column_px = sheet.width_px / columns as f64;
+        let height_px = panel_px * blocks.len().div_ceil(columns) as f64;
         let title = titled(&format!("{} over the seeds", primary.heading()), mission);
-        let svg = svg(&title, height_px, |area| {
+        let svg = sheet.svg(&title, height_px, |area| {
             for (place, block) in blocks.iter().enumerate() {
-                let (column, row) = ((place % COLUMNS) as f64, (place / COLUMNS) as f64);
-                let corner = (column * (WIDTH_PX / COLUMNS as f64), row * panel_px);
-                panel(area, corner, data, *block, &summaries(*block), scale)?;
+                let (column, row) = ((place % columns) as f64, (place / columns) as f64);
+                let place = ((column * column_px, row * panel_px), column_px);
+                panel(area, place, data, *block, &summaries(*block), scale)?;
             }
             Ok(())
         })?;
@@ -48,6 +57,7 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
                 "{title}, logarithmic scale. Thin line: minimum to maximum; thick line: 5 to 95 %; box: 25 to 75 %; dark stroke: median; red stroke: mean."
             ),
             svg,
+            numbers: Some(numbers(data, analysis, &blocks)),
         })
     });
     figures.collect()
@@ -95,13 +105,13 @@ impl Scale {
 
 fn panel(
     area: &Area<'_>,
-    (left, top): (f64, f64),
+    ((left, top), column_px): ((f64, f64), f64),
     data: &ComparisonData,
     block: usize,
     summaries: &[Option<Summary>],
     scale: Scale,
 ) -> DrawResult {
-    let width = WIDTH_PX / COLUMNS as f64 - NAMES_PX - 22.0;
+    let width = column_px - NAMES_PX - 22.0;
     let from = left + NAMES_PX;
     let x_px = |value: f64| from + width * scale.at(value);
     let bottom = top + HEAD_PX + ROW_PX * summaries.len() as f64;

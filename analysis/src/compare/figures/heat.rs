@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use plotters::style::{Color, RGBColor};
 
-use super::{by_mission, ending, titled};
+use super::{by_mission, ending, numbers, titled};
+use crate::compare::analysis::Analysis;
 use crate::compare::answer::best;
 use crate::compare::data::ComparisonData;
 use crate::compare::metrics::Metric;
 use crate::figures::Figure;
 use crate::figures::canvas::{
-    Area, DrawResult, FAINT, INK, TextLabel, WHITE, WIDTH_PX, line, path, rectangle, svg,
-    write_in_rows,
+    Area, DrawResult, FAINT, INK, Sheet, TextLabel, WHITE, line, path, rectangle, write_in_rows,
 };
 
 const LEFT_PX: f64 = 130.0;
@@ -24,7 +24,11 @@ const DARKEST: f64 = 4.0;
 const LIGHT: RGBColor = RGBColor(236, 244, 251);
 const DARK: RGBColor = RGBColor(8, 64, 129);
 
-pub(super) fn draw(data: &ComparisonData) -> anyhow::Result<Vec<Figure>> {
+pub(super) fn draw(
+    data: &ComparisonData,
+    analysis: &Analysis,
+    sheet: &Sheet,
+) -> anyhow::Result<Vec<Figure>> {
     let mut missions = by_mission(data);
     // A map of equal values shows nothing.
     missions.retain(|(_, blocks)| {
@@ -35,10 +39,11 @@ pub(super) fn draw(data: &ComparisonData) -> anyhow::Result<Vec<Figure>> {
         let metric = data.blocks[blocks[0]].primary.heading();
         let title = titled(&format!("Mean {metric}"), mission);
         let rows = data.allocators.len() as f64;
-        let svg = svg(&title, HEAD_PX + rows * ROW_PX + LEGEND_PX, |area| {
-            heads(area, data, &blocks)?;
+        let width = width_px(blocks.len(), sheet);
+        let svg = sheet.svg(&title, HEAD_PX + rows * ROW_PX + LEGEND_PX, |area| {
+            heads(area, data, &blocks, width)?;
             for place in 0..data.allocators.len() {
-                row(area, data, &blocks, place)?;
+                row(area, (data, analysis), (&blocks, width), place)?;
             }
             legend(area, HEAD_PX + rows * ROW_PX + 14.0)
         })?;
@@ -46,20 +51,21 @@ pub(super) fn draw(data: &ComparisonData) -> anyhow::Result<Vec<Figure>> {
             name: format!("heat{}", ending(mission)),
             caption: format!(
                 "{title}, by allocator and class of faults. A darker color means a worse value, as a ratio to the best allocator of the column (except the oracle). \
-                 Small print: the share of runs that completed the mission, if below 100 %. Hatched: no data."
+                 Framed: the best, with its 95 % interval. Small print of the others: the share of runs that completed the mission, if below 100 %. Hatched: no data."
             ),
             svg,
+            numbers: Some(numbers(data, analysis, &blocks)),
         })
     });
     figures.collect()
 }
 
-fn width_px(blocks: usize) -> f64 {
-    ((WIDTH_PX - LEFT_PX - 4.0) / blocks.max(1) as f64).min(150.0)
+/// Returns the width of a column. Few columns share the width of the figure.
+fn width_px(blocks: usize, sheet: &Sheet) -> f64 {
+    (sheet.width_px - LEFT_PX - 4.0) / blocks.max(1) as f64
 }
 
-fn heads(area: &Area<'_>, data: &ComparisonData, blocks: &[usize]) -> DrawResult {
-    let width = width_px(blocks.len());
+fn heads(area: &Area<'_>, data: &ComparisonData, blocks: &[usize], width: f64) -> DrawResult {
     let x_px = |place: usize| LEFT_PX + (place as f64 + 0.5) * width;
     let name = |block: &usize| match data.blocks[*block].faults.as_str() {
         "" => "all runs".to_owned(),
@@ -72,25 +78,28 @@ fn heads(area: &Area<'_>, data: &ComparisonData, blocks: &[usize]) -> DrawResult
     write_in_rows(area, &labels, 2, |row| HEAD_PX - 12.0 - 16.0 * row as f64)
 }
 
-fn row(area: &Area<'_>, data: &ComparisonData, blocks: &[usize], rival: usize) -> DrawResult {
+fn row(
+    area: &Area<'_>,
+    (data, analysis): (&ComparisonData, &Analysis),
+    (blocks, width): (&[usize], f64),
+    rival: usize,
+) -> DrawResult {
     let top_px = HEAD_PX + rival as f64 * ROW_PX;
     let at = (LEFT_PX - 8.0, top_px + ROW_PX / 2.0);
     TextLabel::RIGHT.write(area, &data.allocators[rival], at)?;
-    let width = width_px(blocks.len());
     for (place, block) in blocks.iter().enumerate() {
         let left_px = LEFT_PX + place as f64 * width;
         let x = left_px..left_px + width - 1.0;
         let y = top_px..top_px + ROW_PX - 1.0;
-        cell(area, data, *block, rival, (x, y))?;
+        cell(area, (data, analysis), (*block, rival), (x, y))?;
     }
     Ok(())
 }
 
 fn cell(
     area: &Area<'_>,
-    data: &ComparisonData,
-    block: usize,
-    rival: usize,
+    (data, analysis): (&ComparisonData, &Analysis),
+    (block, rival): (usize, usize),
     (x, y): (Range<f64>, Range<f64>),
 ) -> DrawResult {
     let primary = &data.blocks[block].primary;
@@ -103,13 +112,29 @@ fn cell(
         best => depth(mean, best),
     };
     let (middle_px, top_px) = ((x.start + x.end + 1.0) / 2.0, y.start);
-    rectangle(area, x, y, between(share).filled())?;
+    rectangle(area, x.clone(), y.clone(), between(share).filled())?;
     let color = if share > 0.55 { WHITE } else { INK };
     let letters = TextLabel::CENTERED.colored(color);
-    let completed = completion(block, rival, data);
+    let is_best = best == Some(mean);
+    let place = data.metric_index(primary);
+    let summary = analysis.blocks[block].summaries[rival][place].filter(|_| is_best);
+    let interval = summary.map(|summary| {
+        let (from, to) = summary.interval;
+        format!("{} – {}", primary.show(from), primary.show(to)).replace(" s", "")
+    });
+    // Only the first text has room.
+    let completed = completion(block, rival, data).or(interval);
     let y_px = top_px + completed.as_ref().map_or(ROW_PX / 2.0, |_| 10.0);
     let value = primary.show(mean);
-    letters.write(area, value.trim_end_matches(" s"), (middle_px, y_px))?;
+    let value_letters = TextLabel {
+        bold: is_best,
+        ..letters
+    };
+    value_letters.write(area, value.trim_end_matches(" s"), (middle_px, y_px))?;
+    if is_best {
+        let (x, y) = (x.start + 1.5..x.end - 1.5, y.start + 1.5..y.end - 1.5);
+        rectangle(area, x, y, line(INK, 1.5))?;
+    }
     if let Some(share) = completed {
         let small = letters.sized(9.0);
         small.write(area, &share, (middle_px, top_px + 22.0))?;

@@ -7,15 +7,54 @@ mod ranks;
 
 use super::analysis::Analysis;
 use super::data::ComparisonData;
+use crate::columns::{Entry, Table};
+use crate::figures::canvas::Sheet;
 use crate::figures::{Figure, plain};
 
 /// Draws critical differences, heat maps, curves and distributions, in this order. The first figure shows the main result.
-pub fn figures(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
-    let mut all = ranks::draw(data, analysis)?;
-    all.extend(heat::draw(data)?);
-    all.extend(curves::draw(data, analysis)?);
-    all.extend(distributions::draw(data, analysis)?);
+pub fn figures(
+    data: &ComparisonData,
+    analysis: &Analysis,
+    sheet: &Sheet,
+) -> anyhow::Result<Vec<Figure>> {
+    let mut all = ranks::draw(data, analysis, sheet)?;
+    all.extend(heat::draw(data, analysis, sheet)?);
+    all.extend(curves::draw(data, analysis, sheet)?);
+    all.extend(distributions::draw(data, analysis, sheet)?);
     Ok(all)
+}
+
+/// Returns the summaries of the primary metric in some blocks as numbers of a figure: one row per block and allocator.
+fn numbers(data: &ComparisonData, analysis: &Analysis, blocks: &[usize]) -> Table {
+    let mut table = Table::default();
+    for &number in blocks {
+        let block = &data.blocks[number];
+        let place = data.metric_index(&block.primary);
+        for (rival, metrics) in analysis.blocks[number].summaries.iter().enumerate() {
+            let summary = metrics[place].as_ref();
+            let estimate = summary.map(|summary| (summary.mean, summary.interval));
+            let [mean, from, to] = Entry::with_interval(estimate);
+            let quantile = |at: usize| Entry::number(summary.map(|summary| summary.quantiles[at]));
+            table.add([
+                ("mission", Entry::text(&block.mission)),
+                ("faults", Entry::text(&block.faults)),
+                ("loss", Entry::number(block.axes.loss)),
+                ("robots", Entry::count(block.axes.robots)),
+                ("allocator", Entry::text(&data.allocators[rival])),
+                ("metric", Entry::text(block.primary.name())),
+                ("runs", Entry::count(summary.map_or(0, |summary| summary.n))),
+                ("mean", mean),
+                ("from", from),
+                ("to", to),
+                ("minimum", quantile(0)),
+                ("q25", quantile(2)),
+                ("median", quantile(3)),
+                ("q75", quantile(4)),
+                ("maximum", quantile(6)),
+            ]);
+        }
+    }
+    table
 }
 
 /// Returns the missions with the indices of their blocks.

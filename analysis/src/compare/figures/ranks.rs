@@ -3,10 +3,11 @@
 use plotters::element::Circle;
 use plotters::style::Color;
 
+use crate::columns::{Entry, Table};
 use crate::compare::analysis::{Analysis, Ranking};
 use crate::compare::answer::p_value;
 use crate::compare::data::ComparisonData;
-use crate::figures::canvas::{Area, DrawResult, INK, TextLabel, WIDTH_PX, line, path, px, svg};
+use crate::figures::canvas::{Area, DrawResult, INK, Sheet, TextLabel, line, path, px};
 use crate::figures::{Figure, plain};
 use crate::sweep::execution::counted;
 
@@ -15,7 +16,11 @@ const AXIS_PX: f64 = 64.0;
 const BAR_PX: f64 = 9.0;
 const LABEL_PX: f64 = 20.0;
 
-pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result<Vec<Figure>> {
+pub(super) fn draw(
+    data: &ComparisonData,
+    analysis: &Analysis,
+    sheet: &Sheet,
+) -> anyhow::Result<Vec<Figure>> {
     let rankings = analysis.rankings.iter();
     rankings
         .map(|ranking| {
@@ -24,8 +29,9 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
             let bars = bars(ranking);
             let half = data.allocators.len().div_ceil(2) as f64;
             let labels_px = AXIS_PX + 14.0 + bars.len() as f64 * BAR_PX;
-            let svg = svg(&title, labels_px + (half + 0.5) * LABEL_PX, |area| {
-                diagram(area, data, ranking, &bars, labels_px)
+            let height_px = labels_px + (half + 0.5) * LABEL_PX;
+            let svg = sheet.svg(&title, height_px, |area| {
+                diagram(area, data, ranking, &bars, (labels_px, sheet.width_px))
             })?;
             let first = ranking.first;
             let left = match ranking.omitted_blocks.len() {
@@ -44,9 +50,22 @@ pub(super) fn draw(data: &ComparisonData, analysis: &Analysis) -> anyhow::Result
                 ),
                 name: format!("ranks-{}", plain(name)),
                 svg,
+                numbers: Some(numbers(data, ranking)),
             })
         })
         .collect()
+}
+
+/// Returns the mean rank of each allocator.
+fn numbers(data: &ComparisonData, ranking: &Ranking) -> Table {
+    let ranks = data.allocators.iter().zip(&ranking.friedman.mean_ranks);
+    Table::of_rows(ranks.map(|(name, rank)| {
+        [
+            ("allocator", Entry::text(name)),
+            ("mean_rank", Entry::number(*rank)),
+            ("critical_difference", Entry::number(ranking.critical)),
+        ]
+    }))
 }
 
 /// Returns the first and last index, in rank order, of each maximal group without a significant difference.
@@ -71,12 +90,14 @@ fn diagram(
     data: &ComparisonData,
     ranking: &Ranking,
     bars: &[(usize, usize)],
-    labels_px: f64,
+    (labels_px, width_px): (f64, f64),
 ) -> DrawResult {
+    // The names have room at both sides, and so has the axis.
+    let side_px = SIDE_PX.min(width_px / 3.0);
     let count = data.allocators.len();
     let most = count as f64;
     let x_px =
-        |rank: f64| SIDE_PX + (WIDTH_PX - 2.0 * SIDE_PX) * (rank - 1.0) / (most - 1.0).max(1.0);
+        |rank: f64| side_px + (width_px - 2.0 * side_px) * (rank - 1.0) / (most - 1.0).max(1.0);
     let path = |points: &[(f64, f64)], width| path(area, points, line(INK, width));
     path(&[(x_px(1.0), AXIS_PX), (x_px(most), AXIS_PX)], 1.0)?;
     for rank in 1..=count {
@@ -107,9 +128,9 @@ fn diagram(
         let row = if is_left { place } else { count - 1 - place };
         let y = labels_px + (row as f64 + 0.5) * LABEL_PX;
         let end = if is_left {
-            SIDE_PX - 12.0
+            side_px - 12.0
         } else {
-            WIDTH_PX - SIDE_PX + 12.0
+            width_px - side_px + 12.0
         };
         path(&[(x, AXIS_PX), (x, y), (end, y)], 0.75)?;
         area.draw(&Circle::new((px(x), px(AXIS_PX)), px(2.5), INK.filled()))?;

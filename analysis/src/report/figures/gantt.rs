@@ -461,7 +461,9 @@ mod tests {
         let scenario = testkit::shipped("thesis-trapped-robot");
         let (history, run) = run_of(testkit::setup(scenario));
         let metrics = Metrics::compute(&history, &run);
-        let figures = figures(&history, &metrics, &FigureSelection::default()).unwrap();
+        let figures = figures(&history, &metrics, &FigureSelection::default())
+            .unwrap()
+            .figures;
         let all = painted(&figures[0].svg);
         let names = history.robots.iter().map(|robot| robot.name.as_str());
         let colors = palette::colors(names);

@@ -50,6 +50,17 @@ pub struct FigureSelection {
     pub only: Vec<String>,
     /// The room at certain times, one figure each.
     pub rooms: Vec<Room>,
+    /// The maximum size of all figures but the first, bytes. After the first figure without room, no figure is drawn.
+    /// `None` draws all figures.
+    pub max_bytes: Option<usize>,
+}
+
+/// The figures of a run.
+#[derive(Default)]
+pub struct DrawnFigures {
+    pub figures: Vec<Figure>,
+    /// The names of the figures without room.
+    pub undrawn: Vec<String>,
 }
 
 /// The legend of [`mark_of`].
@@ -125,7 +136,7 @@ pub fn figures(
     history: &History,
     metrics: &Metrics,
     wanted: &FigureSelection,
-) -> anyhow::Result<Vec<Figure>> {
+) -> anyhow::Result<DrawnFigures> {
     let names = history.robots.iter().map(|robot| robot.name.as_str());
     let others = history.robots.iter();
     let others = others.filter(|robot| robot.measure == LevelUnit::Utility);
@@ -151,16 +162,34 @@ pub fn figures(
     let mut chosen = planned;
     chosen.retain(|figure| wanted.only.is_empty() || wanted.only.contains(&figure.name));
     let mut progress = Progress::new("drawing the figures", "figures", chosen.len() as u64);
-    let drawn = chosen.into_iter().map(|figure| {
-        let svg = (figure.draw)(&run)?;
+    let mut room = wanted.max_bytes.unwrap_or(usize::MAX);
+    let mut drawn = DrawnFigures::default();
+    for Planned {
+        name,
+        caption,
+        draw,
+    } in chosen
+    {
+        if !drawn.undrawn.is_empty() {
+            drawn.undrawn.push(name);
+            continue;
+        }
+        let svg = draw(&run)?;
         progress.step();
-        Ok(Figure {
-            name: figure.name,
-            caption: figure.caption,
+        let is_first = drawn.figures.is_empty();
+        if svg.len() > room && !is_first {
+            drawn.undrawn.push(name);
+            continue;
+        }
+        room = room.saturating_sub(svg.len());
+        drawn.figures.push(Figure {
+            name,
+            caption,
             svg,
-        })
-    });
-    drawn.collect()
+            numbers: None,
+        });
+    }
+    Ok(drawn)
 }
 
 fn window(history: &History, wanted: &FigureSelection) -> anyhow::Result<Range<f64>> {

@@ -11,8 +11,8 @@ use crate::figures::canvas::{
     horizontal_line, line, px, rows_for,
 };
 use crate::figures::legend::Sample;
+use crate::figures::simplify::thin;
 use crate::report::robot_history::{Reset, SetHistory};
-use crate::report::simplify::thin;
 use proto::view::LevelUnit;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;

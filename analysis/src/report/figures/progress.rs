@@ -15,8 +15,8 @@ use crate::figures::canvas::{
     rows_for,
 };
 use crate::figures::legend::Sample;
+use crate::figures::simplify::within;
 use crate::report::metrics::{Occurrence, Recurring};
-use crate::report::simplify::within;
 
 const LEFT_PX: f64 = 58.0;
 const PLOT_PX: f64 = 240.0;

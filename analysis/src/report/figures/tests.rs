@@ -46,6 +46,7 @@ fn all(history: &History, run: &RunFile) -> Vec<Figure> {
         &FigureSelection::default(),
     )
     .unwrap()
+    .figures
 }
 
 fn gantt(history: &History, metrics: &Metrics) -> String {
@@ -53,7 +54,9 @@ fn gantt(history: &History, metrics: &Metrics) -> String {
         only: vec!["gantt".to_owned()],
         ..FigureSelection::default()
     };
-    figures(history, metrics, &wanted).unwrap()[0].svg.clone()
+    figures(history, metrics, &wanted).unwrap().figures[0]
+        .svg
+        .clone()
 }
 
 /// Counts the strokes and outlines of a drawing.
@@ -74,6 +77,26 @@ fn marks_are_there(history: &History, metrics: &Metrics) {
     // A diamond has one outline.
     let left = strokes(&gantt(history, &without));
     assert_eq!(left + takeovers + 2 * deaths, whole);
+}
+
+#[test]
+fn figures_without_room_are_named_and_not_drawn() {
+    let (history, run) = run_of(family("waste-cleanup", 3, 2));
+    let metrics = Metrics::compute(&history, &run);
+    let names = |max_bytes| {
+        let wanted = FigureSelection {
+            max_bytes,
+            ..FigureSelection::default()
+        };
+        let DrawnFigures { figures, undrawn } = figures(&history, &metrics, &wanted).unwrap();
+        let drawn = figures.into_iter().map(|figure| figure.name);
+        (drawn.collect::<Vec<_>>(), undrawn)
+    };
+    let (all, none) = names(None);
+    assert_eq!(none, [""; 0]);
+    let (first, others) = names(Some(0));
+    assert_eq!(first, all[..1]);
+    assert_eq!(others, all[1..]);
 }
 
 #[test]
@@ -175,7 +198,7 @@ fn more_robots_than_rows_are_drawn_together() {
             only: vec![name.to_owned()],
             ..FigureSelection::default()
         };
-        let drawn = figures(&history, &metrics, &wanted).unwrap();
+        let drawn = figures(&history, &metrics, &wanted).unwrap().figures;
         assert!(height_px(&drawn[0]) < 2_000.0, "{name}");
     }
 }

@@ -94,7 +94,9 @@ fn the_report_of_an_external_mission_shows_its_marks_columns_and_events() {
     // The next visit is due after 15 s.
     assert_eq!(visits.overdue, at(25.0));
 
-    let figures = figures(&made.history, &metrics, &FigureSelection::default()).unwrap();
+    let figures = figures(&made.history, &metrics, &FigureSelection::default())
+        .unwrap()
+        .figures;
     let svg = |name: &str| {
         let mut figures = figures.iter();
         &figures.find(|figure| figure.name == name).expect(name).svg
@@ -112,6 +114,7 @@ fn the_report_of_an_external_mission_shows_its_marks_columns_and_events() {
         history: &made.history,
         metrics: &metrics,
         figures,
+        undrawn: Vec::new(),
         made: MadeHow::default(),
     });
     for text in [
@@ -168,7 +171,9 @@ fn utilities_are_drawn_where_there_are_no_motivations() {
         assert!(begins, "{event:?}");
     }
     let metrics = Metrics::compute(&history, &run);
-    let figures = figures(&history, &metrics, &FigureSelection::default()).unwrap();
+    let figures = figures(&history, &metrics, &FigureSelection::default())
+        .unwrap()
+        .figures;
     let mut figures = figures.iter();
     let blue = figures.find(|figure| figure.name == "robot-blue").unwrap();
     assert!(blue.caption.starts_with("Utility of"), "{}", blue.caption);

@@ -232,6 +232,7 @@ impl Made {
             history: &self.history,
             metrics: &self.metrics(),
             figures: Vec::new(),
+            undrawn: Vec::new(),
             made: MadeHow::default(),
         });
         page

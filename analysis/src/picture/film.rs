@@ -1,0 +1,164 @@
+//! Joins pictures to a film.
+
+use std::io::Write;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::thread;
+
+use plotters::style::RGBColor;
+use scenario::Problem;
+
+use super::gif_film::GifFilm;
+use super::png_film::PngFilm;
+use crate::figures::pixels::Pixels;
+use crate::progress::Progress;
+
+/// The duration of the last frame, s. Players then start again.
+pub const LAST_S: u16 = 2;
+
+/// The number of frames from which the colors of a GIF are chosen.
+const SAMPLES: usize = 16;
+
+/// The formats of films.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilmFormat {
+    /// Animated PNG: all colors. Browsers and converters read it; elsewhere it shows its first frame.
+    Png,
+    /// GIF: 255 colors. Slides, chats and pages show it.
+    Gif,
+}
+
+impl FilmFormat {
+    /// Returns the format that belongs to the ending of a file name.
+    ///
+    /// # Errors
+    /// Returns an error for any other ending.
+    pub fn of(path: &Path) -> Result<Self, Problem> {
+        let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+        match ending.as_ref().and_then(|ending| ending.to_str()) {
+            Some("png" | "apng") => Ok(Self::Png),
+            Some("gif") => Ok(Self::Gif),
+            _ => Err(Problem::with_source(
+                format!("--video {}", path.display()),
+                "no known format of a film",
+                "end the name with .gif, or with .png for an animated PNG",
+            )),
+        }
+    }
+}
+
+/// A film in the making.
+trait FilmWriter {
+    /// Adds a frame, which is shown for a whole period or, as the last one, for [`LAST_S`].
+    fn add(&mut self, frame: &Pixels, is_last: bool) -> anyhow::Result<()>;
+}
+
+impl<W: Write> FilmWriter for GifFilm<W> {
+    fn add(&mut self, frame: &Pixels, is_last: bool) -> anyhow::Result<()> {
+        self.add_frame(frame, is_last)
+    }
+}
+
+impl<W: Write> FilmWriter for PngFilm<W> {
+    fn add(&mut self, frame: &Pixels, is_last: bool) -> anyhow::Result<()> {
+        self.add_frame(frame, is_last)
+    }
+}
+
+/// Draws SVGs of the same size and joins them to a film with so many frames per second. `certain` are colors that a
+/// film with few colors must keep.
+///
+/// # Errors
+/// Returns an error if a frame cannot be drawn or the film cannot be written.
+pub fn write(
+    svgs: &[String],
+    rate: u16,
+    format: FilmFormat,
+    certain: &[RGBColor],
+    file: impl Write,
+) -> anyhow::Result<()> {
+    let Some(last) = svgs.len().checked_sub(1) else {
+        return Ok(());
+    };
+    let mut film: Box<dyn FilmWriter> = match format {
+        FilmFormat::Png => Box::new(PngFilm::new(file, &draw(&svgs[0])?, svgs.len(), rate)?),
+        FilmFormat::Gif => {
+            let samples = sample(svgs).map(draw);
+            let samples = samples.collect::<anyhow::Result<Vec<Pixels>>>()?;
+            Box::new(GifFilm::new(file, &samples, certain, rate)?)
+        }
+    };
+    let mut progress = Progress::new("drawing the film", "frames", svgs.len() as u64);
+    let threads = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let mut added = 0;
+    for some in svgs.chunks(threads) {
+        for frame in draw_all(some) {
+            film.add(&frame?, added == last)?;
+            added += 1;
+            progress.step();
+        }
+    }
+    Ok(())
+}
+
+/// Returns evenly spaced SVGs, with the first and the last one.
+fn sample(svgs: &[String]) -> impl Iterator<Item = &String> {
+    let last = svgs.len() - 1;
+    let count = SAMPLES.min(svgs.len());
+    (0..count).map(move |index| &svgs[index * last / (count - 1).max(1)])
+}
+
+fn draw(svg: &String) -> anyhow::Result<Pixels> {
+    Pixels::draw(svg, 1.0)
+}
+
+/// Draws each SVG on a thread of its own, and returns the images in order.
+fn draw_all(svgs: &[String]) -> Vec<anyhow::Result<Pixels>> {
+    thread::scope(|scope| {
+        let threads = svgs.iter().map(|svg| scope.spawn(move || draw(svg)));
+        let threads: Vec<_> = threads.collect();
+        let drawn = threads.into_iter().map(|thread| match thread.join() {
+            Ok(drawn) => drawn,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        drawn.collect()
+    })
+}
+
+/// The part of an image that differs from the one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    pub left: usize,
+    pub top: usize,
+    pub width: usize,
+    pub height: usize,
+}
+
+impl Region {
+    /// Returns the smallest region with all pixels that differ. If none does, one pixel remains, because a frame has at
+    /// least one. Both images have `width` pixels in a row and `depth` bytes per pixel.
+    #[must_use]
+    pub fn of_change(before: &[u8], after: &[u8], width: usize, depth: usize) -> Self {
+        let pairs = before.chunks_exact(depth).zip(after.chunks_exact(depth));
+        let differing = pairs.enumerate().filter(|(_, (a, b))| a != b);
+        let mut found: Option<[usize; 4]> = None;
+        for (index, _) in differing {
+            let (x, y) = (index % width, index / width);
+            let [left, top, right, _] = found.unwrap_or([x, y, x, y]);
+            found = Some([left.min(x), top, right.max(x), y]);
+        }
+        let [left, top, right, bottom] = found.unwrap_or_default();
+        Self {
+            left,
+            top,
+            width: right - left + 1,
+            height: bottom - top + 1,
+        }
+    }
+
+    /// Returns the indices of the pixels of the region, row by row, in an image with `width` pixels in a row.
+    pub fn pixels(self, width: usize) -> impl Iterator<Item = usize> {
+        let rows = self.top..self.top + self.height;
+        rows.flat_map(move |y| (self.left..self.left + self.width).map(move |x| y * width + x))
+    }
+}

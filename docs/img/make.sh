@@ -1,0 +1,25 @@
+#!/bin/sh
+# Makes the pictures of runs in README.md and in the book anew, from the checkout:
+#   docs/img/make.sh target/release/alliance
+# The screenshots of the page need a browser and are not made here.
+set -eu
+alliance=$(realpath "${1:-target/release/alliance}")
+images=$(realpath docs/img)
+work=$(mktemp -d)
+trap 'rm -r "$work"' EXIT
+cd "$work"
+
+# The default mission, in which gold is killed at work.
+cat > mission.toml <<'SCENARIO'
+name = "waste-cleanup"
+[waste]
+[[faults.timeline]]
+at_s = 109
+fault.kill = "gold"
+SCENARIO
+"$alliance" run mission.toml --in-process --out run
+"$alliance" export run --video "$images/gold-dies.gif" --from 60s --to 200s --speed 20x --fps 10 --width 640
+"$alliance" export run --svg 130s
+cp run/room-at-130s.svg "$images/room.svg"
+"$alliance" report run --only gantt
+cp run/report/gantt.svg "$images/report-gantt.svg"
