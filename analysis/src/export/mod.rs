@@ -110,7 +110,7 @@ impl ExportCommand {
         exit_status("export", done.map(|()| ExitCode::SUCCESS), on_error)
     }
 
-    fn export(&self, write_html: WriteHtml) -> anyhow::Result<()> {
+    pub(crate) fn export(&self, write_html: WriteHtml) -> anyhow::Result<()> {
         if self.formats.mcap.is_some() {
             mcap_is_there()?;
         }

@@ -263,7 +263,10 @@ fn export(folder: &Path, words: &str) -> Result<(), String> {
     let folder = folder.display().to_string();
     let words = ["alliance", &folder].into_iter().chain(words.split(' '));
     let parsed = Export::try_parse_from(words).map_err(|error| error.to_string())?;
-    parsed.export.export().map_err(|error| format!("{error:#}"))
+    parsed
+        .export
+        .export(|_, _| Ok(()))
+        .map_err(|error| format!("{error:#}"))
 }
 
 fn logged(level: LogLevel) -> TempDir {

@@ -3,10 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use scenario::ids::{RobotId, TaskId};
 use proto::team::BroadcastContent;
+use robot_agent::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
+use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
-use robot_agent::allocator::{Allocator, Decision, Input, SelfState, NoParameters};
 
 #[derive(Clone, Debug)]
 pub struct Greedy {
@@ -19,18 +19,28 @@ impl Allocator for Greedy {
     type Config = NoParameters;
 
     fn new(me: &SelfState, _: &NoParameters) -> Self {
-        Self { me: me.clone(), reported: BTreeMap::new() }
+        Self {
+            me: me.clone(),
+            reported: BTreeMap::new(),
+        }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        for broadcast in input.received.iter().filter(|broadcast| broadcast.sender.index() < self.me.team) {
+        for broadcast in input
+            .received
+            .iter()
+            .filter(|broadcast| broadcast.sender.index() < self.me.team)
+        {
             if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body {
-                self.reported.insert(broadcast.sender, (input.now, heartbeat.task));
+                self.reported
+                    .insert(broadcast.sender, (input.now, heartbeat.task));
             }
         }
         let taken = |task| {
             let mut reported = self.reported.values();
-            reported.any(|(at, reported_task)| *reported_task == Some(task) && input.now.since(*at) < self.me.ceased_after)
+            reported.any(|(at, reported_task)| {
+                *reported_task == Some(task) && input.now.since(*at) < self.me.ceased_after
+            })
         };
         let can = || input.choices.iter().filter(|choice| choice.applicable);
         if can().any(|choice| Some(choice.behavior) == decision.active) {

@@ -10,8 +10,14 @@ const SCENARIO: &str = "allocator = \"greedy\"\nlimit_s = 1200.0\n\
 
 fn own_allocator(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_own-allocator"));
-    let run = command.args(arguments).current_dir(folder).env("XDG_RUNTIME_DIR", folder).output().unwrap();
-    let output = String::from_utf8_lossy(&run.stdout).into_owned() + &String::from_utf8_lossy(&run.stderr);
+    let run = command
+        .args(arguments)
+        .current_dir(folder)
+        .env("XDG_RUNTIME_DIR", folder)
+        .output()
+        .unwrap();
+    let output =
+        String::from_utf8_lossy(&run.stdout).into_owned() + &String::from_utf8_lossy(&run.stderr);
     (run.status.code(), output)
 }
 
@@ -28,9 +34,20 @@ fn greedy_continues_without_gold_and_all_run_modes_write_the_same_bytes() {
     let (status, output) = own_allocator(&folder, &run);
     assert_eq!(status, Some(0), "{output}");
     assert!(output.contains("24 of 24 items delivered"), "{output}");
-    let (status, output) = own_allocator(&folder, &["run", "--in-process", "--out", "one", "kill.toml"]);
+    let (status, output) = own_allocator(
+        &folder,
+        &["run", "--in-process", "--out", "one", "kill.toml"],
+    );
     assert_eq!(status, Some(0), "{output}");
-    for file in ["allocation.csv", "events.csv", "poses.csv", "messages.csv", "mission.csv", "ticks.csv", "run.json"] {
+    for file in [
+        "allocation.csv",
+        "events.csv",
+        "poses.csv",
+        "messages.csv",
+        "mission.csv",
+        "ticks.csv",
+        "run.json",
+    ] {
         let read = |run: &str| fs::read(folder.join(run).join(file)).ok();
         assert!(read("many") == read("one"), "{file} differs");
     }

@@ -2,13 +2,13 @@
 //!
 //! `cargo run -p own-handler`
 
-use scenario::ids::RobotId;
-use proto::readings::Actuation;
-use scenario::{Obstacle, Robot, Scenario, Setup, Start};
-use scenario::time::SimTime;
 use missions::waste::data::default_scenario;
-use world_server::interruption::InterruptionHandler;
+use proto::readings::Actuation;
 use run_log::recorder::{Event, EventKind, FaultEvent};
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
+use scenario::{Obstacle, Robot, Scenario, Setup, Start};
+use world_server::interruption::InterruptionHandler;
 use world_server::world::{ObstacleId, World};
 
 /// A door that opens and closes once per `period`.
@@ -106,6 +106,12 @@ fn blue_waits_behind_the_closed_door_and_goes_through_the_open_one() {
     let lines = play();
     assert_eq!(lines.len(), 3, "{lines:?}");
     assert!(lines[0].starts_with("2.000 s: door applied"), "{lines:?}");
-    assert!(lines[1].starts_with("7.000 s: door healed, blue at x = 2.79"), "{lines:?}");
-    assert!(lines[2].starts_with("10.000 s: blue at x = 4."), "{lines:?}");
+    assert!(
+        lines[1].starts_with("7.000 s: door healed, blue at x = 2.79"),
+        "{lines:?}"
+    );
+    assert!(
+        lines[2].starts_with("10.000 s: blue at x = 4."),
+        "{lines:?}"
+    );
 }

@@ -31,7 +31,12 @@ const FAULTS: &[FaultSpec] = &[FaultSpec {
     arguments: &[
         FaultArgument::new("x_m", "the position, m", FaultRange::X, None),
         FaultArgument::new("y_m", "the position, m", FaultRange::Y, None),
-        FaultArgument::new("within_m", "the radius around the position, m", FaultRange::Within(0.0, 100.0), Some(WITHIN_M)),
+        FaultArgument::new(
+            "within_m",
+            "the radius around the position, m",
+            FaultRange::Within(0.0, 100.0),
+            Some(WITHIN_M),
+        ),
     ],
 }];
 
@@ -52,10 +57,22 @@ impl MissionData for Visit {
     fn parameters(&self) -> Vec<ParameterSpec> {
         vec![
             ParameterSpec::new("places", "", Required, "the places to touch", List(1, 300)),
-            ParameterSpec::new("places.name", "", Required, "the name of the place and of its task", Name),
+            ParameterSpec::new(
+                "places.name",
+                "",
+                Required,
+                "the name of the place and of its task",
+                Name,
+            ),
             ParameterSpec::new("places.x_m", "m", Required, "the position", X),
             ParameterSpec::new("places.y_m", "m", Required, "the position", Y),
-            ParameterSpec::new("reach_m", "m", Number(0.3), "the distance from which a robot can touch a place", Above(0.0, 1e3)),
+            ParameterSpec::new(
+                "reach_m",
+                "m",
+                Number(0.3),
+                "the distance from which a robot can touch a place",
+                Above(0.0, 1e3),
+            ),
         ]
     }
 

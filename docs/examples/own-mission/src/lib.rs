@@ -8,8 +8,9 @@ use missions::MissionParts;
 use robot_agent::mission::ControllerConstructor;
 
 /// The world part and the controller part of the mission, for registration.
-pub const VISIT: MissionParts =
-    MissionParts::new::<world::Visit>(data::VISIT, |_| ControllerConstructor::new(controller::Visitor::new));
+pub const VISIT: MissionParts = MissionParts::new::<world::Visit>(data::VISIT, |_| {
+    ControllerConstructor::new(controller::Visitor::new)
+});
 
 #[cfg(test)]
 mod tests {

@@ -38,27 +38,45 @@ impl Visit {
 impl MissionWorld for Visit {
     fn new(setup: &Setup, _: &Floor) -> Self {
         let section = setup.scenario.section::<VisitSection>().clone();
-        Self { visited: vec![false; section.places.len()], section }
+        Self {
+            visited: vec![false; section.places.len()],
+            section,
+        }
     }
 
-    fn act(&mut self, robot: RobotId, action: &Action, floor: &mut Floor, happened: &mut StepEvents) {
+    fn act(
+        &mut self,
+        robot: RobotId,
+        action: &Action,
+        floor: &mut Floor,
+        happened: &mut StepEvents,
+    ) {
         // An action with any other content does nothing.
-        let Some(Touch(place)) = action.value() else { return };
+        let Some(Touch(place)) = action.value() else {
+            return;
+        };
         if self.left_within_reach(robot, floor) == Some(place) {
             self.visited[place] = true;
-            happened.push_mission_event("visited", Some(robot)).subject = self.section.places[place].name.clone();
+            happened.push_mission_event("visited", Some(robot)).subject =
+                self.section.places[place].name.clone();
             // Robots near the place get a different sensor reading from now on.
             floor.invalidate_readings_near(self.section.at(place), self.section.reach_m);
         }
     }
 
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut SensorReading) -> Validity {
-        *sensed.value_mut() = self.left_within_reach(robot, floor).map_or(TouchReading::Floor, TouchReading::Place);
+        *sensed.value_mut() = self
+            .left_within_reach(robot, floor)
+            .map_or(TouchReading::Floor, TouchReading::Place);
         Validity::UntilChange
     }
 
     /// Applies the fault `touch`, the only fault of this mission.
-    fn change(&mut self, touch: &MissionFault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
+    fn change(
+        &mut self,
+        touch: &MissionFault,
+        floor: &mut Floor,
+    ) -> Option<Result<String, ChangeError>> {
         // The order has been checked: only an argument with a default can be missing.
         let number = |key| touch.get(key).unwrap_or(WITHIN_M) as f32;
         let (at, within_m) = (Vec2::new(number("x_m"), number("y_m")), number("within_m"));
@@ -72,7 +90,10 @@ impl MissionWorld for Visit {
     }
 
     fn end(&self, _: SimTime) -> Option<Outcome> {
-        self.visited.iter().all(|visited| *visited).then_some(Outcome::Complete)
+        self.visited
+            .iter()
+            .all(|visited| *visited)
+            .then_some(Outcome::Complete)
     }
 
     fn row(&self, row: &mut Vec<FigureValue>) {

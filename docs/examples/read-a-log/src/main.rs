@@ -6,11 +6,13 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::Path;
 
-use run_log::{EventRow, RunLog};
 use missions::Registry;
+use run_log::{EventRow, RunLog};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args().nth(1).unwrap_or_else(|| "runs/latest".to_owned());
+    let folder = std::env::args()
+        .nth(1)
+        .unwrap_or_else(|| "runs/latest".to_owned());
     for ((robot, kind), times) in counts(Path::new(&folder))? {
         println!("{robot:<12} {kind:<20} {times}");
     }

@@ -2,15 +2,18 @@
 
 use std::error::Error;
 
+use in_process::Team;
+use missions::Registry;
 use run_log::{LogLevel, MemoryLog, RunFile};
 use scenario::Setup;
-use missions::Registry;
-use in_process::Team;
 
 fn main() -> Result<(), Box<dyn Error>> {
     for allocator in Registry::current().vocabulary().allocators {
         let run = run(allocator.name, 1)?;
-        println!("{}: {:?} at {}", allocator.name, run.outcome, run.result.sim_time_ms);
+        println!(
+            "{}: {:?} at {}",
+            allocator.name, run.outcome, run.result.sim_time_ms
+        );
     }
     Ok(())
 }

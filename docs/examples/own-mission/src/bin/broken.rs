@@ -21,7 +21,10 @@ fn breaks(part: &str) -> bool {
 
 fn main() -> std::process::ExitCode {
     let parts = MissionParts::new::<World>(VISIT, |_| {
-        ControllerConstructor::new(|robot, setup| Controller { robot, controller: Visitor::new(robot, setup) })
+        ControllerConstructor::new(|robot, setup| Controller {
+            robot,
+            controller: Visitor::new(robot, setup),
+        })
     });
     let registry = launch::Registry::built_in().with_mission(parts);
     launch::main(if breaks("allocator") {
@@ -45,7 +48,13 @@ impl Allocator for NotANumber {
         let utility = if input.now < WHEN { 1.0 } else { f64::NAN };
         let state = BehaviorState::Hibernating;
         let (task, behavior) = (TaskId(0), BehaviorId(0));
-        decision.rows.push(AllocationRow { task, behavior, utility, holder: None, state });
+        decision.rows.push(AllocationRow {
+            task,
+            behavior,
+            utility,
+            holder: None,
+            state,
+        });
     }
 }
 
@@ -57,19 +66,32 @@ impl MissionWorld for World {
         Self(Visit::new(setup, floor))
     }
 
-    fn act(&mut self, robot: RobotId, action: &Action, floor: &mut Floor, happened: &mut StepEvents) {
+    fn act(
+        &mut self,
+        robot: RobotId,
+        action: &Action,
+        floor: &mut Floor,
+        happened: &mut StepEvents,
+    ) {
         self.0.act(robot, action, floor, happened);
     }
 
     fn settle(&mut self, floor: &mut Floor, _: &mut StepEvents) {
-        assert!(!breaks("world") || floor.now() < WHEN, "the world fails on purpose");
+        assert!(
+            !breaks("world") || floor.now() < WHEN,
+            "the world fails on purpose"
+        );
     }
 
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut SensorReading) -> Validity {
         self.0.sense(robot, floor, sensed)
     }
 
-    fn change(&mut self, fault: &MissionFault, floor: &mut Floor) -> Option<Result<String, ChangeError>> {
+    fn change(
+        &mut self,
+        fault: &MissionFault,
+        floor: &mut Floor,
+    ) -> Option<Result<String, ChangeError>> {
         self.0.change(fault, floor)
     }
 
@@ -97,13 +119,26 @@ struct Controller {
 }
 
 impl MissionController for Controller {
-    fn perceive(&mut self, input: &ControllerInput, received: &[Arc<Broadcast>], perception: &mut Perception) {
+    fn perceive(
+        &mut self,
+        input: &ControllerInput,
+        received: &[Arc<Broadcast>],
+        perception: &mut Perception,
+    ) {
         let breaks = breaks("controller") && self.robot == RobotId(0);
-        assert!(!breaks || input.now < WHEN, "the controller fails on purpose");
+        assert!(
+            !breaks || input.now < WHEN,
+            "the controller fails on purpose"
+        );
         self.controller.perceive(input, received, perception);
     }
 
-    fn act(&mut self, input: &ControllerInput, active: Option<BehaviorId>, output: &mut StepOutput) {
+    fn act(
+        &mut self,
+        input: &ControllerInput,
+        active: Option<BehaviorId>,
+        output: &mut StepOutput,
+    ) {
         self.controller.act(input, active, output);
         if breaks("nan") && input.now >= WHEN {
             output.actuation.speed_m_s = f32::NAN;
