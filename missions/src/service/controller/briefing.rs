@@ -6,7 +6,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
 use crate::service::bus::PointFact;
-use crate::service::data::{KnowledgeSource, ServiceSection, TaskGranularity};
+use crate::service::data::{KnowledgeSource, ServiceSection, TaskGranularity, Terms, terms};
 
 #[derive(Debug)]
 pub(super) struct Briefing {
@@ -18,6 +18,11 @@ pub(super) struct Briefing {
     pub kinds: Vec<KindParameters>,
     /// The upper right corner of the room, m. The lower left is (0, 0).
     pub room: Vec2,
+    pub step: SimTime,
+    /// The windows and values of the points at stated places, by number. Empty if no point states any.
+    terms: Vec<Terms>,
+    /// The priorities of the points at stated places, by number.
+    priorities: Vec<i32>,
     most_points: usize,
 }
 
@@ -45,6 +50,11 @@ impl Briefing {
             step_s: scenario.step_ms as f32 / 1000.0,
             kinds: kinds.collect(),
             room: scenario.room.size(),
+            step: SimTime(scenario.step_ms),
+            priorities: (0..section.points.len())
+                .map(|point| section.priority(point))
+                .collect(),
+            terms: terms(section),
             most_points: section.max_points(),
         }
     }
@@ -65,10 +75,29 @@ impl Briefing {
             && (0.0..1e7).contains(&fact.left_s)
     }
 
+    /// Returns whether any point states a window, a value or a priority.
+    pub fn has_terms(&self) -> bool {
+        !self.terms.is_empty()
+    }
+
+    pub fn terms(&self, point: u16) -> &Terms {
+        self.terms.get(usize::from(point)).unwrap_or(&Terms::NONE)
+    }
+
+    /// Returns the time from which robots can work on a point, and the time at which it expires, if it is stated.
+    pub fn window(&self, fact: &PointFact) -> (SimTime, Option<SimTime>) {
+        self.terms(fact.point).window(fact.round)
+    }
+
+    pub fn priority(&self, point: u16) -> i32 {
+        let priority = self.priorities.get(usize::from(point));
+        priority.copied().unwrap_or_default()
+    }
+
     pub fn task(&self, fact: &PointFact) -> TaskId {
         match self.tasks {
             TaskGranularity::Points => TaskId(fact.point),
-            TaskGranularity::Kinds => TaskId(fact.kind.into()),
+            TaskGranularity::Kinds => TaskId(fact.kind),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The knowledge of a robot about the points, from its own sensors and from messages.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
@@ -25,6 +25,8 @@ pub(super) struct Memory {
     /// The robot's tasks in ascending order, with the number of known open points that it can serve.
     open: Vec<(TaskId, u32)>,
     skills: Vec<f32>,
+    /// The known open points that expire at a stated time.
+    closing: BTreeSet<(SimTime, u16)>,
     /// The attempts of this robot that found no way to a point.
     pub failed: FailedAttempts<u16>,
 }
@@ -41,6 +43,7 @@ impl Memory {
             news: ArrayVec::new(),
             open: tasks.map(|task| (task, 0)).collect(),
             skills,
+            closing: BTreeSet::new(),
             failed: FailedAttempts::default(),
         }
     }
@@ -63,7 +66,7 @@ impl Memory {
             let is_of_task = |point: &u16| match briefing.tasks {
                 TaskGranularity::Points => *point == task.0,
                 TaskGranularity::Kinds => self.fact(*point).is_some_and(|fact| {
-                    u16::from(fact.kind) == task.0 && is_open(fact) && self.skill(fact) > 0.0
+                    fact.kind == task.0 && is_open(fact) && self.skill(fact) > 0.0
                 }),
             };
             *open as usize > self.failed.suspended(now).filter(is_of_task).count()
@@ -90,6 +93,11 @@ impl Memory {
                 new.fact.left_s = new.fact.left_s.min(fact.left_s);
             }
         }
+        if let (_, Some(closes)) = briefing.window(&new.fact)
+            && is_open(&new.fact)
+        {
+            self.closing.insert((closes, number));
+        }
         self.points.insert(number, new);
         let was_open = old.is_some_and(|old| is_open(&old.fact));
         let is_open = is_open(&new.fact);
@@ -107,6 +115,16 @@ impl Memory {
                 open.saturating_sub(1)
             };
         }
+    }
+
+    /// Returns the next known point that has expired by `now`, and forgets its deadline.
+    pub fn next_closed(&mut self, now: SimTime) -> Option<&PointFact> {
+        let (closes, point) = *self.closing.first()?;
+        if closes > now {
+            return None;
+        }
+        self.closing.pop_first();
+        self.fact(point)
     }
 
     pub fn work_left(&mut self, point: u16, left_s: f32) {
@@ -148,16 +166,20 @@ impl Memory {
         content
     }
 
-    /// Returns the nearest open point of a kind that the robot can serve and that is not suspended.
-    pub fn nearest(&self, kind: usize, to: Vec2, now: SimTime) -> Option<&PointFact> {
+    /// Returns the open points of a kind that the robot can serve and that are not suspended.
+    pub fn open_of_kind(&self, kind: usize, now: SimTime) -> impl Iterator<Item = &PointFact> {
         let facts = self.facts_from(0);
-        let of_kind = facts.filter(|fact| {
+        facts.filter(move |fact| {
             usize::from(fact.kind) == kind
                 && is_open(fact)
                 && self.skill(fact) > 0.0
                 && !self.failed.is_suspended(fact.point, now)
-        });
-        of_kind.min_by(|a, b| {
+        })
+    }
+
+    /// Returns the nearest of the points of [`Memory::open_of_kind`].
+    pub fn nearest(&self, kind: usize, to: Vec2, now: SimTime) -> Option<&PointFact> {
+        self.open_of_kind(kind, now).min_by(|a, b| {
             let distance = |fact: &PointFact| fact.at.distance_squared(to);
             distance(a).total_cmp(&distance(b))
         })

@@ -1,5 +1,6 @@
 //! Checks of `[service]` beyond the ranges of its parameters.
 
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use glam::Vec2;
@@ -8,7 +9,7 @@ use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::Places;
 
 use super::points::free_place;
-use super::{Interval, MAX_POINTS, ServiceSection};
+use super::{Interval, MAX_POINTS, Point, ServiceSection};
 use crate::coverage::uncovered_tasks;
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
@@ -22,6 +23,8 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         }
         fit(scenario, kind.workers, at.key("workers"))?;
     }
+    let known = section.kinds.iter().map(|kind| kind.name.as_str());
+    let known: BTreeSet<&str> = known.collect();
     let points = section.points.iter().map(|point| Some(&point.kind));
     let random = section.random.iter().map(|batch| batch.kind.as_ref());
     for (list, kinds) in [
@@ -29,11 +32,16 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         ("random", random.collect()),
     ] {
         for (index, kind) in kinds.into_iter().enumerate() {
-            let Some(kind) = kind else { continue };
+            let Some(kind) = kind.filter(|kind| !known.contains(kind.as_str())) else {
+                continue;
+            };
             let at = at.key(list).index(index).key("kind");
             let known = section.kinds.iter().map(|kind| kind.name.as_str());
             check_known(at, "there is no kind", kind, known)?;
         }
+    }
+    for (index, point) in section.points.iter().enumerate() {
+        check_point(index, point, at.key("points").index(index))?;
     }
     let count = section.kinds_of_points().count();
     let all = count + usize::from(section.spare);
@@ -87,6 +95,26 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
         what,
         "take obstacles away",
     ))
+}
+
+/// Checks the window and the name of a point.
+fn check_point(index: usize, point: &Point, at: KeyPath) -> Result<(), Problem> {
+    if let (Some(opens_s), Some(deadline_s)) = (point.opens_s, point.deadline_s)
+        && deadline_s <= opens_s
+    {
+        let what = format!(
+            "p{index} closes {deadline_s} s after its arrival, and opens after {opens_s} s"
+        );
+        let remedy = "give a deadline_s above opens_s";
+        return Err(Problem::at(at.key("deadline_s"), what, remedy));
+    }
+    let name = point.name.as_deref();
+    let number = name.and_then(|name| name.strip_prefix('p')?.parse::<usize>().ok());
+    if number.is_some_and(|number| number != index) {
+        let what = format!("the name of p{index} is that of another point");
+        return Err(Problem::at(at.key("name"), what, "give another name"));
+    }
+    Ok(())
 }
 
 fn in_order(between: &Interval, at: KeyPath) -> Result<(), Problem> {

@@ -7,15 +7,19 @@ mod parameters;
 mod points;
 mod random;
 mod section;
+mod terms;
 #[cfg(test)]
 mod tests;
 mod warnings;
+mod ways;
 
 pub use faults::POINT;
 pub use points::{PointSpec, points};
 pub use section::{
     Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection, TaskGranularity,
 };
+pub use terms::{Terms, terms};
+pub use ways::Ways;
 
 use glam::Vec2;
 use scenario::fault::Order;
@@ -31,7 +35,7 @@ use scenario::mission::section::Section;
 use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
 
 pub const MAX_POINTS: usize = 10_000;
-pub const MAX_KINDS: usize = 64;
+pub const MAX_KINDS: usize = 10_000;
 
 pub const SERVICE: Mission = Mission::new(
     "service",
@@ -138,6 +142,10 @@ impl MissionData for Service {
                 _ => 1,
             },
             recurrence_s: kind.and_then(|kind| kind.period_s),
+            priority: match section.tasks {
+                TaskGranularity::Points => section.priority(behavior.task.index()),
+                TaskGranularity::Kinds => 0,
+            },
             ..BehaviorProperties::default()
         }
     }

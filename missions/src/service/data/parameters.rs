@@ -11,6 +11,9 @@ const LONGEST_S: f64 = 1e6;
 /// The shortest duration, s. The run measures times in whole milliseconds.
 const SHORTEST_S: f64 = 0.001;
 
+/// The largest priority and, negative, the smallest.
+const MOST_PRIORITY: i64 = 1_000_000;
+
 pub(super) fn all() -> Vec<ParameterSpec> {
     let most = MAX_POINTS as i64;
     let required = |key, about, range| ParameterSpec::new(key, "", Required, about, range);
@@ -121,6 +124,39 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "points.work_s",
             Words("drawn as for its kind"),
             "work for a robot of skill 1",
+        ),
+        ParameterSpec::new(
+            "points.name",
+            "",
+            Words("p0, p1, …"),
+            "name by which other points refer to it",
+            Name,
+        ),
+        ParameterSpec::new(
+            "points.opens_s",
+            "s",
+            Words("at its arrival"),
+            "time from arrival to the earliest work; robots receive it before and may wait at the place",
+            Within(0.0, LONGEST_S),
+        ),
+        time(
+            "points.deadline_s",
+            Words("drawn as for its kind"),
+            "time from arrival to expiration; robots receive it before",
+        ),
+        ParameterSpec::new(
+            "points.value",
+            "",
+            Words("1"),
+            "reward of the point if it is done in its window",
+            Within(1e-3, 1e9),
+        ),
+        ParameterSpec::new(
+            "points.priority",
+            "",
+            Words("0"),
+            "priority of its task; a higher one goes first",
+            ParameterRange::Whole(-MOST_PRIORITY, MOST_PRIORITY),
         ),
         list("random", "points at random places in the room", 1000),
         required(

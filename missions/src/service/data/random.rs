@@ -38,6 +38,7 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         y_m: dice.between(along_y.clone()) as f32,
         arrival_s: dice.maybe(0.0..LAST_S).unwrap_or(0.0),
         work_s: dice.maybe(1.0..20.0),
+        ..Point::default()
     });
     let points = points.collect();
     let random = (0..dice.0.random_range(1..=3)).map(|_| RandomPoints {

@@ -1,5 +1,7 @@
 //! The section `[service]` of a scenario file.
 
+use std::collections::BTreeMap;
+
 use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
@@ -73,9 +75,12 @@ pub struct Interval {
     pub max: f64,
 }
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Point {
+    /// The name by which other points refer to this one. `p0`, `p1` and so on are always known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     pub kind: String,
     pub x_m: f32,
     pub y_m: f32,
@@ -84,6 +89,29 @@ pub struct Point {
     /// The work for a robot of skill 1, s. By default drawn as for its kind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub work_s: Option<f64>,
+    /// The time from the arrival to the earliest work, s. Robots receive it with the scenario.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub opens_s: Option<f64>,
+    /// The time from the arrival to expiration, s. By default drawn as for its kind.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deadline_s: Option<f64>,
+    /// The reward of the point if it is done in its window. By default 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// The priority of its task; a higher one goes first. By default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub priority: Option<i32>,
+}
+
+impl Point {
+    /// Returns whether the point has a property beyond place, kind, arrival and work.
+    fn has_properties(&self) -> bool {
+        self.name.is_some()
+            || self.opens_s.is_some()
+            || self.deadline_s.is_some()
+            || self.value.is_some()
+            || self.priority.is_some()
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -112,18 +140,38 @@ impl ServiceSection {
         self.kinds.iter().position(|kind| kind.name == name)
     }
 
+    /// Returns whether any point states a property of its task: a name, a window, a value or a priority. Log and results
+    /// then contain the properties.
+    #[must_use]
+    pub fn has_properties(&self) -> bool {
+        self.points.iter().any(Point::has_properties)
+    }
+
     /// Returns the kind of each point, by number. It does not depend on the seed.
-    pub fn kinds_of_points(&self) -> impl Iterator<Item = usize> + '_ {
+    pub fn kinds_of_points(&self) -> impl Iterator<Item = usize> + use<> {
+        // The first of equal names counts, until the check of the scenario refuses the others.
+        let kinds = self.kinds.iter().enumerate().rev();
+        let by_name: BTreeMap<&str, usize> = kinds
+            .map(|(index, kind)| (kind.name.as_str(), index))
+            .collect();
         // The check of the scenario guarantees that the names exist.
-        let named = |name: &str| self.kind_named(name).unwrap_or_default();
-        let placed = self.points.iter().map(move |point| named(&point.kind));
-        let drawn = self.random.iter().flat_map(move |batch| {
+        let named = |name: &str| by_name.get(name).copied().unwrap_or_default();
+        let placed = self.points.iter().map(|point| named(&point.kind));
+        let drawn = self.random.iter().flat_map(|batch| {
             let kind = batch.kind.as_deref().map(named);
             let in_turn = move |number| kind.unwrap_or(number % self.kinds.len().max(1));
             (0..usize::from(batch.n)).map(in_turn)
         });
         // The limit keeps this short for a scenario that is not yet checked.
-        placed.chain(drawn).take(MAX_POINTS + 1)
+        let kinds: Vec<usize> = placed.chain(drawn).take(MAX_POINTS + 1).collect();
+        kinds.into_iter()
+    }
+
+    /// Returns the priority of a point, 0 unless stated.
+    #[must_use]
+    pub fn priority(&self, point: usize) -> i32 {
+        let point = self.points.get(point);
+        point.and_then(|point| point.priority).unwrap_or_default()
     }
 
     #[must_use]

@@ -44,6 +44,55 @@ fn mistakes_give_one_line_of_error() {
     insta::assert_snapshot!(refusals("s.toml", texts, read));
 }
 
+#[test]
+fn mistakes_in_properties_give_one_line_of_error() {
+    let with = |more: &[&str]| {
+        let places = (1..).map(|x_m| point("dust", x_m as f32, 1.0));
+        let points: Vec<String> = places.zip(more).map(|(point, more)| point + more).collect();
+        format!("{TWO_KINDS}{}", points.join("\n"))
+    };
+    let texts = [
+        with(&["opens_s = 30\ndeadline_s = 30"]),
+        with(&["opens_s = 30\ndeadline_s = 20.5"]),
+        with(&["name = 'a'", "name = 'b'", "name = 'a'"]),
+        with(&["name = 'p1'", "name = 'p1'"]),
+        with(&["name = 'a b'"]),
+        with(&["value = 0"]),
+        with(&["priority = 0.5"]),
+        with(&["deadline_s = -1"]),
+        with(&["opens = 5"]),
+    ];
+    insta::assert_snapshot!(refusals("s.toml", texts, read));
+    let valid = with(&["name = 'p0'\nopens_s = 0\ndeadline_s = 40\nvalue = 2.5\npriority = -3"]);
+    let scenario = parse(&valid);
+    assert_eq!(Catalog::new(&scenario).tasks[0].priority, -3);
+    let [spec] = points(&scenario, 1)[..] else {
+        panic!("one point");
+    };
+    assert_eq!(
+        (spec.value, spec.expires_after),
+        (2.5, Some(SimTime(40_000)))
+    );
+    // A scenario survives writing and reading.
+    assert_eq!(parse(&scenario.to_toml().unwrap()), scenario);
+}
+
+/// 10,000 kinds are valid, each with a point.
+#[test]
+fn kinds_have_no_limit_worth_mentioning() {
+    let kinds = (0..MAX_KINDS).map(|kind| {
+        format!("[[service.kinds]]\nname = 'k{kind}'\nwork_s = {{ min = 1, max = 2 }}\n")
+    });
+    let kinds: Vec<String> = kinds.collect();
+    let text = format!(
+        "[service]\n{}[[service.random]]\nn = 10000\n",
+        kinds.concat()
+    );
+    let setup = resolve(parse(&text));
+    let last = setup.catalog.sets.last().unwrap();
+    assert_eq!(last.skill.as_deref(), Some("k9999"));
+}
+
 /// A block covers the room from (3, 3) to (5, 5).
 const BLOCK: &str = "[[obstacles]]\nx_m = 3\ny_m = 3\nwidth_m = 2\nheight_m = 2\n";
 
@@ -128,6 +177,12 @@ fn work_that_cannot_be_done_in_time_gives_a_warning() {
         format!("work_s = {{ min = 1e6, max = 1e6 }}\n{random}"),
         with("deadline_s = { min = 1, max = 2 }"),
         with("period_s = 1"),
+        format!(
+            "{work}\n{}",
+            arrives(0.0) + "\nopens_s = 5\ndeadline_s = 7.5"
+        ),
+        format!("{work}\n{}", arrives(0.0) + "\nopens_s = 5\ndeadline_s = 8"),
+        format!("{work}\n{}", arrives(0.0) + "\nopens_s = 118"),
         with("period_s = 10\ndeadline_s = { min = 30, max = 30 }"),
         with("") + "\n[[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\nskills = { t = 1e-30 }",
     ]

@@ -38,7 +38,7 @@ impl BoardFilter {
         match self {
             Self::All => true,
             Self::Points(points) => points.binary_search(&fact.point).is_ok(),
-            Self::Kinds(kinds) => kinds.binary_search(&fact.kind.into()).is_ok(),
+            Self::Kinds(kinds) => kinds.binary_search(&fact.kind).is_ok(),
         }
     }
 }

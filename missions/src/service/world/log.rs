@@ -56,10 +56,21 @@ impl Log {
     ) {
         let (work_s, arrived) = points.work_and_arrival(point);
         let response = now.since(arrived);
+        let value = points.value_text(point);
         let (kind, detail) = match change {
-            Change::Arrived => ("arrived", format!("{work_s:.3} s of work")),
-            Change::Done => ("done", format!("after {:.3} s", response.as_secs_f64())),
-            Change::Expired => ("expired", String::new()),
+            Change::Arrived => {
+                let terms = points.terms_text(point).map(|terms| format!(", {terms}"));
+                let terms = terms.unwrap_or_default();
+                ("arrived", format!("{work_s:.3} s of work{terms}"))
+            }
+            Change::Done => {
+                let value = value.map(|value| format!(", {value}")).unwrap_or_default();
+                (
+                    "done",
+                    format!("after {:.3} s{value}", response.as_secs_f64()),
+                )
+            }
+            Change::Expired => ("expired", value.unwrap_or_default()),
         };
         let event = happened.push_mission_event(kind, robot);
         event.subject = format!("p{point}");

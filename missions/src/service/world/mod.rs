@@ -2,8 +2,10 @@
 //! back.
 //!
 //! - `points`: the points and their phases. `board`: the announcements for robots. `log`: tables, figures and view.
+//! - `limits`: points that the team cannot do.
 
 mod board;
+mod limits;
 mod log;
 mod points;
 #[cfg(test)]
@@ -31,6 +33,7 @@ use world_server::world::{ChangeError, Floor};
 use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
 use super::data::{self, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
 use board::{Board, BoardFilter};
+use limits::TeamLimits;
 use log::Log;
 use points::{Change, Points};
 
@@ -53,6 +56,9 @@ struct Constants {
     section: ServiceSection,
     seed: u64,
     step_s: f64,
+    step: SimTime,
+    /// The points that the team cannot do, if points state properties.
+    limits: Option<TeamLimits>,
     skills: Vec<Vec<f64>>,
     readers: Vec<BoardFilter>,
 }
@@ -70,7 +76,7 @@ struct Robot {
 }
 
 impl Constants {
-    fn new(setup: &Setup) -> Self {
+    fn new(setup: &Setup, specs: &[PointSpec], floor: &Floor) -> Self {
         let (scenario, catalog) = (&setup.scenario, &setup.catalog);
         let section = ServiceSection::of(scenario).clone();
         let skills = scenario.robots.iter().map(|robot| {
@@ -84,7 +90,14 @@ impl Constants {
             let tasks = tasks.map(|id| catalog.sets[id.index()].task.0);
             BoardFilter::new(section.tasks, tasks.collect(), catalog.tasks.len())
         });
+        let limits = section.has_properties().then(|| {
+            let robots = (0..floor.robot_count() as u16).map(RobotId);
+            let starts: Vec<Vec2> = robots.map(|robot| floor.pose(robot).position).collect();
+            TeamLimits::new(setup, specs, &starts)
+        });
         Self {
+            limits,
+            step: SimTime(scenario.step_ms),
             skills: skills.collect(),
             readers: readers.collect(),
             seed: setup.seed,
@@ -132,6 +145,17 @@ impl Service {
         if distance > constants.section.reach_m || skill <= 0.0 {
             return;
         }
+        let (now, opens) = (floor.now(), self.points.opens(point));
+        if now < opens {
+            // The robot waits at its place.
+            let attempt = (
+                self.points.round(point),
+                self.points.work_and_arrival(point).0,
+            );
+            let worker = &mut self.robots[robot.index()];
+            (worker.works, worker.attempt) = (Some(point), attempt);
+            return;
+        }
         let workers = &mut self.workers_on[usize::from(point)];
         *workers += 1;
         if *workers <= spec.workers {
@@ -144,7 +168,8 @@ impl Service {
         }
         let worker = &mut self.robots[robot.index()];
         worker.works = Some(point);
-        let is_new = worker.worked != Some(point);
+        let is_new =
+            worker.worked != Some(point) || self.points.opens_in(point, now, constants.step);
         if is_new {
             happened.push_mission_event("begun", Some(robot)).subject = format!("p{point}");
         }
@@ -197,8 +222,8 @@ impl Service {
 
 impl MissionWorld for Service {
     fn new(setup: &Setup, floor: &Floor) -> Self {
-        let constants = Arc::new(Constants::new(setup));
         let specs = data::points(&setup.scenario, setup.seed);
+        let constants = Arc::new(Constants::new(setup, &specs, floor));
         let points = Points::new(&constants.section, specs, floor.size());
         Self {
             robots: vec![Robot::default(); floor.robot_count()],
@@ -250,7 +275,8 @@ impl MissionWorld for Service {
             let Some(left) = before.filter(|before| Some(*before) != now) else {
                 continue;
             };
-            if let Some(kind) = self.points.open_kind(left) {
+            let has_worked = self.points.was_open(left, floor.now(), self.constants.step);
+            if let Some(kind) = self.points.open_kind(left).filter(|_| has_worked) {
                 happened.push_mission_event("left", Some(robot)).subject = format!("p{left}");
                 if !self.constants.section.kinds[kind].kept {
                     self.points.start_over(left);
@@ -378,7 +404,8 @@ impl MissionWorld for Service {
     }
 
     fn figures(&self, figures: &mut TeamFigures) {
-        self.points.write_figures(figures);
+        let limits = self.constants.limits.as_ref();
+        self.points.write_figures(limits, figures);
         let is_complete = self.points.outcome() == Some(Outcome::Complete);
         self.log.write_figures(is_complete, figures);
     }

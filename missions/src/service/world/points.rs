@@ -16,6 +16,8 @@ use crate::geometry::nearest;
 use crate::service::bus::{LEAST_LEFT_S, MAX_SENSED, PointFact};
 use crate::service::data::{PointSpec, ServiceSection};
 
+use super::limits::TeamLimits;
+
 /// The radius of a displayed point, m. It is larger than a robot, so that the point stays visible.
 const SHOWN_M: f32 = 0.28;
 
@@ -45,6 +47,13 @@ struct Point {
     left_s: f64,
 }
 
+/// The values of the points that are done and of those that expired.
+#[derive(Clone, Copy, Debug, Default)]
+struct Values {
+    collected: f64,
+    lost: f64,
+}
+
 /// The number of points per phase, and the work left of open points. Each point is pending, open, done or expired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Counts {
@@ -69,6 +78,7 @@ pub(super) struct Points {
     /// The times of the next change of each point that time causes.
     scheduled_changes: BTreeSet<(SimTime, u16)>,
     counts: Counts,
+    values: Values,
     /// The time from which no point arrives or comes back.
     until: SimTime,
     /// The combined hash of the variable data of all points. Covers points that faults have added.
@@ -156,6 +166,7 @@ impl Points {
             kept: section.kinds.iter().map(|kind| kind.kept).collect(),
             scheduled_changes: BTreeSet::new(),
             counts: Counts::default(),
+            values: Values::default(),
             until: until.unwrap_or(SimTime(u64::MAX)),
             hash: 0,
         };
@@ -197,6 +208,28 @@ impl Points {
         (point.phase == Phase::Open).then_some(point.spec.kind)
     }
 
+    /// Returns the time from which robots can work on the current round of a point.
+    pub fn opens(&self, point: u16) -> SimTime {
+        let point = &self.points[usize::from(point)];
+        point.arrives + point.spec.opens_after
+    }
+
+    /// Returns whether a window of a point opened within the last step, and robots can work for the first time at `now`.
+    pub fn opens_in(&self, point: u16, now: SimTime, step: SimTime) -> bool {
+        let opens = self.opens(point);
+        self.spec(point).opens_after > SimTime::ZERO && opens <= now && now < opens + step
+    }
+
+    /// Returns whether robots could work on a point in the step before `now`.
+    pub fn was_open(&self, point: u16, now: SimTime, step: SimTime) -> bool {
+        self.spec(point).opens_after == SimTime::ZERO || now >= self.opens(point) + step
+    }
+
+    /// Returns the constants of a point.
+    pub fn spec(&self, point: u16) -> &PointSpec {
+        &self.points[usize::from(point)].spec
+    }
+
     pub fn round(&self, point: u16) -> u16 {
         self.points[usize::from(point)].round
     }
@@ -224,7 +257,7 @@ impl Points {
         };
         PointFact {
             point,
-            kind: state.spec.kind as u8,
+            kind: state.spec.kind as u16,
             round: state.round,
             at: state.spec.at,
             left_s,
@@ -276,6 +309,7 @@ impl Points {
             Phase::Open => {
                 self.change(number, |point| point.phase = Phase::Expired);
                 self.counts.expired += 1;
+                self.values.lost += self.spec(number).value;
                 Change::Expired
             }
             Phase::Done | Phase::Expired => {
@@ -310,6 +344,7 @@ impl Points {
     pub fn finish(&mut self, number: u16) -> Change {
         self.change(number, |point| point.phase = Phase::Done);
         self.counts.done += 1;
+        self.values.collected += self.spec(number).value;
         Change::Done
     }
 
@@ -348,10 +383,62 @@ impl Points {
         row.push(counts.pending.into());
     }
 
-    pub fn write_figures(&self, figures: &mut TeamFigures) {
-        figures.mission.add("done", self.counts.done);
-        figures.mission.add("expired", self.counts.expired);
-        figures.mission.add("open", self.unfinished());
+    /// Returns the number of unfinished points for which `holds` is true.
+    fn unfinished_for(&self, holds: impl Fn(u16, &PointSpec) -> bool) -> u64 {
+        let unfinished = self.points.iter().zip(0..).filter(|(point, _)| {
+            let is_pending = point.phase == Phase::Waiting && point.arrives < self.until;
+            is_pending || point.phase == Phase::Open
+        });
+        let count = unfinished.filter(|(point, number)| holds(*number, &point.spec));
+        count.count() as u64
+    }
+
+    /// Writes the outcomes. With the limits of the team, each unfinished point is uncovered, unreachable or open, so
+    /// that all outcomes add up to the total.
+    pub fn write_figures(&self, limits: Option<&TeamLimits>, figures: &mut TeamFigures) {
+        let mission = &mut figures.mission;
+        mission.add("done", self.counts.done);
+        mission.add("expired", self.counts.expired);
+        let Some(limits) = limits else {
+            mission.add("open", self.unfinished());
+            return;
+        };
+        let uncovered = self.unfinished_for(|number, spec| limits.is_uncovered(number, spec));
+        let unreachable = self.unfinished_for(|number, spec| {
+            !limits.is_uncovered(number, spec) && limits.is_unreachable(number)
+        });
+        let total = self.counts.done + self.counts.expired + self.unfinished();
+        mission.add("open", self.unfinished() - uncovered - unreachable);
+        mission.add("uncovered", uncovered);
+        mission.add("unreachable", unreachable);
+        mission.add("total", total);
+        mission.add("value_collected", self.values.collected);
+        mission.add("value_lost", self.values.lost);
+    }
+
+    /// Returns the value of a point in words; `None` if the scenario states no properties.
+    pub fn value_text(&self, number: u16) -> Option<String> {
+        let spec = self.spec(number);
+        spec.has_terms.then(|| format!("value {}", spec.value))
+    }
+
+    /// Returns the window and the value of a point's current round in words; `None` if they are the default.
+    pub fn terms_text(&self, number: u16) -> Option<String> {
+        let point = &self.points[usize::from(number)];
+        let spec = &point.spec;
+        let mut parts = Vec::new();
+        if spec.opens_after > SimTime::ZERO {
+            parts.push(format!(
+                "opens at {:.3} s",
+                self.opens(number).as_secs_f64()
+            ));
+        }
+        if let Some(after) = spec.expires_after.filter(|_| spec.has_terms) {
+            let closes = point.arrives + after;
+            parts.push(format!("closes at {:.3} s", closes.as_secs_f64()));
+        }
+        parts.extend(self.value_text(number));
+        (!parts.is_empty()).then(|| parts.join(", "))
     }
 
     /// Adds a mark for each point that has arrived by `now`.
@@ -362,9 +449,12 @@ impl Points {
             }
             let kind = &section.kinds[point.spec.kind].name;
             let id = format!("{}/p{number}", point.spec.kind);
+            let terms = self
+                .terms_text(number as u16)
+                .map(|terms| format!(", {terms}"));
             view.mark(Mark {
                 work: Work::new(point.left_s as f32, point.spec.work_s as f32, "s"),
-                label: format!("p{number} {kind}"),
+                label: format!("p{number} {kind}{}", terms.unwrap_or_default()),
                 ..Mark::disc(id, point.spec.at, SHOWN_M, MarkRole::Zone)
             });
         }

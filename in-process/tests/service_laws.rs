@@ -1,0 +1,245 @@
+//! The laws of service with task properties, for every allocator on random instances.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use in_process::Team;
+use missions::Registry;
+use missions::service::data::{ServiceSection, Terms, points, terms};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use run_log::{EventRow, LogLevel, MemoryLog, RunLog};
+use scenario::{Scenario, Setup};
+
+/// The number of instances of each class, with one allocator each. The environment variable sets another one.
+const INSTANCES: u64 = 60;
+
+fn instances() -> u64 {
+    let stated = std::env::var("ALLIANCE_LAW_INSTANCES").ok();
+    stated.map_or(INSTANCES, |number| number.parse().expect("a whole number"))
+}
+
+/// A run of an instance, as the laws see it.
+struct Run {
+    scenario: Scenario,
+    seed: u64,
+    events: Vec<EventRow>,
+    log: RunLog,
+}
+
+/// Runs a scenario to its end, and checks the invariants of the mission after each tick.
+fn run(text: &str, seed: u64) -> Run {
+    let vocabulary = Registry::built_in().vocabulary();
+    let scenario = Scenario::parse("s.toml", text, &vocabulary);
+    let scenario = scenario.unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let resolved = Setup::resolve(scenario.clone(), seed, None);
+    let setup = resolved.unwrap_or_else(|error| panic!("{error}")).setup;
+    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
+    let (_, recorder) = team.run().unwrap();
+    let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary).unwrap();
+    Run {
+        scenario,
+        seed,
+        events: log.rows().unwrap(),
+        log,
+    }
+}
+
+/// Returns the allocator of an instance: all take turns.
+fn allocator(number: u64) -> &'static str {
+    let all = Registry::built_in().vocabulary().allocators;
+    all[number as usize % all.len()].name
+}
+
+/// Returns the first lines of a scenario and a team of 2 to 4 robots. Each skill belongs to about two of three robots,
+/// and the first robot has all.
+fn team(number: u64, chance: &mut ChaCha8Rng, more: &str) -> String {
+    let mut text = format!(
+        "allocator = '{}'\nlimit_s = 200\nstep_ms = 200\nroom = {{ width_m = 8, height_m = 6 }}\n{more}",
+        allocator(number)
+    );
+    for robot in 0..chance.random_range(2..5) {
+        write!(text, "[[robots]]\nname = 'r{robot}'\nskills = {{ ").unwrap();
+        let skills = ["a", "b", "c"].into_iter();
+        let skills = skills.filter(|_| robot == 0 || chance.random_bool(0.7));
+        let mut skills: Vec<String> = skills.map(|skill| format!("{skill} = 1")).collect();
+        if skills.is_empty() {
+            skills.push("a = 0.5".to_owned());
+        }
+        writeln!(text, "{} }}", skills.join(", ")).unwrap();
+    }
+    text.push_str("[service]\n");
+    for kind in ["a", "b", "c"] {
+        writeln!(
+            text,
+            "[[service.kinds]]\nname = '{kind}'\nwork_s = {{ min = 2, max = 8 }}\nkept = {}",
+            chance.random_bool(0.5)
+        )
+        .unwrap();
+    }
+    text
+}
+
+/// A point of each kind, so that each robot has a task.
+const ONE_OF_EACH: &str = "\
+    [[service.points]]\nkind = 'a'\nx_m = 4\ny_m = 3\nvalue = 1.5\n\
+    [[service.points]]\nkind = 'b'\nx_m = 5\ny_m = 3\n\
+    [[service.points]]\nkind = 'c'\nx_m = 4\ny_m = 4\n";
+
+/// Returns the lines of a point at a random place.
+fn point(chance: &mut ChaCha8Rng) -> String {
+    let kind = ["a", "b", "c"][chance.random_range(0..3)];
+    let (x_m, y_m) = (chance.random_range(1.0..7.0), chance.random_range(1.0..5.0));
+    let mut text = format!("[[service.points]]\nkind = '{kind}'\nx_m = {x_m:.2}\ny_m = {y_m:.2}\n");
+    if chance.random_bool(0.3) {
+        let arrival_s: f64 = chance.random_range(0.0..60.0);
+        writeln!(text, "arrival_s = {arrival_s:.1}").unwrap();
+    }
+    text
+}
+
+/// Returns the lines of a random window and value, each with some probability.
+fn window(chance: &mut ChaCha8Rng) -> String {
+    let mut text = String::new();
+    let opens_s: f64 = chance.random_range(0.0..60.0);
+    if chance.random_bool(0.6) {
+        writeln!(text, "opens_s = {opens_s:.1}").unwrap();
+    }
+    if chance.random_bool(0.6) {
+        let deadline_s = opens_s + chance.random_range(5.0..60.0);
+        writeln!(text, "deadline_s = {deadline_s:.1}").unwrap();
+    }
+    if chance.random_bool(0.6) {
+        writeln!(text, "value = {}", chance.random_range(1..20)).unwrap();
+    }
+    text
+}
+
+fn number_of(subject: &str) -> usize {
+    subject
+        .trim_start_matches('p')
+        .parse()
+        .expect("the name of a point")
+}
+
+/// Checks the laws of all classes.
+fn check(run: &Run) {
+    let section = ServiceSection::of(&run.scenario);
+    let terms = terms(section);
+    let of_point = |number: usize| terms.get(number).copied().unwrap_or(Terms::NONE);
+    let specs = points(&run.scenario, run.seed);
+    let kinds: Vec<usize> = section.kinds_of_points().collect();
+    let mut outcomes: BTreeMap<usize, &str> = BTreeMap::new();
+    let (mut collected, mut lost) = (0.0, 0.0);
+    for event in &run.events {
+        let kind = event.kind.as_str();
+        if !["begun", "left", "done", "expired"].contains(&kind) {
+            continue;
+        }
+        let number = number_of(&event.subject);
+        let (opens, closes) = of_point(number).window(0);
+        match kind {
+            "begun" | "done" => {
+                assert!(event.t_ms >= opens, "{event:?} before {opens}");
+                assert!(
+                    closes.is_none_or(|closes| event.t_ms < closes),
+                    "{event:?} after {closes:?}"
+                );
+                let robots = &run.scenario.robots;
+                let robot = robots
+                    .iter()
+                    .find(|robot| robot.name == event.robot)
+                    .unwrap();
+                let skill = &section.kinds[kinds[number]].name;
+                assert!(
+                    robot.skill(skill).unwrap_or(1.0) > 0.0,
+                    "{event:?} without {skill}"
+                );
+                assert_eq!(
+                    outcomes.get(&number),
+                    None,
+                    "{event:?} of a point that is over"
+                );
+            }
+            "expired" => assert!(
+                closes.is_some_and(|closes| event.t_ms >= closes),
+                "{event:?}"
+            ),
+            _ => {}
+        }
+        if kind == "done" || kind == "expired" {
+            assert_eq!(outcomes.insert(number, kind), None, "{event:?} twice");
+            *(if kind == "done" {
+                &mut collected
+            } else {
+                &mut lost
+            }) += specs[number].value;
+        }
+    }
+    let figure = |name: &str| {
+        run.log
+            .run
+            .result
+            .mission
+            .get(name)
+            .number()
+            .unwrap_or(-1.0)
+    };
+    let sum = ["done", "expired", "unreachable", "uncovered", "open"].map(figure);
+    assert_eq!(sum.iter().sum::<f64>(), specs.len() as f64, "{sum:?}");
+    assert_eq!(figure("total"), specs.len() as f64);
+    let count = |kind: &str| {
+        outcomes
+            .values()
+            .filter(|outcome| **outcome == kind)
+            .count() as f64
+    };
+    assert_eq!(
+        (figure("done"), figure("expired")),
+        (count("done"), count("expired"))
+    );
+    assert_eq!(
+        (figure("value_collected"), figure("value_lost")),
+        (collected, lost)
+    );
+}
+
+/// Checks the laws on random instances of a class, and that every third repeats its hash.
+fn check_class(name: &str, instance: impl Fn(u64, &mut ChaCha8Rng) -> String) {
+    let mut done = 0;
+    for number in 0..instances() {
+        let text = instance(number, &mut ChaCha8Rng::seed_from_u64(number));
+        let first = std::panic::catch_unwind(|| {
+            let first = run(&text, number);
+            check(&first);
+            first
+        });
+        let first = first.unwrap_or_else(|_| panic!("{name} {number}:\n{text}"));
+        done += first.log.run.result.mission.get("done").count();
+        if number % 3 == 0 {
+            let again = run(&text, number);
+            assert_eq!(
+                first.log.run.hash, again.log.run.hash,
+                "{name} {number}:\n{text}"
+            );
+        }
+    }
+    eprintln!(
+        "{name}: {} instances, {done} points done, 0 violations",
+        instances()
+    );
+    assert!(done > 0, "{name}: some points are done");
+}
+
+#[test]
+fn windows_and_values() {
+    check_class("windows", |number, chance| {
+        let mut text = team(number, chance, "");
+        for _ in 0..chance.random_range(3..9) {
+            text += &point(chance);
+            text += &window(chance);
+        }
+        text + ONE_OF_EACH + "[[service.random]]\nn = 2\n"
+    });
+}

@@ -1,0 +1,113 @@
+//! Windows, values and outcomes of points.
+
+use super::*;
+
+/// Makes steps until the given time. Returns the details of the events, such as `done after 2.500 s`.
+fn details_until(world: &mut World, end_s: f64, commands: [Option<Actuation>; 2]) -> Vec<String> {
+    let mut details = Vec::new();
+    while world.now() < SimTime::from_secs_f64(end_s) {
+        let events = world.step(&commands);
+        world.mission().check_invariants(world).unwrap();
+        details.extend(
+            events
+                .iter()
+                .map(|event| format!("{} {}", event.kind, event.detail)),
+        );
+    }
+    details
+}
+
+/// Gold waits at p0 until its window opens, and blue leaves p1 before. No work counts before.
+#[test]
+fn work_counts_only_in_the_window() {
+    let window = "opens_s = 3\ndeadline_s = 8\nvalue = 2.5\n";
+    let section = kind("garbage", 2.0, "") + &point("garbage", 1.0) + window;
+    let section = section + &point("garbage", 0.0) + window;
+    let mut world = world(&section);
+    let mut events = until(&mut world, 2.0, [works(0), works(1)]);
+    assert_eq!(sensed(&world, GOLD).effect, Some(0), "gold is at its place");
+    events.extend(until(&mut world, 20.0, [works(0), None]));
+    let expected = [
+        "0 arrived - p1",
+        "1 arrived - p0",
+        "4 begun gold p0",
+        "5.5 done gold p0",
+        "8 expired - p1",
+    ];
+    assert_eq!(events, expected);
+    assert_eq!(end(&world), Some(Outcome::Expired));
+    for (name, value) in [("value_collected", 2.5), ("value_lost", 2.5)] {
+        assert_eq!(figure(&world, name), FigureValue::Real(value), "{name}");
+    }
+    assert_eq!(figure(&world, "total"), 2_u32.into());
+}
+
+/// The log contains window and value of a point, and the value of a point that is done or expired.
+#[test]
+fn events_contain_the_properties() {
+    let section = kind("garbage", 2.0, "") + &point("garbage", 1.0);
+    let section =
+        section + "opens_s = 3\nvalue = 7\n" + &point("garbage", 0.0) + "deadline_s = 1.5\n";
+    let details = details_until(&mut world(&section), 20.0, [works(0), None]);
+    let expected = [
+        "arrived 2.000 s of work, closes at 1.500 s, value 1",
+        "arrived 2.000 s of work, opens at 4.000 s, value 7",
+        "expired value 1",
+        "begun ",
+        "done after 4.500 s, value 7",
+    ];
+    assert_eq!(details, expected);
+}
+
+/// Each round of a point that comes back has a window of its own. A robot that stays begins in each.
+#[test]
+fn each_round_has_its_window() {
+    let kind = kind("garbage", 1.0, "period_s = 10\nkept = false");
+    let section = "duration_s = 25\n".to_owned() + &kind + &point("garbage", 0.0) + "opens_s = 4\n";
+    let mut world = world(&section);
+    let events = until(&mut world, 40.0, [works(0), None]);
+    let begun = events.iter().filter(|event| event.contains("begun"));
+    assert!(
+        begun.eq(&["4 begun gold p0", "14 begun gold p0", "24 begun gold p0"]),
+        "{events:?}"
+    );
+    let done = events.iter().filter(|event| event.contains("done"));
+    assert!(
+        done.eq(&["4.5 done gold p0", "14.5 done gold p0", "24.5 done gold p0"]),
+        "{events:?}"
+    );
+}
+
+/// p0 is done, p1 expires, p2 needs a skill that no robot has, p3 is behind a wall, and p4 is open.
+#[test]
+fn the_outcomes_add_up_to_the_total() {
+    let at = |kind: &str, x_m: f32| {
+        format!("[[service.points]]\nkind = '{kind}'\nx_m = {x_m}\ny_m = 2\n")
+    };
+    let text = format!(
+        "step_ms = 500\nroom = {{ width_m = 8, height_m = 4 }}\n[service]\nuncovered = true\nreach_m = 1\n{}{}{}{}{}{}{}\
+         [[obstacles]]\nx_m = 5\ny_m = 0\nwidth_m = 0.5\nheight_m = 4\n\
+         [[robots]]\nname = 'gold'\nskills = {{ garbage = 1 }}\nstart = {{ x_m = 2, y_m = 2, heading_deg = 0 }}\n",
+        kind("garbage", 2.0, ""),
+        kind("floor", 2.0, ""),
+        at("garbage", 2.0),
+        at("garbage", 1.0) + "deadline_s = 1\n",
+        at("floor", 3.0),
+        at("garbage", 7.0),
+        at("garbage", 3.0),
+    );
+    let mut world = world_of(&text);
+    while world.now() < SimTime(5000) {
+        world.step(&[works(0)]);
+    }
+    let outcomes = [
+        "done",
+        "expired",
+        "uncovered",
+        "unreachable",
+        "open",
+        "total",
+    ];
+    let counts = outcomes.map(|name| team_figures(&world).mission.get(name).count());
+    assert_eq!(counts, [1, 1, 1, 1, 1, 5]);
+}
