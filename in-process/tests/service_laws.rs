@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use in_process::Team;
 use missions::Registry;
-use missions::service::data::{ServiceSection, Terms, points, terms};
+use missions::service::data::{ServiceSection, Terms, points, predecessors, terms};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -129,6 +129,7 @@ fn check(run: &Run) {
     let terms = terms(section);
     let of_point = |number: usize| terms.get(number).copied().unwrap_or(Terms::NONE);
     let specs = points(&run.scenario, run.seed);
+    let before = predecessors(section);
     let kinds: Vec<usize> = section.kinds_of_points().collect();
     let mut outcomes: BTreeMap<usize, &str> = BTreeMap::new();
     let (mut collected, mut lost) = (0.0, 0.0);
@@ -141,6 +142,10 @@ fn check(run: &Run) {
         let (opens, closes) = of_point(number).window(0);
         match kind {
             "begun" | "done" => {
+                for before in before.get(number).into_iter().flatten() {
+                    let outcome = outcomes.get(&usize::from(*before));
+                    assert_eq!(outcome, Some(&"done"), "{event:?} before p{before}");
+                }
                 assert!(event.t_ms >= opens, "{event:?} before {opens}");
                 assert!(
                     closes.is_none_or(|closes| event.t_ms < closes),
@@ -162,10 +167,13 @@ fn check(run: &Run) {
                     "{event:?} of a point that is over"
                 );
             }
-            "expired" => assert!(
-                closes.is_some_and(|closes| event.t_ms >= closes),
-                "{event:?}"
-            ),
+            "expired" => {
+                let is_late = closes.is_some_and(|closes| event.t_ms >= closes);
+                let mut before = before.get(number).into_iter().flatten();
+                let has_expired =
+                    |before: &u16| outcomes.get(&usize::from(*before)) == Some(&"expired");
+                assert!(is_late || before.any(has_expired), "{event:?}");
+            }
             _ => {}
         }
         if kind == "done" || kind == "expired" {
@@ -241,5 +249,22 @@ fn windows_and_values() {
             text += &window(chance);
         }
         text + ONE_OF_EACH + "[[service.random]]\nn = 2\n"
+    });
+}
+
+#[test]
+fn precedence() {
+    check_class("precedence", |number, chance| {
+        let mut text = team(number, chance, "");
+        for index in 0..chance.random_range(3..10) {
+            text += &point(chance);
+            if chance.random_bool(0.3) {
+                text += &window(chance);
+            }
+            let before = (0..index).filter(|_| chance.random_bool(0.4));
+            let before: Vec<String> = before.map(|point| format!("'p{point}'")).collect();
+            writeln!(text, "after = [{}]", before.join(", ")).unwrap();
+        }
+        text + ONE_OF_EACH
     });
 }

@@ -9,6 +9,7 @@ use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::Places;
 
 use super::points::free_place;
+use super::precedence;
 use super::{Interval, MAX_POINTS, Point, ServiceSection};
 use crate::coverage::uncovered_tasks;
 
@@ -43,6 +44,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     for (index, point) in section.points.iter().enumerate() {
         check_point(index, point, at.key("points").index(index))?;
     }
+    precedence::check(section)?;
     let count = section.kinds_of_points().count();
     let all = count + usize::from(section.spare);
     if all == 0 {

@@ -5,6 +5,7 @@ mod family;
 mod faults;
 mod parameters;
 mod points;
+mod precedence;
 mod random;
 mod section;
 mod terms;
@@ -15,6 +16,7 @@ mod ways;
 
 pub use faults::POINT;
 pub use points::{PointSpec, points};
+pub use precedence::{predecessors, successors};
 pub use section::{
     Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection, TaskGranularity,
 };

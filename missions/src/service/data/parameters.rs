@@ -158,6 +158,13 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "priority of its task; a higher one goes first",
             ParameterRange::Whole(-MOST_PRIORITY, MOST_PRIORITY),
         ),
+        ParameterSpec::new(
+            "points.after",
+            "",
+            Words("none"),
+            "points that must be done before this one arrives; if one of them expires, it expires, too",
+            Other("a list of names of points"),
+        ),
         list("random", "points at random places in the room", 1000),
         required(
             "random.n",

@@ -101,6 +101,9 @@ pub struct Point {
     /// The priority of its task; a higher one goes first. By default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub priority: Option<i32>,
+    /// The names of the points that must be done before this one arrives.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub after: Vec<String>,
 }
 
 impl Point {
@@ -111,6 +114,7 @@ impl Point {
             || self.deadline_s.is_some()
             || self.value.is_some()
             || self.priority.is_some()
+            || !self.after.is_empty()
     }
 }
 

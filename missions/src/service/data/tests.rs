@@ -61,6 +61,17 @@ fn mistakes_in_properties_give_one_line_of_error() {
         with(&["priority = 0.5"]),
         with(&["deadline_s = -1"]),
         with(&["opens = 5"]),
+        with(&["after = ['p0']"]),
+        with(&["after = ['p1']", "after = ['p0']"]),
+        with(&[
+            "",
+            "name = 'roof'\nafter = ['p2']",
+            "after = ['p0', 'p3']",
+            "after = ['roof']",
+            "after = ['p3']",
+        ]),
+        with(&["name = 'roof'", "after = ['rook']"]),
+        with(&["", "after = ['p0']"]).replace("max = 30 }", "max = 30 }\nperiod_s = 60"),
     ];
     insta::assert_snapshot!(refusals("s.toml", texts, read));
     let valid = with(&["name = 'p0'\nopens_s = 0\ndeadline_s = 40\nvalue = 2.5\npriority = -3"]);
@@ -75,6 +86,31 @@ fn mistakes_in_properties_give_one_line_of_error() {
     );
     // A scenario survives writing and reading.
     assert_eq!(parse(&scenario.to_toml().unwrap()), scenario);
+}
+
+proptest! {
+    /// A check finds a cycle exactly if the points have no order, by a search for an order.
+    #[test]
+    fn cycles_are_found(edges in proptest::collection::vec((0..7_usize, 0..7_usize), 0..14)) {
+        let mut after = vec![Vec::new(); 7];
+        for (point, before) in &edges {
+            after[*point].push(format!("'p{before}'"));
+        }
+        let lines = after.iter().map(|after| point("dust", 1.0, 1.0) + &format!("after = [{}]\n", after.join(", ")));
+        let lines: Vec<String> = lines.collect();
+        let text = format!("{TWO_KINDS}{}", lines.concat());
+        let mut done = BTreeSet::new();
+        for _ in 0..7 {
+            let is_free = |point: &usize| edges.iter().all(|(each, before)| each != point || done.contains(before));
+            let free: Vec<usize> = (0..7).filter(is_free).collect();
+            done.extend(free);
+        }
+        let answer = read(&text);
+        prop_assert_eq!(answer.is_ok(), done.len() == 7);
+        if let Err(problem) = answer {
+            prop_assert!(problem.to_string().contains("a cycle of precedence"), "{}", problem);
+        }
+    }
 }
 
 /// 10,000 kinds are valid, each with a point.

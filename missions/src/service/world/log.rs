@@ -70,7 +70,12 @@ impl Log {
                     format!("after {:.3} s{value}", response.as_secs_f64()),
                 )
             }
-            Change::Expired => ("expired", value.unwrap_or_default()),
+            Change::Expired => {
+                let reason = points.lost_predecessor(point);
+                let reason = reason.map(|lost| format!("its predecessor p{lost} will not be done"));
+                let parts: Vec<String> = reason.into_iter().chain(value).collect();
+                ("expired", parts.join(", "))
+            }
         };
         let event = happened.push_mission_event(kind, robot);
         event.subject = format!("p{point}");

@@ -189,8 +189,8 @@ impl Service {
             self.points.attempt(point, worker.attempt.1)
         };
         if is_done {
-            let change = self.points.finish(point);
             let now = floor.now();
+            let change = self.points.finish(point, now);
             self.log
                 .add(&self.points, point, change, Some(robot), now, happened);
             self.announce(point, floor);

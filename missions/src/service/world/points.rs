@@ -14,7 +14,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::geometry::nearest;
 use crate::service::bus::{LEAST_LEFT_S, MAX_SENSED, PointFact};
-use crate::service::data::{PointSpec, ServiceSection};
+use crate::service::data::{PointSpec, ServiceSection, predecessors, successors};
 
 use super::limits::TeamLimits;
 
@@ -41,8 +41,14 @@ struct Point {
     spec: PointSpec,
     phase: Phase,
     round: u16,
-    /// The arrival time of the current round.
+    /// The arrival time of the current round. A point with predecessors arrives when the last of them is done.
     arrives: SimTime,
+    /// The stated arrival time of the current round, from which the window counts.
+    due: SimTime,
+    /// The number of predecessors that are not done.
+    blocked_by: u16,
+    /// The predecessor that will never be done.
+    lost: Option<u16>,
     /// The work left for a robot of skill 1, s.
     left_s: f64,
 }
@@ -79,6 +85,8 @@ pub(super) struct Points {
     scheduled_changes: BTreeSet<(SimTime, u16)>,
     counts: Counts,
     values: Values,
+    /// The points that wait for each point, by number. Empty if no point has predecessors.
+    successors: Vec<Vec<u16>>,
     /// The time from which no point arrives or comes back.
     until: SimTime,
     /// The combined hash of the variable data of all points. Covers points that faults have added.
@@ -99,6 +107,9 @@ impl Point {
             phase: Phase::Waiting,
             round: 0,
             arrives: spec.arrives,
+            due: spec.arrives,
+            blocked_by: 0,
+            lost: None,
             left_s: spec.work_s,
             spec,
         }
@@ -106,16 +117,22 @@ impl Point {
 
     /// Returns the time of the next change that time causes: arrival, expiration or return. An open point returns, too.
     fn next(&self, until: SimTime) -> Option<SimTime> {
-        let round_after = |by: SimTime| Some(self.arrives + by).filter(|next| *next < until);
+        let round_after = |by: SimTime| Some(self.due + by).filter(|next| *next < until);
         let comes_back = self.spec.comes_back_after.and_then(round_after);
+        let expires = self.spec.expires_after.map(|after| self.due + after);
         match self.phase {
-            Phase::Waiting => Some(self.arrives).filter(|next| *next < until),
-            Phase::Open => {
-                let expires = self.spec.expires_after.map(|after| self.arrives + after);
-                [expires, comes_back].into_iter().flatten().min()
-            }
+            Phase::Waiting if self.due >= until => None,
+            Phase::Waiting if self.lost.is_some() => Some(SimTime::ZERO),
+            Phase::Waiting if self.blocked_by > 0 => expires,
+            Phase::Waiting => Some(self.arrives),
+            Phase::Open => [expires, comes_back].into_iter().flatten().min(),
             Phase::Done | Phase::Expired => comes_back,
         }
+    }
+
+    /// Returns whether the point cannot arrive yet, or never will.
+    fn is_blocked(&self) -> bool {
+        self.blocked_by > 0 || self.lost.is_some()
     }
 
     /// Returns the number of quarters of its work that are left, rounded up.
@@ -124,7 +141,7 @@ impl Point {
     }
 
     fn count_in(&self, until: SimTime, counts: &mut Counts, add: impl Fn(&mut u64, u64)) {
-        if self.phase == Phase::Waiting && self.arrives < until {
+        if self.phase == Phase::Waiting && self.due < until {
             add(&mut counts.pending, 1);
         }
         if self.phase == Phase::Open {
@@ -167,13 +184,28 @@ impl Points {
             scheduled_changes: BTreeSet::new(),
             counts: Counts::default(),
             values: Values::default(),
+            successors: Vec::new(),
             until: until.unwrap_or(SimTime(u64::MAX)),
             hash: 0,
         };
         for spec in specs {
             points.add(spec);
         }
+        points.order(&predecessors(section));
         points
+    }
+
+    /// Lets points wait for their predecessors. The successors of a point that never arrives expire.
+    fn order(&mut self, before: &[Vec<u16>]) {
+        self.successors = successors(before);
+        for (before, number) in before.iter().zip(0..) {
+            self.change(number, |point| point.blocked_by = before.len() as u16);
+        }
+        for (number, point) in (0..before.len() as u16).zip(self.points.clone()) {
+            if point.due >= self.until {
+                self.lose_successors(number);
+            }
+        }
     }
 
     /// Adds a point, which arrives at its arrival time. Returns its number.
@@ -211,7 +243,7 @@ impl Points {
     /// Returns the time from which robots can work on the current round of a point.
     pub fn opens(&self, point: u16) -> SimTime {
         let point = &self.points[usize::from(point)];
-        point.arrives + point.spec.opens_after
+        point.due + point.spec.opens_after
     }
 
     /// Returns whether a window of a point opened within the last step, and robots can work for the first time at `now`.
@@ -302,21 +334,22 @@ impl Points {
         }
         let phase = self.points[usize::from(number)].phase;
         let change = match phase {
-            Phase::Waiting => {
+            Phase::Waiting if !self.points[usize::from(number)].is_blocked() => {
                 self.change(number, |point| point.phase = Phase::Open);
                 Change::Arrived
             }
-            Phase::Open => {
+            Phase::Waiting | Phase::Open => {
                 self.change(number, |point| point.phase = Phase::Expired);
                 self.counts.expired += 1;
                 self.values.lost += self.spec(number).value;
+                self.lose_successors(number);
                 Change::Expired
             }
             Phase::Done | Phase::Expired => {
                 self.change(number, |point| {
                     point.phase = Phase::Open;
                     point.round = point.round.saturating_add(1);
-                    point.arrives = at;
+                    (point.arrives, point.due) = (at, at);
                     point.left_s = point.spec.work_s;
                 });
                 Change::Arrived
@@ -341,11 +374,34 @@ impl Points {
         left_s <= 0.0
     }
 
-    pub fn finish(&mut self, number: u16) -> Change {
+    pub fn finish(&mut self, number: u16, now: SimTime) -> Change {
         self.change(number, |point| point.phase = Phase::Done);
+        for next in self.successors_of(number) {
+            self.change(next, |point| {
+                point.blocked_by -= 1;
+                point.arrives = point.due.max(now);
+            });
+        }
         self.counts.done += 1;
         self.values.collected += self.spec(number).value;
         Change::Done
+    }
+
+    fn successors_of(&self, number: u16) -> Vec<u16> {
+        let successors = self.successors.get(usize::from(number));
+        successors.cloned().unwrap_or_default()
+    }
+
+    /// Lets the points that wait for a point expire, because the point will never be done.
+    fn lose_successors(&mut self, number: u16) {
+        for next in self.successors_of(number) {
+            self.change(next, |point| point.lost = point.lost.or(Some(number)));
+        }
+    }
+
+    /// Returns the predecessor because of which a point has expired.
+    pub fn lost_predecessor(&self, point: u16) -> Option<u16> {
+        self.points[usize::from(point)].lost
     }
 
     pub fn start_over(&mut self, number: u16) {
@@ -386,7 +442,7 @@ impl Points {
     /// Returns the number of unfinished points for which `holds` is true.
     fn unfinished_for(&self, holds: impl Fn(u16, &PointSpec) -> bool) -> u64 {
         let unfinished = self.points.iter().zip(0..).filter(|(point, _)| {
-            let is_pending = point.phase == Phase::Waiting && point.arrives < self.until;
+            let is_pending = point.phase == Phase::Waiting && point.due < self.until;
             is_pending || point.phase == Phase::Open
         });
         let count = unfinished.filter(|(point, number)| holds(*number, &point.spec));
@@ -434,7 +490,7 @@ impl Points {
             ));
         }
         if let Some(after) = spec.expires_after.filter(|_| spec.has_terms) {
-            let closes = point.arrives + after;
+            let closes = point.due + after;
             parts.push(format!("closes at {:.3} s", closes.as_secs_f64()));
         }
         parts.extend(self.value_text(number));
@@ -444,7 +500,7 @@ impl Points {
     /// Adds a mark for each point that has arrived by `now`.
     pub fn show(&self, section: &ServiceSection, now: SimTime, view: &mut View) {
         for (number, point) in self.points.iter().enumerate() {
-            if point.phase == Phase::Waiting && point.arrives > now {
+            if point.phase == Phase::Waiting && (point.arrives > now || point.is_blocked()) {
                 continue;
             }
             let kind = &section.kinds[point.spec.kind].name;

@@ -78,6 +78,60 @@ fn each_round_has_its_window() {
     );
 }
 
+/// p1 arrives when p0 is done, and p2 when both are. Its window counts from the stated arrival.
+#[test]
+fn a_point_arrives_after_its_predecessors() {
+    let section = kind("garbage", 1.0, "") + &point("garbage", 0.0) + "name = 'first'\n";
+    let section = section + &point("garbage", 0.0) + "after = ['first']\n";
+    let section = section + &point("garbage", 1.0) + "after = ['p1', 'p0']\nopens_s = 5\n";
+    let mut world = world(&section);
+    let mut events = until(&mut world, 3.0, [works(0), works(2)]);
+    events.extend(until(&mut world, 20.0, [works(1), works(2)]));
+    let expected = [
+        "0 arrived - p0",
+        "0 begun gold p0",
+        "0.5 done gold p0",
+        "1 arrived - p1",
+        "3 begun gold p1",
+        "3.5 done gold p1",
+        "4 arrived - p2",
+        "6 begun blue p2",
+        "6.5 done blue p2",
+    ];
+    assert_eq!(events, expected);
+    assert_eq!(end(&world), Some(Outcome::Complete));
+}
+
+/// p0 expires, and p1 and p2 after it. p4 waits for p3, which never arrives. p6 expires while it waits for p5.
+#[test]
+fn a_point_expires_with_its_predecessor() {
+    let next = |arrival_s: f64, more: &str| point("garbage", arrival_s) + more + "\n";
+    let points = [
+        next(0.0, "deadline_s = 2"),
+        next(0.0, "after = ['p0']\nvalue = 3"),
+        next(50.0, "after = ['p1', 'p5']"),
+        next(100.0, ""),
+        next(0.0, "after = ['p3']"),
+        next(0.0, ""),
+        next(0.0, "after = ['p5']\ndeadline_s = 3"),
+    ];
+    let section = "duration_s = 60\n".to_owned() + &kind("garbage", 1.0, "") + &points.concat();
+    let mut world = world(&section);
+    let details = details_until(&mut world, 4.0, [None, None]);
+    let expected = [
+        "arrived 1.000 s of work, closes at 2.000 s, value 1",
+        "expired its predecessor p3 will not be done, value 1",
+        "arrived 1.000 s of work, value 1",
+        "expired value 1",
+        "expired its predecessor p0 will not be done, value 3",
+        "expired its predecessor p1 will not be done, value 1",
+        "expired value 1",
+    ];
+    assert_eq!(details, expected);
+    assert_eq!(counts(&world), [0, 5, 1]);
+    assert_eq!(figure(&world, "value_lost"), FigureValue::Real(7.0));
+}
+
 /// p0 is done, p1 expires, p2 needs a skill that no robot has, p3 is behind a wall, and p4 is open.
 #[test]
 fn the_outcomes_add_up_to_the_total() {
