@@ -1,6 +1,6 @@
 //! The laws of service with task properties, for every allocator on random instances.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use in_process::Team;
@@ -10,7 +10,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use run_log::{EventRow, LogLevel, MemoryLog, RunLog};
-use scenario::{Scenario, Setup};
+use scenario::time::SimTime;
+use scenario::{Robot, Scenario, Setup};
 
 /// The number of instances of each class, with one allocator each. The environment variable sets another one.
 const INSTANCES: u64 = 60;
@@ -52,16 +53,18 @@ fn allocator(number: u64) -> &'static str {
     all[number as usize % all.len()].name
 }
 
-/// Returns the first lines of a scenario and a team of 2 to 4 robots. Each skill belongs to about two of three robots,
-/// and the first robot has all.
-fn team(number: u64, chance: &mut ChaCha8Rng, more: &str) -> String {
+/// Returns the first lines of a scenario and a team of 2 to 4 robots, up to the keys of `[service]`. Each skill belongs
+/// to about two of three robots, and the first robot has all. `more` contains lines before the robots.
+fn team(number: u64, chance: &mut ChaCha8Rng, more: &str, service: &str) -> String {
     let mut text = format!(
         "allocator = '{}'\nlimit_s = 200\nstep_ms = 200\nroom = {{ width_m = 8, height_m = 6 }}\n{more}",
         allocator(number)
     );
     for robot in 0..chance.random_range(2..5) {
         write!(text, "[[robots]]\nname = 'r{robot}'\nskills = {{ ").unwrap();
-        let skills = ["a", "b", "c"].into_iter();
+        let skills = ["a", "b", "c", "arm"]
+            .into_iter()
+            .filter(|skill| *skill != "arm" || service.contains("uncovered"));
         let skills = skills.filter(|_| robot == 0 || chance.random_bool(0.7));
         let mut skills: Vec<String> = skills.map(|skill| format!("{skill} = 1")).collect();
         if skills.is_empty() {
@@ -69,7 +72,7 @@ fn team(number: u64, chance: &mut ChaCha8Rng, more: &str) -> String {
         }
         writeln!(text, "{} }}", skills.join(", ")).unwrap();
     }
-    text.push_str("[service]\n");
+    write!(text, "[service]\n{service}").unwrap();
     for kind in ["a", "b", "c"] {
         writeln!(
             text,
@@ -123,6 +126,53 @@ fn number_of(subject: &str) -> usize {
         .expect("the name of a point")
 }
 
+/// Checks that the robots at work on a point have its skill, and fill all of its slots.
+fn check_crew(run: &Run, number: usize, crew: &BTreeSet<&str>) {
+    let section = ServiceSection::of(&run.scenario);
+    let robots = run.scenario.robots.iter();
+    let robots: Vec<&Robot> = robots
+        .filter(|robot| crew.contains(robot.name.as_str()))
+        .collect();
+    let has = |robot: &Robot, skill: &str| robot.skill(skill).unwrap_or(1.0) > 0.0;
+    match section.points.get(number).filter(|point| point.has_needs()) {
+        Some(point) if !crew.is_empty() => {
+            let slots = point.needs.iter();
+            let slots =
+                slots.flat_map(|(skill, count)| std::iter::repeat_n(skill, *count as usize));
+            let slots: Vec<&String> = slots.collect();
+            assert_eq!(crew.len(), slots.len(), "p{number}: {crew:?} for {slots:?}");
+            assert!(
+                can_fill(&robots, &slots, &has),
+                "p{number}: {crew:?} for {slots:?}"
+            );
+        }
+        Some(_) => {}
+        None => {
+            let kind = section.kinds_of_points().nth(number).unwrap();
+            let skill = &section.kinds[kind].name;
+            assert!(
+                robots.iter().all(|robot| has(robot, skill)),
+                "p{number}: {crew:?} without {skill}"
+            );
+        }
+    }
+}
+
+/// Returns whether the robots can fill the slots, each robot one.
+fn can_fill(robots: &[&Robot], slots: &[&String], has: &impl Fn(&Robot, &str) -> bool) -> bool {
+    let Some((slot, rest)) = slots.split_first() else {
+        return robots.is_empty();
+    };
+    (0..robots.len()).any(|index| {
+        let others: Vec<&Robot> = robots[..index]
+            .iter()
+            .chain(&robots[index + 1..])
+            .copied()
+            .collect();
+        has(robots[index], slot) && can_fill(&others, rest, has)
+    })
+}
+
 /// Checks the laws of all classes.
 fn check(run: &Run) {
     let section = ServiceSection::of(&run.scenario);
@@ -130,15 +180,29 @@ fn check(run: &Run) {
     let of_point = |number: usize| terms.get(number).copied().unwrap_or(Terms::NONE);
     let specs = points(&run.scenario, run.seed);
     let before = predecessors(section);
-    let kinds: Vec<usize> = section.kinds_of_points().collect();
     let mut outcomes: BTreeMap<usize, &str> = BTreeMap::new();
+    let mut crews: BTreeMap<usize, BTreeSet<&str>> = BTreeMap::new();
+    let mut now = SimTime::ZERO;
     let (mut collected, mut lost) = (0.0, 0.0);
     for event in &run.events {
         let kind = event.kind.as_str();
         if !["begun", "left", "done", "expired"].contains(&kind) {
             continue;
         }
+        if event.t_ms > now {
+            now = event.t_ms;
+            crews
+                .iter()
+                .for_each(|(point, crew)| check_crew(run, *point, crew));
+        }
         let number = number_of(&event.subject);
+        let crew = crews.entry(number).or_default();
+        match kind {
+            "begun" => assert!(crew.insert(&event.robot), "{event:?} twice"),
+            "left" => assert!(crew.remove(event.robot.as_str()), "{event:?} without work"),
+            "done" => check_crew(run, number, &std::mem::take(crew)),
+            _ => crew.clear(),
+        }
         let (opens, closes) = of_point(number).window(0);
         match kind {
             "begun" | "done" => {
@@ -150,16 +214,6 @@ fn check(run: &Run) {
                 assert!(
                     closes.is_none_or(|closes| event.t_ms < closes),
                     "{event:?} after {closes:?}"
-                );
-                let robots = &run.scenario.robots;
-                let robot = robots
-                    .iter()
-                    .find(|robot| robot.name == event.robot)
-                    .unwrap();
-                let skill = &section.kinds[kinds[number]].name;
-                assert!(
-                    robot.skill(skill).unwrap_or(1.0) > 0.0,
-                    "{event:?} without {skill}"
                 );
                 assert_eq!(
                     outcomes.get(&number),
@@ -243,7 +297,7 @@ fn check_class(name: &str, instance: impl Fn(u64, &mut ChaCha8Rng) -> String) {
 #[test]
 fn windows_and_values() {
     check_class("windows", |number, chance| {
-        let mut text = team(number, chance, "");
+        let mut text = team(number, chance, "", "");
         for _ in 0..chance.random_range(3..9) {
             text += &point(chance);
             text += &window(chance);
@@ -255,7 +309,7 @@ fn windows_and_values() {
 #[test]
 fn precedence() {
     check_class("precedence", |number, chance| {
-        let mut text = team(number, chance, "");
+        let mut text = team(number, chance, "", "");
         for index in 0..chance.random_range(3..10) {
             text += &point(chance);
             if chance.random_bool(0.3) {
@@ -266,5 +320,33 @@ fn precedence() {
             writeln!(text, "after = [{}]", before.join(", ")).unwrap();
         }
         text + ONE_OF_EACH
+    });
+}
+
+#[test]
+fn coalitions() {
+    check_class("coalitions", |number, chance| {
+        let service = "uncovered = true\nreach_m = 0.6\ncoalition_wait_s = 12\n";
+        let mut text = team(number, chance, "", service);
+        for index in 0..chance.random_range(3..8) {
+            text += &point(chance);
+            if chance.random_bool(0.3) {
+                text += &window(chance);
+            }
+            if index > 0 && chance.random_bool(0.2) {
+                writeln!(text, "after = ['p{}']", index - 1).unwrap();
+            }
+            if chance.random_bool(0.7) {
+                let skills = ["a", "b", "c", "arm"].into_iter();
+                let needs = skills.filter(|_| chance.random_bool(0.35));
+                let mut needs: Vec<String> = needs.map(|skill| format!("{skill} = 1")).collect();
+                if needs.is_empty() {
+                    needs.push("a = 2".to_owned());
+                }
+                writeln!(text, "needs = {{ {} }}", needs.join(", ")).unwrap();
+            }
+        }
+        text + ONE_OF_EACH
+            + "[[service.points]]\nkind = 'a'\nx_m = 3\ny_m = 4\nneeds = { a = 1, arm = 1 }\n"
     });
 }

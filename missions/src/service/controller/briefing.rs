@@ -6,7 +6,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
 use crate::service::bus::PointFact;
-use crate::service::data::{KnowledgeSource, ServiceSection, TaskGranularity, Terms, terms};
+use crate::service::data::{KnowledgeSource, ServiceSection, Slots, TaskGranularity, Terms, terms};
 
 #[derive(Debug)]
 pub(super) struct Briefing {
@@ -19,6 +19,9 @@ pub(super) struct Briefing {
     /// The upper right corner of the room, m. The lower left is (0, 0).
     pub room: Vec2,
     pub step: SimTime,
+    pub slots: Slots,
+    /// The longest time that a robot waits at a point for the robots of the other slots.
+    pub coalition_wait: SimTime,
     /// The windows and values of the points at stated places, by number. Empty if no point states any.
     terms: Vec<Terms>,
     /// The priorities of the points at stated places, by number.
@@ -51,6 +54,8 @@ impl Briefing {
             kinds: kinds.collect(),
             room: scenario.room.size(),
             step: SimTime(scenario.step_ms),
+            slots: Slots::new(section),
+            coalition_wait: SimTime::from_secs_f64(section.coalition_wait_s.unwrap_or(30.0)),
             priorities: (0..section.points.len())
                 .map(|point| section.priority(point))
                 .collect(),
@@ -92,6 +97,23 @@ impl Briefing {
     pub fn priority(&self, point: u16) -> i32 {
         let priority = self.priorities.get(usize::from(point));
         priority.copied().unwrap_or_default()
+    }
+
+    /// Returns the point of a task, if each point is a task.
+    pub fn point(&self, task: TaskId) -> u16 {
+        self.slots.point(task)
+    }
+
+    /// Returns whether robots must work together at a point.
+    pub fn has_slots(&self, point: u16) -> bool {
+        !self.slots.of_point(point).is_empty()
+    }
+
+    /// Returns the tasks of a point: one per slot, or one.
+    pub fn tasks_of(&self, fact: &PointFact) -> impl Iterator<Item = TaskId> {
+        let slots = self.slots.of_point(fact.point);
+        let alone = slots.is_empty().then(|| self.task(fact));
+        alone.into_iter().chain(slots.iter().map(|slot| slot.task))
     }
 
     pub fn task(&self, fact: &PointFact) -> TaskId {

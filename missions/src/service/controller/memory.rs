@@ -25,6 +25,8 @@ pub(super) struct Memory {
     /// The robot's tasks in ascending order, with the number of known open points that it can serve.
     open: Vec<(TaskId, u32)>,
     skills: Vec<f32>,
+    /// The points at which robots work together, in ascending order.
+    with_slots: Vec<u16>,
     /// The known open points that expire at a stated time.
     closing: BTreeSet<(SimTime, u16)>,
     /// The attempts of this robot that found no way to a point.
@@ -43,12 +45,25 @@ impl Memory {
             news: ArrayVec::new(),
             open: tasks.map(|task| (task, 0)).collect(),
             skills,
+            with_slots: Vec::new(),
             closing: BTreeSet::new(),
             failed: FailedAttempts::default(),
         }
     }
 
+    /// Records the points at which robots work together, in ascending order. The robot has the skill for each of its
+    /// slots there.
+    pub fn with_slots(mut self, points: Vec<u16>) -> Self {
+        self.with_slots = points;
+        self
+    }
+
+    /// Returns the skill for a point that the robot can serve alone. The pace of robots that work together is not known
+    /// before, and counts as 1.
     pub fn skill(&self, fact: &PointFact) -> f32 {
+        if self.with_slots.binary_search(&fact.point).is_ok() {
+            return 1.0;
+        }
         self.skills[usize::from(fact.kind)]
     }
 
@@ -64,7 +79,7 @@ impl Memory {
     pub fn applicable(&self, briefing: &Briefing, now: SimTime) -> impl Iterator<Item = bool> {
         self.open.iter().map(move |(task, open)| {
             let is_of_task = |point: &u16| match briefing.tasks {
-                TaskGranularity::Points => *point == task.0,
+                TaskGranularity::Points => *point == briefing.point(*task),
                 TaskGranularity::Kinds => self.fact(*point).is_some_and(|fact| {
                     fact.kind == task.0 && is_open(fact) && self.skill(fact) > 0.0
                 }),
@@ -75,9 +90,11 @@ impl Memory {
 
     pub fn merge(&mut self, briefing: &Briefing, mut new: ObservedFact) {
         let number = new.fact.point;
-        let task = briefing.task(&new.fact);
-        let index = self.open.binary_search_by_key(&task, |(task, _)| *task);
-        if index.is_err() && briefing.known == KnowledgeSource::All {
+        let is_own = |task| self.open.binary_search_by_key(&task, |(task, _)| *task);
+        let is_concerned = briefing
+            .tasks_of(&new.fact)
+            .any(|task| is_own(task).is_ok());
+        if !is_concerned && briefing.known == KnowledgeSource::All {
             // With a board, the robots concerned receive the fact from the board.
             return;
         }
@@ -107,7 +124,10 @@ impl Memory {
         if was_open == is_open || self.skill(&new.fact) <= 0.0 {
             return;
         }
-        if let Ok(index) = index {
+        for task in briefing.tasks_of(&new.fact) {
+            let Ok(index) = self.open.binary_search_by_key(&task, |(task, _)| *task) else {
+                continue;
+            };
             let open = &mut self.open[index].1;
             *open = if is_open {
                 *open + 1

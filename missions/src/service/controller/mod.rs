@@ -1,14 +1,17 @@
 //! The robot controller of service: goes to a point of the active task and works there.
 //!
 //! - `briefing`: the initial knowledge. `memory`: the knowledge about points. `wander`: movement without a task.
-//! - `progress`: the estimated progress of the current work. `timing`: points with windows.
+//! - `progress`: the estimated progress of the current work. `timing`: points with windows. `crew`, `together`:
+//!   robots that work together.
 
 mod briefing;
+mod crew;
 mod memory;
 mod progress;
 #[cfg(test)]
 mod tests;
 mod timing;
+mod together;
 mod wander;
 
 use std::sync::Arc;
@@ -31,6 +34,7 @@ use crate::geometry::direction;
 use super::bus::{Action, ObservedFact, PointFact, SensorReading, SharedKnowledge};
 use super::data::{self, KnowledgeSource, TaskGranularity};
 use briefing::Briefing;
+use crew::CrewMember;
 use memory::{Memory, is_open};
 use progress::Progress;
 use wander::Wander;
@@ -59,6 +63,7 @@ struct ServiceController {
     target: Option<u16>,
     /// The point of the previous step's active task.
     heading_for: Option<u16>,
+    crew: CrewMember,
     /// The point to which the way was blocked, with the work left, s, and the time since when both are the same.
     blocked: Option<(u16, f32, SimTime)>,
     /// The number of the point from which the absence check continues.
@@ -71,13 +76,15 @@ impl ServiceController {
         let behaviors = OwnBehavior::of_robot(robot, setup);
         let skills = briefing.skills(robot, setup);
         Self {
-            memory: Memory::new(behaviors.iter().map(|behavior| behavior.task), skills),
+            memory: Memory::new(behaviors.iter().map(|behavior| behavior.task), skills)
+                .with_slots(briefing.slots.iter().map(|(point, _)| point).collect()),
             driver: Driver::new(robot, setup),
             wander: Wander::new(setup.seed, robot),
             progress: None,
             working: None,
             target: None,
             heading_for: None,
+            crew: CrewMember::new(robot, setup.scenario.robots.len(), briefing.coalition_wait),
             blocked: None,
             looked_for: 0,
             now: SimTime::ZERO,
@@ -152,6 +159,10 @@ impl ServiceController {
         if let Some(point) = effect {
             self.memory.failed.succeed(point);
         }
+        if self.note_crew(effect, perception) {
+            self.progress = None;
+            return;
+        }
         let effect = effect.filter(|point| self.could_work(*point));
         if let (Some(progress), None) = (&self.progress, effect)
             && self.working == Some(progress.point)
@@ -199,7 +210,10 @@ impl ServiceController {
     fn target(&mut self, task: TaskId, position: Vec2) -> Option<PointFact> {
         let open = |fact: &&PointFact| is_open(fact);
         match self.briefing.tasks {
-            TaskGranularity::Points => self.memory.fact(task.0).filter(open).copied(),
+            TaskGranularity::Points => {
+                let point = self.briefing.point(task);
+                self.memory.fact(point).filter(open).copied()
+            }
             TaskGranularity::Kinds => {
                 let chosen = self.target.and_then(|target| self.memory.fact(target));
                 let chosen = chosen
@@ -339,20 +353,29 @@ impl MissionController for ServiceController {
         output: &mut StepOutput,
     ) {
         let sensed = input.reading::<SensorReading>();
-        let target = input.task_of(active).zip(input.position());
+        self.crew.task = input.task_of(active);
+        let target = self.crew.task.zip(input.position());
         let target = target.and_then(|(task, position)| self.target(task, position));
         let mut action = Action {
             work: None,
             read: sensed.board_line,
         };
+        let mut working = None;
         self.heading_for = target.map(|fact| fact.point);
         if let (Some(fact), Some(position)) = (target, input.position()) {
             self.wander.end();
-            let near_m = self.briefing.reach_m;
-            if position.distance(fact.at) <= near_m + CERTAIN_M {
-                action.work = Some(fact.point);
+            let (near_m, distance_m) = (self.briefing.reach_m, position.distance(fact.at));
+            let slot = self
+                .crew
+                .task
+                .filter(|_| self.briefing.has_slots(fact.point));
+            if distance_m <= near_m + CERTAIN_M {
+                action.work = Some(slot.map_or(fact.point, |slot| slot.0));
+                working = Some(fact.point);
             }
-            if sensed.effect != Some(fact.point) {
+            let works = sensed.effect == Some(fact.point);
+            self.note_wait(&fact, works, distance_m, input.now);
+            if !works && !self.stands_in_crew(&fact, distance_m) {
                 let (readings, now) = (input.readings, input.now);
                 output.actuation = self.driver.drive_to(fact.at, near_m / 2.0, readings, now);
                 if self.driver.is_blocked() {
@@ -360,9 +383,10 @@ impl MissionController for ServiceController {
                 }
             }
         } else if let Some(position) = input.position() {
+            self.crew.note_wait(None, input.now);
             output.actuation = self.idle(position, input.readings, input.now);
         }
-        self.working = action.work;
+        self.working = working;
         if action != Action::default() {
             output.actuation.action = AnyAction::new(&action);
         }
@@ -412,23 +436,35 @@ pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
         let door = Vec2::new(0.0, briefing.room.y / 2.0);
         let start = robot.start.map_or(door, |start| start.position());
         let speed_m_s = scenario.body_of(robot).speed_m_s;
-        let cost_ms = |point: &data::PointSpec| {
+        let cost_ms = |(number, point): (u16, &data::PointSpec)| {
             let way_m = (start.distance(point.at) - briefing.reach_m).max(0.0);
             let mut start_s = f64::from(way_m / speed_m_s);
             if point.opens_after > SimTime::ZERO {
                 start_s = start_s.max((point.arrives + point.opens_after).as_secs_f64());
             }
-            let work_s = point.work_s / f64::from(skills[point.kind]);
+            let skill = if briefing.has_slots(number) {
+                1.0
+            } else {
+                skills[point.kind]
+            };
+            let work_s = point.work_s / f64::from(skill);
             (1000.0 * (start_s + work_s)) as i64
         };
         let mut row = vec![None; catalog.tasks.len()];
         for id in catalog.behaviors_of(robot) {
             let task = catalog.sets[id.index()].task.index();
-            let able = |point: &&data::PointSpec| skills[point.kind] > 0.0;
+            let able = |(number, point): &(u16, &data::PointSpec)| {
+                briefing.has_slots(*number) || skills[point.kind] > 0.0
+            };
             row[task] = match briefing.tasks {
-                TaskGranularity::Points => points.get(task).filter(able).map(cost_ms),
+                TaskGranularity::Points => {
+                    let number = briefing.point(TaskId(task as u16));
+                    let point = points.get(usize::from(number));
+                    point.map(|point| (number, point)).filter(able).map(cost_ms)
+                }
                 TaskGranularity::Kinds => {
-                    let of_kind = points.iter().filter(|point| point.kind == task);
+                    let points = (0..).zip(&points);
+                    let of_kind = points.filter(|(_, point)| point.kind == task);
                     of_kind.filter(able).map(cost_ms).min()
                 }
             };

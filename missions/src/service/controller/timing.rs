@@ -118,7 +118,7 @@ impl ServiceController {
     /// Returns the point that represents a task, for a robot at the given place.
     pub(super) fn point_of(&self, task: TaskId, from: Vec2) -> Option<&PointFact> {
         match self.briefing.tasks {
-            TaskGranularity::Points => self.memory.fact(task.0),
+            TaskGranularity::Points => self.memory.fact(self.briefing.point(task)),
             TaskGranularity::Kinds if self.briefing.has_terms() => {
                 self.best_of_kind(task.index(), from)
             }

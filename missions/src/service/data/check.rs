@@ -1,7 +1,6 @@
 //! Checks of `[service]` beyond the ranges of its parameters.
 
 use std::collections::BTreeSet;
-use std::f64::consts::PI;
 
 use glam::Vec2;
 use scenario::limits::check_known;
@@ -9,9 +8,13 @@ use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::Places;
 
 use super::points::free_place;
-use super::precedence;
+use super::room::has_room;
 use super::{Interval, MAX_POINTS, Point, ServiceSection};
+use super::{precedence, slots};
 use crate::coverage::uncovered_tasks;
+
+/// The maximum number of tasks: points, spare ones and slots.
+const MAX_TASKS: usize = 60_000;
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
@@ -42,7 +45,9 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         }
     }
     for (index, point) in section.points.iter().enumerate() {
-        check_point(index, point, at.key("points").index(index))?;
+        let at = at.key("points").index(index);
+        check_point(index, point, at.clone())?;
+        slots::check_needs(scenario, point, at.key("needs"))?;
     }
     precedence::check(section)?;
     let count = section.kinds_of_points().count();
@@ -56,9 +61,17 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         let remedy = "give fewer points, random and spare";
         return Err(Problem::at(at, what, remedy));
     }
-    if section.uncovered {
+    let slots = section.points.iter().flat_map(|point| point.needs.values());
+    let tasks = all + slots.map(|count| *count as usize).sum::<usize>();
+    if tasks > MAX_TASKS {
+        let what = format!("more than {MAX_TASKS} points and slots in all");
+        return Err(Problem::at(at, what, "give fewer points or needs"));
+    }
+    if section.uncovered || has_unknown_skill(scenario) {
+        // The check of skills, which runs later, reports an unknown skill.
         return Ok(());
     }
+    slots::check_filled(scenario)?;
     covered(scenario)
 }
 
@@ -146,23 +159,21 @@ fn fit(scenario: &Scenario, workers: u32, at: KeyPath) -> Result<(), Problem> {
     Err(Problem::at(at, what, remedy))
 }
 
-pub(super) fn has_room(scenario: &Scenario, reach_m: f32, workers: u32) -> bool {
-    let (reach, radius) = (f64::from(reach_m), f64::from(scenario.body.radius_m));
-    let between = 2.0 * reach * (PI / f64::from(workers)).sin();
-    scenario.body.robot_penetrability > 0.0 || workers <= 1 || between >= 2.0 * radius
+/// Returns whether a robot states a skill that no work requires.
+fn has_unknown_skill(scenario: &Scenario) -> bool {
+    let known: BTreeSet<String> = ServiceSection::of(scenario).skills().into_iter().collect();
+    let own_skills = scenario
+        .robots
+        .iter()
+        .flat_map(|robot| robot.skills.iter().flatten());
+    let mut skills = scenario.skills.iter().chain(own_skills);
+    skills.any(|(skill, _)| !known.contains(skill))
 }
 
 pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
     let catalog = Catalog::new(scenario);
     let uncovered = uncovered_tasks(scenario, &catalog);
-    let robots = scenario.robots.iter();
-    let own_skills = robots.flat_map(|robot| robot.skills.iter().flatten());
-    let mut skills = scenario.skills.iter().chain(own_skills);
-    if skills.any(|(skill, _)| section.kind_named(skill).is_none()) {
-        // The check of skills, which runs later, reports an unknown skill.
-        return Ok(());
-    }
     let Some(&task) = uncovered.first() else {
         return Ok(());
     };

@@ -93,6 +93,7 @@ fn section(points: Vec<Point>) -> ServiceSection {
         spare: 0,
         duration_s: None,
         uncovered: false,
+        coalition_wait_s: None,
         kinds: vec![Kind {
             name: KIND.to_owned(),
             work_s: Interval {

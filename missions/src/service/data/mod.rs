@@ -7,7 +7,9 @@ mod parameters;
 mod points;
 mod precedence;
 mod random;
+mod room;
 mod section;
+mod slots;
 mod terms;
 #[cfg(test)]
 mod tests;
@@ -20,6 +22,7 @@ pub use precedence::{predecessors, successors};
 pub use section::{
     Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection, TaskGranularity,
 };
+pub use slots::{Slot, Slots};
 pub use terms::{Terms, terms};
 pub use ways::Ways;
 
@@ -60,6 +63,14 @@ const SCENARIOS: [BuiltinScenario; 3] = [
     },
 ];
 
+/// The number that a behavior's kind contains besides the kind of work, if the behavior fills a slot of a point.
+const SLOT: u32 = MAX_KINDS as u32 + 1;
+
+/// Returns the kind of work of a behavior; `None` for a point that a fault adds.
+fn kind_of<'s>(section: &'s ServiceSection, behavior: &BehaviorSpec) -> Option<&'s Kind> {
+    section.kinds.get((behavior.kind % SLOT) as usize)
+}
+
 #[derive(Debug)]
 struct Service;
 
@@ -83,7 +94,7 @@ impl MissionData for Service {
             faults: faults::ALL,
             devices: &["points", "effect"],
             measuring_devices: &["points"],
-            events: &["arrived", "begun", "left", "done", "expired"],
+            events: &["arrived", "begun", "left", "done", "expired", "deadlock"],
             verbs: &[
                 ("begins", "begun"),
                 ("leaves", "left"),
@@ -105,6 +116,9 @@ impl MissionData for Service {
 
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
         let section = ServiceSection::of(scenario);
+        if section.tasks == TaskGranularity::Points && section.points.iter().any(Point::has_needs) {
+            return slots::catalog(section);
+        }
         let skill = |kind: usize| Some(section.kinds.get(kind)?.name.clone());
         let (tasks, kinds): (Vec<String>, Vec<usize>) = match section.tasks {
             TaskGranularity::Points => {
@@ -137,10 +151,10 @@ impl MissionData for Service {
         behavior: &BehaviorSpec,
     ) -> BehaviorProperties {
         let section = ServiceSection::of(scenario);
-        let kind = section.kinds.get(behavior.kind as usize);
+        let kind = kind_of(section, behavior);
         BehaviorProperties {
             max_robots: match (section.tasks, kind) {
-                (TaskGranularity::Points, Some(kind)) => kind.workers,
+                (TaskGranularity::Points, Some(kind)) if behavior.kind < SLOT => kind.workers,
                 _ => 1,
             },
             recurrence_s: kind.and_then(|kind| kind.period_s),
@@ -153,8 +167,7 @@ impl MissionData for Service {
     }
 
     fn skills(&self, scenario: &Scenario) -> Vec<String> {
-        let kinds = ServiceSection::of(scenario).kinds.iter();
-        kinds.map(|kind| kind.name.clone()).collect()
+        ServiceSection::of(scenario).skills()
     }
 
     /// Derives the built-in parameters from the unit of work: patience for two units, perseverance for four.
@@ -193,7 +206,7 @@ impl MissionData for Service {
         } else {
             0.0
         };
-        let of_kind = section.kinds.get(behavior.kind as usize);
+        let of_kind = kind_of(section, behavior);
         let longest = section.kinds.iter().map(|kind| kind.work_s.max);
         let work_s = of_kind.map_or_else(|| longest.fold(0.0, f64::max), |kind| kind.work_s.max);
         drive_s + work_s / skill
@@ -204,19 +217,23 @@ impl MissionData for Service {
     }
 
     fn fault_names(&self, scenario: &Scenario, _key: &str) -> Vec<String> {
-        self.skills(scenario)
+        let kinds = ServiceSection::of(scenario).kinds.iter();
+        kinds.map(|kind| kind.name.clone()).collect()
     }
 
     fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {
         faults::check(scenario, order)
     }
 
-    /// Returns the promises of a run. It ends unless a task is uncovered or points keep coming back.
+    /// Returns the promises of a run. It ends unless a task is uncovered, points keep coming back,
+    /// or one robot is not enough for a point.
     fn expected_properties(&self, scenario: &Scenario) -> ExpectedProperties {
         let section = ServiceSection::of(scenario);
         let comes_back = section.kinds.iter().any(|kind| kind.period_s.is_some());
         ExpectedProperties {
-            ends: !section.uncovered && (!comes_back || section.duration_s.is_some()),
+            ends: !section.uncovered
+                && !section.points.iter().any(Point::has_needs)
+                && (!comes_back || section.duration_s.is_some()),
             ..ExpectedProperties::default()
         }
     }

@@ -74,6 +74,11 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             false,
             "whether tasks that no robot can do are allowed",
         ),
+        time(
+            "coalition_wait_s",
+            Words("30"),
+            "longest time that a robot waits at a point for the robots of its other slots",
+        ),
         required("kinds", "the kinds of work", List(1, MAX_KINDS)),
         required(
             "kinds.name",
@@ -164,6 +169,13 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             Words("none"),
             "points that must be done before this one arrives; if one of them expires, it expires, too",
             Other("a list of names of points"),
+        ),
+        ParameterSpec::new(
+            "points.needs",
+            "",
+            Words("one robot with the skill of its kind"),
+            "numbers of robots by skill; work proceeds only while all of them are at the place",
+            Other("a table of skills with whole numbers from 1 to 16"),
         ),
         list("random", "points at random places in the room", 1000),
         required(

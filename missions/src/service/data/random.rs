@@ -8,7 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use scenario::Scenario;
 use scenario::mission::section::MissionSection;
 
-use super::check::{covered, has_room};
+use super::check::covered;
+use super::room::has_room;
 use super::{
     Interval, Kind, KnowledgeSource, Point, RandomPoints, SERVICE, ServiceSection, TaskGranularity,
 };
@@ -56,6 +57,7 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         spare: dice.0.random_range(0..6),
         duration_s: (periodic || dice.0.random_bool(SOME)).then_some(LAST_S),
         uncovered: false,
+        coalition_wait_s: None,
         kinds,
         points,
         random,

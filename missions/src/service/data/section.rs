@@ -1,6 +1,6 @@
 //! The section `[service]` of a scenario file.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use scenario::Scenario;
 use serde::{Deserialize, Serialize};
@@ -19,6 +19,9 @@ pub struct ServiceSection {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     pub uncovered: bool,
+    /// The longest time that a robot waits at a point for the robots of the other slots, s. By default 30.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coalition_wait_s: Option<f64>,
     pub kinds: Vec<Kind>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<Point>,
@@ -104,9 +107,18 @@ pub struct Point {
     /// The names of the points that must be done before this one arrives.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub after: Vec<String>,
+    /// The numbers of robots by skill that work together. By default any robot with the skill of the kind works alone.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub needs: BTreeMap<String, u32>,
 }
 
 impl Point {
+    /// Returns whether robots with several skills, or several robots, must work together.
+    #[must_use]
+    pub fn has_needs(&self) -> bool {
+        !self.needs.is_empty()
+    }
+
     /// Returns whether the point has a property beyond place, kind, arrival and work.
     fn has_properties(&self) -> bool {
         self.name.is_some()
@@ -115,6 +127,7 @@ impl Point {
             || self.value.is_some()
             || self.priority.is_some()
             || !self.after.is_empty()
+            || !self.needs.is_empty()
     }
 }
 
@@ -176,6 +189,29 @@ impl ServiceSection {
     pub fn priority(&self, point: usize) -> i32 {
         let point = self.points.get(point);
         point.and_then(|point| point.priority).unwrap_or_default()
+    }
+
+    /// Returns the skills that a point of a kind requires.
+    pub fn skills_of(&self, point: u16, kind: usize) -> impl Iterator<Item = &String> {
+        let needs = self
+            .points
+            .get(usize::from(point))
+            .map(|point| &point.needs);
+        let needs = needs.filter(|needs| !needs.is_empty());
+        let alone = needs.is_none().then_some(&self.kinds[kind].name);
+        needs.into_iter().flat_map(BTreeMap::keys).chain(alone)
+    }
+
+    /// Returns the names of all skills: those of the kinds, then those that only needs of points contain.
+    #[must_use]
+    pub fn skills(&self) -> Vec<String> {
+        let kinds: BTreeSet<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
+        let needed = self.points.iter().flat_map(|point| point.needs.keys());
+        let needed: BTreeSet<&String> = needed
+            .filter(|name| !kinds.contains(name.as_str()))
+            .collect();
+        let of_kinds = self.kinds.iter().map(|kind| &kind.name);
+        of_kinds.chain(needed).cloned().collect()
     }
 
     #[must_use]

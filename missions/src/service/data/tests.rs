@@ -72,6 +72,15 @@ fn mistakes_in_properties_give_one_line_of_error() {
         ]),
         with(&["name = 'roof'", "after = ['rook']"]),
         with(&["", "after = ['p0']"]).replace("max = 30 }", "max = 30 }\nperiod_s = 60"),
+        with(&["needs = { arm = 0 }"]),
+        with(&["needs = { arm = 17 }"]),
+        with(&["needs = { 'an arm' = 1 }"]),
+        with(&["needs = { arm = 2, camera = 2, drill = 1 }"]),
+        with(&["", "needs = { arm = 2, camera = 2 }"]),
+        with(&["needs = { arm = 1, camera = 1 }\n"])
+            + "[[robots]]\nname = 'r1'\nskills = { arm = 1, camera = 1 }\n\
+               [[robots]]\nname = 'r2'\nskills = { dust = 1 }\n",
+        with(&["needs = { arm = 1 }"]).replace("[service]", "[service]\ntasks = 'kinds'"),
     ];
     insta::assert_snapshot!(refusals("s.toml", texts, read));
     let valid = with(&["name = 'p0'\nopens_s = 0\ndeadline_s = 40\nvalue = 2.5\npriority = -3"]);
@@ -111,6 +120,44 @@ proptest! {
             prop_assert!(problem.to_string().contains("a cycle of precedence"), "{}", problem);
         }
     }
+}
+
+/// Each slot is a task, and the robots with its skill have a behavior for it.
+#[test]
+fn each_slot_is_a_task() {
+    let text = format!(
+        "{TWO_KINDS}spare = 1\n{}needs = {{ arm = 1, dust = 2 }}\n{}\
+         [[robots]]\nname = 'gold'\nskills = {{ dust = 1 }}\n[[robots]]\nname = 'blue'\nskills = {{ arm = 1, dust = 2 }}\n\
+         [[robots]]\nname = 'green'\nskills = {{ garbage = 1, dust = 0.5 }}\n",
+        point("garbage", 1.0, 1.0),
+        point("garbage", 3.0, 1.0),
+    );
+    let text = text
+        .replace("spare = 1\n", "")
+        .replace("[service]\n", "[service]\nspare = 1\n");
+    let scenario = parse(&text);
+    let catalog = Catalog::new(&scenario);
+    let names: Vec<&str> = catalog
+        .tasks
+        .iter()
+        .map(|task| task.name.as_str())
+        .collect();
+    let expected = [
+        "serve(p0-arm)",
+        "serve(p1)",
+        "serve(p2)",
+        "serve(p0-dust-1)",
+        "serve(p0-dust-2)",
+    ];
+    assert_eq!(names, expected);
+    let own = scenario.robots.iter().map(|robot| {
+        let own = catalog.behaviors_of(robot);
+        own.map(|id| catalog.sets[id.index()].task.0)
+            .collect::<Vec<u16>>()
+    });
+    assert!(own.eq([vec![2, 3, 4], vec![0, 2, 3, 4], vec![1, 2, 3, 4]]));
+    assert!(catalog.tasks.iter().all(|task| task.max_robots == 1));
+    assert_eq!(parse(&scenario.to_toml().unwrap()), scenario);
 }
 
 /// 10,000 kinds are valid, each with a point.

@@ -4,7 +4,7 @@ use glam::Vec2;
 use scenario::{KeyPath, Problem, Scenario};
 
 use super::ways::{Ways, skill};
-use super::{Kind, ServiceSection};
+use super::{Kind, Point, ServiceSection};
 
 /// Returns a problem for each point or kind whose work cannot be done in the run.
 pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
@@ -23,7 +23,7 @@ pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
     for (index, (point, kind)) in points.enumerate() {
         let kind = &section.kinds[kind];
         let work_s = point.work_s.unwrap_or(kind.work_s.min);
-        let least_s = work_s / strength(scenario, kind);
+        let least_s = work_s / strength_at(scenario, point, kind);
         let opens_s = point.opens_s.unwrap_or_default();
         let done_s = point.arrival_s + opens_s + least_s;
         let at = at.key("points").index(index);
@@ -83,7 +83,8 @@ fn without_a_way(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
     let points = section.points.iter().zip(section.kinds_of_points());
     for (index, (point, kind)) in points.enumerate() {
         let (x_m, y_m) = (point.x_m, point.y_m);
-        if !ways.lead_to(kind, Vec2::new(x_m, y_m)) {
+        let skills = section.skills_of(index as u16, kind);
+        if !ways.lead_to(skills, Vec2::new(x_m, y_m)) {
             let what = format!("obstacles leave no way to p{index} at ({x_m}, {y_m})");
             found.push(Problem::at(at.key("points").index(index), what, remedy));
         }
@@ -92,7 +93,8 @@ fn without_a_way(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
         let kind = batch.kind.as_ref().map(|name| section.kind_named(name));
         let mut kinds = 0..section.kinds.len();
         let is_cut_off = kinds.any(|place| {
-            kind.is_none_or(|kind| kind == Some(place)) && !ways.lead_everywhere(place)
+            kind.is_none_or(|kind| kind == Some(place))
+                && !ways.lead_everywhere(&section.kinds[place].name)
         });
         if is_cut_off {
             let what =
@@ -132,6 +134,18 @@ fn strength(scenario: &Scenario, kind: &Kind) -> f64 {
     // Each robot has to do its own attempt if unfinished work is lost.
     let workers = if kind.kept { kind.workers as usize } else { 1 };
     skills.iter().take(workers).sum()
+}
+
+/// Returns the pace of the best robots at a point: of the slowest slot, if the point has slots.
+fn strength_at(scenario: &Scenario, point: &Point, kind: &Kind) -> f64 {
+    if !point.has_needs() {
+        return strength(scenario, kind);
+    }
+    let best = |name: &String| {
+        let robots = scenario.robots.iter();
+        robots.map(|robot| skill(robot, name)).fold(0.0, f64::max)
+    };
+    point.needs.keys().map(best).fold(f64::INFINITY, f64::min)
 }
 
 /// Formats a time, s. A long one has the form of a power of ten.

@@ -1,19 +1,18 @@
 //! The ways from the robots' starts to points.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Vec2;
 use scenario::{Robot, Scenario};
 use world_server::world::Regions;
 
-use super::{Kind, ServiceSection};
+use super::ServiceSection;
 
-/// The regions in which robots with the skill for each kind of work start.
+/// The regions in which robots with each skill start.
 #[derive(Debug)]
 pub struct Ways {
     regions: Regions,
-    /// By kind.
-    homes: Vec<BTreeSet<u32>>,
+    homes: BTreeMap<String, BTreeSet<u32>>,
     reach_m: f32,
 }
 
@@ -25,29 +24,29 @@ impl Ways {
         let regions = Regions::of(scenario)?;
         let near = starts.iter().map(|start| regions.near(*start, 0.0));
         let near: Vec<BTreeSet<u32>> = near.collect();
-        let of_kind = |kind: &Kind| -> BTreeSet<u32> {
+        let of_skill = |name: &str| -> BTreeSet<u32> {
             let robots = scenario.robots.iter().zip(&near);
-            let able = robots.filter(|(robot, _)| skill(robot, &kind.name) > 0.0);
+            let able = robots.filter(|(robot, _)| skill(robot, name) > 0.0);
             able.flat_map(|(_, near)| near).copied().collect()
         };
-        let homes = section.kinds.iter().map(of_kind).collect();
+        let skills = section.skills().into_iter();
         Some(Self {
             regions,
-            homes,
+            homes: skills.map(|name| (name.clone(), of_skill(&name))).collect(),
             reach_m: section.reach_m,
         })
     }
 
-    /// Returns whether a robot with the skill for this kind has a way to a point.
+    /// Returns whether for each of these skills a robot has a way to a place.
     #[must_use]
-    pub fn lead_to(&self, kind: usize, at: Vec2) -> bool {
+    pub fn lead_to<'s>(&self, mut skills: impl Iterator<Item = &'s String>, at: Vec2) -> bool {
         let near = self.regions.near(at, self.reach_m);
-        !near.is_disjoint(&self.homes[kind])
+        skills.all(|skill| !near.is_disjoint(&self.homes[skill]))
     }
 
-    /// Returns whether all places of the room can be reached by robots with the skill for this kind.
-    pub(super) fn lead_everywhere(&self, kind: usize) -> bool {
-        !self.regions.any_outside(&self.homes[kind])
+    /// Returns whether all places of the room can be reached by robots with this skill.
+    pub(super) fn lead_everywhere(&self, skill: &str) -> bool {
+        !self.regions.any_outside(&self.homes[skill])
     }
 }
 

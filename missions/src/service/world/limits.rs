@@ -3,16 +3,18 @@
 use std::collections::BTreeSet;
 
 use glam::Vec2;
-use scenario::{Scenario, Setup};
+use scenario::Setup;
 
 use crate::coverage::uncovered_tasks;
-use crate::service::data::{PointSpec, ServiceSection, TaskGranularity, Ways};
+use crate::service::data::{PointSpec, ServiceSection, Slots, TaskGranularity, Ways};
 
 #[derive(Debug)]
 pub(super) struct TeamLimits {
     tasks: TaskGranularity,
     /// The tasks that no robot can do, as indices of the catalog.
     uncovered: BTreeSet<usize>,
+    /// The points whose slots the team cannot fill at the same time.
+    unfillable: BTreeSet<u16>,
     /// The points of the start to which obstacles leave no way, by number.
     unreachable: BTreeSet<u16>,
 }
@@ -20,15 +22,20 @@ pub(super) struct TeamLimits {
 impl TeamLimits {
     /// Computes the limits of a team with these starts, by rank, m.
     pub fn new(setup: &Setup, specs: &[PointSpec], starts: &[Vec2]) -> Self {
-        let scenario: &Scenario = &setup.scenario;
+        let (scenario, catalog) = (&setup.scenario, &setup.catalog);
+        let section = ServiceSection::of(scenario);
+        let unfillable = Slots::new(section).unfillable(scenario, catalog);
         let ways = Ways::new(scenario, starts);
         let unreachable = ways.iter().flat_map(|ways| {
             let points = specs.iter().zip(0..);
-            points.filter(|(point, _)| !ways.lead_to(point.kind, point.at))
+            points.filter(|(point, number)| {
+                !ways.lead_to(section.skills_of(*number, point.kind), point.at)
+            })
         });
         Self {
-            tasks: ServiceSection::of(scenario).tasks,
-            uncovered: uncovered_tasks(scenario, &setup.catalog),
+            tasks: section.tasks,
+            unfillable: unfillable.into_iter().map(|(point, _)| point).collect(),
+            uncovered: uncovered_tasks(scenario, catalog),
             unreachable: unreachable.map(|(_, number)| number).collect(),
         }
     }
@@ -38,7 +45,7 @@ impl TeamLimits {
             TaskGranularity::Points => point.into(),
             TaskGranularity::Kinds => spec.kind,
         };
-        self.uncovered.contains(&task)
+        self.uncovered.contains(&task) || self.unfillable.contains(&point)
     }
 
     pub fn is_unreachable(&self, point: u16) -> bool {

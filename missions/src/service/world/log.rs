@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 
 use proto::view::View;
+use run_log::recorder::Event;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use world_server::mission::{StepEvents, TeamFigures};
 
+use super::crews::DeadlockSearch;
 use super::points::{Change, Points};
 use crate::service::bus::SensorReading;
 
@@ -22,6 +24,7 @@ pub(super) struct Log {
     /// The time from arrival to the first work on each point, ms.
     waits_ms: Vec<u64>,
     robots: Vec<Worker>,
+    pub deadlocks: DeadlockSearch,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -41,19 +44,20 @@ impl Log {
             not_begun: BTreeSet::new(),
             waits_ms: Vec::new(),
             robots: vec![Worker::default(); robots],
+            deadlocks: DeadlockSearch::default(),
         }
     }
 
-    /// Records a change of a point, caused by a robot's work or by time.
-    pub fn add(
+    /// Records a change of a point, caused by a robot's work or by time. Returns its event.
+    pub fn add<'e>(
         &mut self,
         points: &Points,
         point: u16,
         change: Change,
         robot: Option<RobotId>,
         now: SimTime,
-        happened: &mut StepEvents,
-    ) {
+        happened: &'e mut StepEvents,
+    ) -> &'e mut Event {
         let (work_s, arrived) = points.work_and_arrival(point);
         let response = now.since(arrived);
         let value = points.value_text(point);
@@ -93,6 +97,7 @@ impl Log {
         if let Some(robot) = robot {
             self.robots[robot.index()].done += 1;
         }
+        event
     }
 
     /// Records the wait of a point since its arrival, if a robot works on it for the first time since then.

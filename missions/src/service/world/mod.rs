@@ -2,9 +2,10 @@
 //! back.
 //!
 //! - `points`: the points and their phases. `board`: the announcements for robots. `log`: tables, figures and view.
-//! - `limits`: points that the team cannot do.
+//! - `limits`: points that the team cannot do. `crews`: robots that work together.
 
 mod board;
+mod crews;
 mod limits;
 mod log;
 mod points;
@@ -33,6 +34,7 @@ use world_server::world::{ChangeError, Floor};
 use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
 use super::data::{self, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
 use board::{Board, BoardFilter};
+use crews::{Crews, Gathering};
 use limits::TeamLimits;
 use log::Log;
 use points::{Change, Points};
@@ -47,6 +49,9 @@ pub struct Service {
     /// The number of workers per point in the current step. 0 between steps.
     #[serde(skip)]
     workers_on: Vec<u32>,
+    /// The robots at points with slots in the current step. Empty between steps.
+    #[serde(skip)]
+    gathering: Gathering,
     #[serde(skip)]
     log: Log,
 }
@@ -61,6 +66,7 @@ struct Constants {
     limits: Option<TeamLimits>,
     skills: Vec<Vec<f64>>,
     readers: Vec<BoardFilter>,
+    crews: Crews,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -85,10 +91,15 @@ impl Constants {
                 .map(|kind| robot.skill(&kind.name).unwrap_or(1.0))
                 .collect()
         });
+        let crews = Crews::new(setup);
         let readers = scenario.robots.iter().map(|robot| {
             let tasks = catalog.behaviors_of(robot);
-            let tasks = tasks.map(|id| catalog.sets[id.index()].task.0);
-            BoardFilter::new(section.tasks, tasks.collect(), catalog.tasks.len())
+            let tasks: Vec<u16> = tasks.map(|id| catalog.sets[id.index()].task.0).collect();
+            if tasks.len() == catalog.tasks.len() {
+                return BoardFilter::All;
+            }
+            let points = tasks.iter().map(|task| crews.place(*task).0);
+            BoardFilter::new(section.tasks, points.collect())
         });
         let limits = section.has_properties().then(|| {
             let robots = (0..floor.robot_count() as u16).map(RobotId);
@@ -100,6 +111,7 @@ impl Constants {
             step: SimTime(scenario.step_ms),
             skills: skills.collect(),
             readers: readers.collect(),
+            crews,
             seed: setup.seed,
             step_s: scenario.step_ms as f64 / 1000.0,
             section,
@@ -129,6 +141,68 @@ impl Service {
                     self.points.at(point),
                     self.constants.section.sight_m,
                 );
+            }
+        }
+    }
+
+    /// Lets a robot fill a slot of a point, if it is within reach and has the skill.
+    fn fill(&mut self, robot: RobotId, point: u16, slot: usize, floor: &Floor) {
+        let crews = &self.constants.crews;
+        let distance = floor.pose(robot).position.distance(self.points.at(point));
+        let (skill, _) = crews.skill(robot, point, slot);
+        let is_open = self.points.open_kind(point).is_some();
+        let is_in_window = floor.now() >= self.points.opens(point);
+        if !is_open || !is_in_window || distance > self.constants.section.reach_m || skill <= 0.0 {
+            return;
+        }
+        let slots = crews.slots.of_point(point).len();
+        if !self.gathering.fill(point, slot, slots, robot) {
+            self.log.surplus_step(robot);
+        }
+    }
+
+    /// Lets the complete crews of a step work. A crew works at the pace of its slowest robot.
+    fn work_together(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
+        if self.constants.crews.slots.is_empty() {
+            return;
+        }
+        let constants = Arc::clone(&self.constants);
+        let (complete, waits) = self.gathering.take();
+        let now = floor.now();
+        let mut robots = (0..floor.robot_count() as u16).map(RobotId);
+        let is_stuck = waits
+            && self.robots.iter().all(|robot| robot.works.is_none())
+            && complete.is_empty()
+            && robots.all(|robot| floor.speed_m_s(robot) == 0.0);
+        if self.log.deadlocks.record(is_stuck, now) {
+            happened.push_mission_event("deadlock", None);
+        }
+        for (point, crew) in complete {
+            let mut pace = f64::INFINITY;
+            for (slot, &robot) in crew.iter().enumerate() {
+                let (skill, name) = constants.crews.skill(robot, point, slot);
+                pace = pace.min(skill * floor.apply_skill(robot, name));
+                let worker = &mut self.robots[robot.index()];
+                if worker.worked != Some(point) {
+                    happened.push_mission_event("begun", Some(robot)).subject = format!("p{point}");
+                }
+                worker.works = Some(point);
+                self.log.work_step(robot);
+            }
+            let (_, arrived) = self.points.work_and_arrival(point);
+            self.log.record_wait(point, now.since(arrived));
+            let quarters = self.points.quarters_left(point);
+            if self.points.reduce_work(point, pace * constants.step_s) {
+                let change = self.points.finish(point, now);
+                let first = crew.first().copied();
+                let event = self
+                    .log
+                    .add(&self.points, point, change, first, now, happened);
+                event.detail += &format!(", by {}", constants.crews.names(&crew));
+                self.announce(point, floor);
+            } else if self.points.quarters_left(point) != quarters {
+                // The robots measure the progress of a crew by the facts, because its pace depends on all of them.
+                self.announce(point, floor);
             }
         }
     }
@@ -228,6 +302,7 @@ impl MissionWorld for Service {
         Self {
             robots: vec![Robot::default(); floor.robot_count()],
             workers_on: vec![0; points.len()],
+            gathering: Gathering::default(),
             board: Board::default(),
             log: Log::new(floor.robot_count(), constants.step_s),
             points,
@@ -256,13 +331,17 @@ impl MissionWorld for Service {
             reader.read = read.min(self.board.latest());
             floor.invalidate_readings(robot);
         }
-        if let Some(point) = action.work {
-            self.work(robot, point, floor, happened);
+        if let Some(task) = action.work {
+            match self.constants.crews.place(task) {
+                (point, Some(slot)) => self.fill(robot, point, slot, floor),
+                (point, None) => self.work(robot, point, floor, happened),
+            }
         }
     }
 
     /// Records a robot that has stopped working as leaving, unless the point is over.
     fn settle(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
+        self.work_together(floor, happened);
         for rank in 0..self.robots.len() {
             let robot = RobotId(rank as u16);
             self.log.moved(robot, floor.speed_m_s(robot));
@@ -287,7 +366,8 @@ impl MissionWorld for Service {
             let Some(point) = robot.worked else { continue };
             self.workers_on[usize::from(point)] = 0;
             let kind = self.points.open_kind(point);
-            if kind.is_some_and(|kind| !self.constants.section.kinds[kind].kept) {
+            let is_alone = self.constants.crews.slots.of_point(point).is_empty();
+            if is_alone && kind.is_some_and(|kind| !self.constants.section.kinds[kind].kept) {
                 self.points.attempt(point, robot.attempt.1);
             }
         }
@@ -390,7 +470,10 @@ impl MissionWorld for Service {
 
     fn has_work(&self, task: TaskId, _: RobotId, _: &Floor) -> bool {
         match self.constants.section.tasks {
-            TaskGranularity::Points => self.points.open_kind(task.0).is_some(),
+            TaskGranularity::Points => {
+                let (point, _) = self.constants.crews.place(task.0);
+                self.points.open_kind(point).is_some()
+            }
             TaskGranularity::Kinds => self.points.open_of_kind(task.index()) > 0,
         }
     }
@@ -406,6 +489,9 @@ impl MissionWorld for Service {
     fn figures(&self, figures: &mut TeamFigures) {
         let limits = self.constants.limits.as_ref();
         self.points.write_figures(limits, figures);
+        if !self.constants.crews.slots.is_empty() {
+            figures.mission.add("deadlocks", self.log.deadlocks.count);
+        }
         let is_complete = self.points.outcome() == Some(Outcome::Complete);
         self.log.write_figures(is_complete, figures);
     }

@@ -165,3 +165,68 @@ fn the_outcomes_add_up_to_the_total() {
     let counts = outcomes.map(|name| team_figures(&world).mission.get(name).count());
     assert_eq!(counts, [1, 1, 1, 1, 1, 5]);
 }
+
+/// A point that needs dust, slot 0 and task 0, and garbage, slot 1 and the task after all points.
+const TOGETHER: &str = "needs = { dust = 1, garbage = 1 }\n";
+
+/// For 2 s of work, gold with half of the skill and blue need 4 s. Alone, each of them only waits.
+#[test]
+fn work_proceeds_only_while_all_slots_are_filled() {
+    let kinds = kind("garbage", 2.0, "kept = false") + &kind("dust", 2.0, "");
+    let mut world = world(&(kinds + &point("garbage", 0.0) + TOGETHER));
+    let mut events = until(&mut world, 1.0, [works(0), None]);
+    events.extend(until(&mut world, 2.0, [None, works(1)]));
+    // Both at the same slot do nothing.
+    events.extend(until(&mut world, 3.0, [works(0), works(0)]));
+    assert_eq!(events, ["0 arrived - p0"]);
+    events = until(&mut world, 4.0, [works(0), works(1)]);
+    assert_eq!(sensed(&world, GOLD).effect, Some(0));
+    events.extend(until(&mut world, 5.0, [works(0), None]));
+    assert_eq!(sensed(&world, GOLD).effect, None, "gold waits");
+    events.extend(until(&mut world, 20.0, [works(0), works(1)]));
+    let expected = [
+        "3 begun gold p0",
+        "3 begun blue p0",
+        "4 left gold p0",
+        "4 left blue p0",
+        // The work of the first attempt is lost, because the kind keeps none.
+        "5 begun gold p0",
+        "5 begun blue p0",
+        "8.5 done gold p0",
+    ];
+    assert_eq!(events, expected);
+}
+
+/// The skill for the kind does not count at a point with slots. Gold has no skill for the floor.
+#[test]
+fn only_robots_with_the_skill_fill_a_slot() {
+    let kinds = kind("garbage", 2.0, "") + &kind("floor", 2.0, "");
+    let point = point("garbage", 0.0) + "needs = { floor = 1, garbage = 1 }\nvalue = 2\n";
+    let mut world = world(&(kinds + &point));
+    assert_eq!(
+        until(&mut world, 3.0, [works(0), works(1)]),
+        ["0 arrived - p0"]
+    );
+    let details = details_until(&mut world, 20.0, [works(1), works(0)]);
+    assert_eq!(
+        details,
+        [
+            "begun ",
+            "begun ",
+            "done after 4.500 s, value 2, by blue, gold"
+        ]
+    );
+}
+
+/// Gold waits alone, and blue stands still. After 5 s this is a deadlock, and a new one after work.
+#[test]
+fn a_team_that_only_waits_is_a_deadlock() {
+    let kinds = kind("garbage", 2.0, "") + &kind("dust", 9.0, "");
+    let mut world = world(&(kinds + &point("dust", 0.0) + TOGETHER));
+    let mut events = until(&mut world, 8.0, [works(0), None]);
+    events.extend(until(&mut world, 9.0, [works(0), works(1)]));
+    events.extend(until(&mut world, 16.0, [None, works(1)]));
+    events.retain(|event| event.contains("deadlock"));
+    assert_eq!(events, ["5 deadlock - ", "14 deadlock - "]);
+    assert_eq!(figure(&world, "deadlocks"), 2_u32.into());
+}
