@@ -9,7 +9,7 @@ use missions::service::data::{ServiceSection, Terms, points, predecessors, terms
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use run_log::{EventRow, LogLevel, MemoryLog, RunLog};
+use run_log::{EventRow, LogLevel, MemoryLog, PoseRow, RunLog};
 use scenario::time::SimTime;
 use scenario::{Robot, Scenario, Setup};
 
@@ -200,7 +200,13 @@ fn check(run: &Run) {
         match kind {
             "begun" => assert!(crew.insert(&event.robot), "{event:?} twice"),
             "left" => assert!(crew.remove(event.robot.as_str()), "{event:?} without work"),
-            "done" => check_crew(run, number, &std::mem::take(crew)),
+            "done" => {
+                // The event names the robots of the last step.
+                let by = event.detail.split_once(", by ");
+                let by = by.map(|(_, names)| names.split(", ").collect());
+                check_crew(run, number, &by.unwrap_or_else(|| std::mem::take(crew)));
+                crew.clear();
+            }
             _ => crew.clear(),
         }
         let (opens, closes) = of_point(number).window(0);
@@ -267,6 +273,33 @@ fn check(run: &Run) {
     );
 }
 
+/// Checks that the energy of each robot is between 0 and the capacity, and that a robot without energy has no task.
+fn check_energy(run: &Run) {
+    let Some(energy) = &run.scenario.energy else {
+        return;
+    };
+    let rows: Vec<PoseRow> = run.log.rows().unwrap();
+    for robot in &run.scenario.robots {
+        let own = rows.iter().filter(|row| row.robot == robot.name);
+        let mut was_empty = false;
+        for row in own {
+            let left_j = row.energy.unwrap();
+            let capacity_j = energy.capacity_j;
+            assert!(
+                (0.0..=f64::from(capacity_j)).contains(&f64::from(left_j)),
+                "{row:?}"
+            );
+            assert!(
+                !(was_empty && left_j == 0.0) || row.behavior_set.is_empty(),
+                "{row:?}"
+            );
+            was_empty = left_j == 0.0;
+        }
+    }
+    let used_j = run.log.run.result.mission.get("energy_used_j").number();
+    assert!(used_j > Some(0.0), "{used_j:?}");
+}
+
 /// Checks the laws on random instances of a class, and that every third repeats its hash.
 fn check_class(name: &str, instance: impl Fn(u64, &mut ChaCha8Rng) -> String) {
     let mut done = 0;
@@ -275,6 +308,7 @@ fn check_class(name: &str, instance: impl Fn(u64, &mut ChaCha8Rng) -> String) {
         let first = std::panic::catch_unwind(|| {
             let first = run(&text, number);
             check(&first);
+            check_energy(&first);
             first
         });
         let first = first.unwrap_or_else(|_| panic!("{name} {number}:\n{text}"));
@@ -348,5 +382,33 @@ fn coalitions() {
         }
         text + ONE_OF_EACH
             + "[[service.points]]\nkind = 'a'\nx_m = 3\ny_m = 4\nneeds = { a = 1, arm = 1 }\n"
+    });
+}
+
+/// Batteries last for about 40 s of driving, so that most robots have to charge.
+#[test]
+fn endurance() {
+    check_class("endurance", |number, chance| {
+        let capacity_j = 800.0;
+        let energy =
+            format!("energy = {{ capacity_j = {capacity_j}, idle_w = 4, drive_w = 16 }}\n");
+        let reserve = format!("reserve = {:.2}\n", chance.random_range(0.2..0.5));
+        let mut text = team(number, chance, &energy, &reserve);
+        for _ in 0..chance.random_range(4..10) {
+            text += &point(chance);
+            if chance.random_bool(0.3) {
+                text += &window(chance);
+            }
+        }
+        for _ in 0..chance.random_range(1..3) {
+            let (x_m, y_m) = (chance.random_range(1.0..7.0), chance.random_range(1.0..5.0));
+            let rate_w = chance.random_range(20.0..100.0);
+            write!(
+                text,
+                "[[service.chargers]]\nx_m = {x_m:.2}\ny_m = {y_m:.2}\nrate_w = {rate_w:.1}\n"
+            )
+            .unwrap();
+        }
+        text + ONE_OF_EACH
     });
 }

@@ -6,7 +6,12 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
 use crate::service::bus::PointFact;
-use crate::service::data::{KnowledgeSource, ServiceSection, Slots, TaskGranularity, Terms, terms};
+use crate::service::data::{
+    Charger, KnowledgeSource, ServiceSection, Slots, TaskGranularity, Terms, terms,
+};
+
+/// The share of the capacity at which a robot leaves a charger.
+const CHARGED: f32 = 0.98;
 
 #[derive(Debug)]
 pub(super) struct Briefing {
@@ -20,6 +25,9 @@ pub(super) struct Briefing {
     pub room: Vec2,
     pub step: SimTime,
     pub slots: Slots,
+    pub chargers: Vec<Vec2>,
+    /// The energy at which a robot drives to a charger, and at which it goes back to work, J.
+    pub energy_limits_j: [f32; 2],
     /// The longest time that a robot waits at a point for the robots of the other slots.
     pub coalition_wait: SimTime,
     /// The windows and values of the points at stated places, by number. Empty if no point states any.
@@ -55,6 +63,14 @@ impl Briefing {
             room: scenario.room.size(),
             step: SimTime(scenario.step_ms),
             slots: Slots::new(section),
+            chargers: section.chargers.iter().map(Charger::place).collect(),
+            energy_limits_j: [section.reserve.unwrap_or(0.2) as f32, CHARGED].map(|share| {
+                share
+                    * scenario
+                        .energy
+                        .as_ref()
+                        .map_or(0.0, |energy| energy.capacity_j)
+            }),
             coalition_wait: SimTime::from_secs_f64(section.coalition_wait_s.unwrap_or(30.0)),
             priorities: (0..section.points.len())
                 .map(|point| section.priority(point))

@@ -1,13 +1,14 @@
 //! The robot controller of service: goes to a point of the active task and works there.
 //!
 //! - `briefing`: the initial knowledge. `memory`: the knowledge about points. `wander`: movement without a task.
-//! - `progress`: the estimated progress of the current work. `timing`: points with windows. `crew`, `together`:
+//! - `recharge`: the way to a charger. `progress`: the estimated progress of the current work. `timing`: points with windows. `crew`, `together`:
 //!   robots that work together.
 
 mod briefing;
 mod crew;
 mod memory;
 mod progress;
+mod recharge;
 #[cfg(test)]
 mod tests;
 mod timing;
@@ -64,6 +65,8 @@ struct ServiceController {
     /// The point of the previous step's active task.
     heading_for: Option<u16>,
     crew: CrewMember,
+    /// The charger to which the robot drives, or at which it charges, m.
+    charger: Option<Vec2>,
     /// The point to which the way was blocked, with the work left, s, and the time since when both are the same.
     blocked: Option<(u16, f32, SimTime)>,
     /// The number of the point from which the absence check continues.
@@ -84,6 +87,7 @@ impl ServiceController {
             working: None,
             target: None,
             heading_for: None,
+            charger: None,
             crew: CrewMember::new(robot, setup.scenario.robots.len(), briefing.coalition_wait),
             blocked: None,
             looked_for: 0,
@@ -315,6 +319,10 @@ impl MissionController for ServiceController {
                 *applicable &= self.is_due(behavior.task, position);
             }
         }
+        self.update_charging(input.readings);
+        if self.charger.is_some() {
+            perception.applicable.fill(false);
+        }
     }
 
     fn choices(&self, input: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
@@ -384,7 +392,12 @@ impl MissionController for ServiceController {
             }
         } else if let Some(position) = input.position() {
             self.crew.note_wait(None, input.now);
-            output.actuation = self.idle(position, input.readings, input.now);
+            output.actuation = match self.charger {
+                Some(charger) => {
+                    self.drive_to_charger(charger, position, input.readings, input.now)
+                }
+                None => self.idle(position, input.readings, input.now),
+            };
         }
         self.working = working;
         if action != Action::default() {

@@ -25,7 +25,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         if let Some(deadline_s) = &kind.deadline_s {
             in_order(deadline_s, at.key("deadline_s"))?;
         }
-        fit(scenario, kind.workers, at.key("workers"))?;
+        fit(scenario, kind.workers, "a point", at.key("workers"))?;
     }
     let known = section.kinds.iter().map(|kind| kind.name.as_str());
     let known: BTreeSet<&str> = known.collect();
@@ -50,6 +50,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         slots::check_needs(scenario, point, at.key("needs"))?;
     }
     precedence::check(section)?;
+    check_energy(scenario)?;
     let count = section.kinds_of_points().count();
     let all = count + usize::from(section.spare);
     if all == 0 {
@@ -75,30 +76,47 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     covered(scenario)
 }
 
-/// Checks that robots can work on the stated points, and that there is room for drawn ones.
+/// Checks that robots can reach the stated points and chargers, and that there is room for drawn points.
 pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
     let places = Places::of(scenario);
-    for (index, point) in section.points.iter().enumerate() {
-        let (x_m, y_m, reach_m) = (point.x_m, point.y_m, section.reach_m);
-        if places.can_be_worked_on(Vec2::new(x_m, y_m), reach_m) {
+    let points = section.points.iter().enumerate().map(|(index, point)| {
+        let at = KeyPath::new(["service", "points"]).index(index);
+        (
+            format!("p{index}"),
+            "the point",
+            Vec2::new(point.x_m, point.y_m),
+            at,
+        )
+    });
+    let chargers = section.chargers.iter().enumerate().map(|(index, charger)| {
+        let at = KeyPath::new(["service", "chargers"]).index(index);
+        (
+            format!("the charger c{index}"),
+            "the charger",
+            charger.place(),
+            at,
+        )
+    });
+    for (name, thing, place, at) in points.chain(chargers) {
+        let (x_m, y_m, reach_m) = (place.x, place.y, section.reach_m);
+        if places.can_be_worked_on(place, reach_m) {
             continue;
         }
         let mut obstacles = scenario.obstacles.iter();
         let over = obstacles.position(|each| each.is_solid() && each.contains(x_m, y_m));
         let (what, remedy) = match over {
             Some(obstacle) => (
-                format!("p{index} at ({x_m}, {y_m}) lies in the solid obstacles[{obstacle}]"),
-                "move one of them",
+                format!("{name} at ({x_m}, {y_m}) lies in the solid obstacles[{obstacle}]"),
+                "move one of them".to_owned(),
             ),
             None => (
                 format!(
-                    "no robot has room within reach_m, {reach_m} m, of p{index} at ({x_m}, {y_m})"
+                    "no robot has room within reach_m, {reach_m} m, of {name} at ({x_m}, {y_m})"
                 ),
-                "move the point away from walls and obstacles, or increase reach_m",
+                format!("move {thing} away from walls and obstacles, or increase reach_m"),
             ),
         };
-        let at = KeyPath::new(["service", "points"]).index(index);
         return Err(Problem::at(at, what, remedy));
     }
     if section.random.is_empty() || free_place(scenario, &places).is_some() {
@@ -110,6 +128,33 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
         what,
         "take obstacles away",
     ))
+}
+
+/// Checks that chargers and reserve have an effect, and that the robots have room at the chargers.
+fn check_energy(scenario: &Scenario) -> Result<(), Problem> {
+    let section = ServiceSection::of(scenario);
+    let at = KeyPath::new(["service"]);
+    for (index, charger) in section.chargers.iter().enumerate() {
+        let at = at.key("chargers").index(index);
+        if scenario.energy.is_none() {
+            let what = "the scenario simulates no energy";
+            return Err(Problem::at(
+                at,
+                what,
+                "add a section [energy], or omit the charger",
+            ));
+        }
+        fit(scenario, charger.slots, "the charger", at.key("slots"))?;
+    }
+    if section.reserve.is_some() && section.chargers.is_empty() {
+        let what = "there is no charger";
+        return Err(Problem::at(
+            at.key("reserve"),
+            what,
+            "add [[service.chargers]], or omit it",
+        ));
+    }
+    Ok(())
 }
 
 /// Checks the window and the name of a point.
@@ -141,7 +186,7 @@ fn in_order(between: &Interval, at: KeyPath) -> Result<(), Problem> {
 }
 
 /// Checks that the workers of a point fit side by side within its reach.
-fn fit(scenario: &Scenario, workers: u32, at: KeyPath) -> Result<(), Problem> {
+fn fit(scenario: &Scenario, workers: u32, thing: &str, at: KeyPath) -> Result<(), Problem> {
     let reach_m = ServiceSection::of(scenario).reach_m;
     if has_room(scenario, reach_m, workers) {
         return Ok(());
@@ -152,7 +197,7 @@ fn fit(scenario: &Scenario, workers: u32, at: KeyPath) -> Result<(), Problem> {
         .find(|fewer| has_room(scenario, reach_m, *fewer))
         .unwrap_or(1);
     let what = format!(
-        "{workers} robots of radius {} m have no room within reach_m, {reach_m} m, of a point",
+        "{workers} robots of radius {} m have no room within reach_m, {reach_m} m, of {thing}",
         scenario.body.radius_m
     );
     let remedy = format!("give at most {most}, or a longer reach_m");

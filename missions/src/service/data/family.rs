@@ -94,6 +94,8 @@ fn section(points: Vec<Point>) -> ServiceSection {
         duration_s: None,
         uncovered: false,
         coalition_wait_s: None,
+        reserve: None,
+        chargers: Vec::new(),
         kinds: vec![Kind {
             name: KIND.to_owned(),
             work_s: Interval {

@@ -20,7 +20,7 @@ pub use faults::POINT;
 pub use points::{PointSpec, points};
 pub use precedence::{predecessors, successors};
 pub use section::{
-    Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection, TaskGranularity,
+    Charger, Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection, TaskGranularity,
 };
 pub use slots::{Slot, Slots};
 pub use terms::{Terms, terms};
@@ -94,7 +94,9 @@ impl MissionData for Service {
             faults: faults::ALL,
             devices: &["points", "effect"],
             measuring_devices: &["points"],
-            events: &["arrived", "begun", "left", "done", "expired", "deadlock"],
+            events: &[
+                "arrived", "begun", "left", "done", "expired", "deadlock", "charging", "charged",
+            ],
             verbs: &[
                 ("begins", "begun"),
                 ("leaves", "left"),

@@ -18,6 +18,8 @@ pub(super) fn all() -> Vec<ParameterSpec> {
     let most = MAX_POINTS as i64;
     let required = |key, about, range| ParameterSpec::new(key, "", Required, about, range);
     let place = |key, range| ParameterSpec::new(key, "m", Required, "place of the point", range);
+    let charger =
+        |key, range| ParameterSpec::new(key, "m", Required, "place of the charger", range);
     let list = |key, about, most| ParameterSpec::new(key, "", Words("none"), about, List(0, most));
     let length =
         |key, default, about| ParameterSpec::new(key, "m", Number(default), about, Above(0.0, 1e3));
@@ -78,6 +80,13 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "coalition_wait_s",
             Words("30"),
             "longest time that a robot waits at a point for the robots of its other slots",
+        ),
+        ParameterSpec::new(
+            "reserve",
+            "",
+            Words("0.2"),
+            "share of the energy capacity at which a robot drives to a charger",
+            Within(0.0, 0.9),
         ),
         required("kinds", "the kinds of work", List(1, MAX_KINDS)),
         required(
@@ -200,6 +209,27 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             Number(0.0),
             "mean number of arrivals per second (Poisson process); 0: all at once",
             Within(0.0, 1e3),
+        ),
+        list(
+            "chargers",
+            "places at which robots charge their batteries",
+            1000,
+        ),
+        charger("chargers.x_m", X),
+        charger("chargers.y_m", Y),
+        ParameterSpec::new(
+            "chargers.rate_w",
+            "W",
+            Required,
+            "power for each robot",
+            Above(0.0, 1e6),
+        ),
+        ParameterSpec::new(
+            "chargers.slots",
+            "",
+            Whole(1),
+            "number of robots that charge at once",
+            ParameterRange::Whole(1, 100),
         ),
     ]
 }

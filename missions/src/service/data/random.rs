@@ -58,6 +58,8 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         duration_s: (periodic || dice.0.random_bool(SOME)).then_some(LAST_S),
         uncovered: false,
         coalition_wait_s: None,
+        reserve: None,
+        chargers: Vec::new(),
         kinds,
         points,
         random,

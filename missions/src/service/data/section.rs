@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use glam::Vec2;
 use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
@@ -22,11 +23,36 @@ pub struct ServiceSection {
     /// The longest time that a robot waits at a point for the robots of the other slots, s. By default 30.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coalition_wait_s: Option<f64>,
+    /// The share of the capacity at which a robot drives to a charger. By default 0.2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reserve: Option<f64>,
     pub kinds: Vec<Kind>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<Point>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub random: Vec<RandomPoints>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub chargers: Vec<Charger>,
+}
+
+/// A place at which robots without a task charge their batteries.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Charger {
+    pub x_m: f32,
+    pub y_m: f32,
+    /// The power for each robot, W.
+    pub rate_w: f64,
+    /// The number of robots that charge at once.
+    #[serde(default = "one")]
+    pub slots: u32,
+}
+
+impl Charger {
+    #[must_use]
+    pub fn place(&self) -> Vec2 {
+        Vec2::new(self.x_m, self.y_m)
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -44,6 +44,8 @@ fn mistakes_give_one_line_of_error() {
     insta::assert_snapshot!(refusals("s.toml", texts, read));
 }
 
+const ENERGY: &str = "energy = { capacity_j = 500, idle_w = 1, drive_w = 9 }\n";
+
 #[test]
 fn mistakes_in_properties_give_one_line_of_error() {
     let with = |more: &[&str]| {
@@ -81,6 +83,14 @@ fn mistakes_in_properties_give_one_line_of_error() {
             + "[[robots]]\nname = 'r1'\nskills = { arm = 1, camera = 1 }\n\
                [[robots]]\nname = 'r2'\nskills = { dust = 1 }\n",
         with(&["needs = { arm = 1 }"]).replace("[service]", "[service]\ntasks = 'kinds'"),
+        with(&["[[service.chargers]]\nx_m = 3\ny_m = 3\nrate_w = 20\n"]),
+        ENERGY.to_owned()
+            + &with(&["[[service.chargers]]\nx_m = 3\ny_m = 3\nrate_w = 20\nslots = 7\n"]),
+        ENERGY.to_owned()
+            + &with(&["[[service.chargers]]\nx_m = 4\ny_m = 4\nrate_w = 20\n"])
+            + BLOCK,
+        ENERGY.to_owned() + &with(&["[[service.chargers]]\nx_m = 3\ny_m = 3\nrate_w = 0\n"]),
+        with(&[""]).replace("[service]", "[service]\nreserve = 0.3"),
     ];
     insta::assert_snapshot!(refusals("s.toml", texts, read));
     let valid = with(&["name = 'p0'\nopens_s = 0\ndeadline_s = 40\nvalue = 2.5\npriority = -3"]);

@@ -69,19 +69,26 @@ impl Crews {
 /// The robots at points with slots in one step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Gathering {
-    at_point: BTreeMap<u16, Vec<Option<RobotId>>>,
+    at_point: BTreeMap<u16, Vec<Option<Member>>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Member {
+    pub robot: RobotId,
+    /// True if the robot worked at the point in the previous step.
+    pub has_worked: bool,
 }
 
 impl Gathering {
-    /// Lets a robot fill a slot. Returns whether the slot was free.
-    pub fn fill(&mut self, point: u16, slot: usize, slots: usize, robot: RobotId) -> bool {
-        let crew = self
-            .at_point
-            .entry(point)
-            .or_insert_with(|| vec![None; slots]);
-        let is_free = crew[slot].is_none();
-        crew[slot] = crew[slot].or(Some(robot));
-        is_free
+    /// Lets a robot fill a slot of a point with this number of slots. A robot at work keeps its slot. Returns the robot
+    /// that is in excess, if any.
+    pub fn fill(&mut self, point: u16, slot: usize, slots: usize, new: Member) -> Option<RobotId> {
+        let crew = self.at_point.entry(point);
+        let member = &mut crew.or_insert_with(|| vec![None; slots])[slot];
+        match member {
+            Some(known) if known.has_worked || !new.has_worked => Some(new.robot),
+            _ => member.replace(new).map(|displaced| displaced.robot),
+        }
     }
 
     /// Removes and returns the complete crews by point, and whether a robot waits in an incomplete one.
@@ -89,7 +96,8 @@ impl Gathering {
         let mut complete = Vec::new();
         let mut waits = false;
         for (point, crew) in std::mem::take(&mut self.at_point) {
-            match crew.into_iter().collect::<Option<Vec<RobotId>>>() {
+            let robots = crew.iter().map(|member| Some((*member)?.robot));
+            match robots.collect::<Option<Vec<RobotId>>>() {
                 Some(crew) => complete.push((point, crew)),
                 None => waits = true,
             }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use proto::view::View;
+use proto::view::{Mark, MarkRole, View};
 use run_log::recorder::Event;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
@@ -11,6 +11,10 @@ use world_server::mission::{StepEvents, TeamFigures};
 use super::crews::DeadlockSearch;
 use super::points::{Change, Points};
 use crate::service::bus::SensorReading;
+use crate::service::data::Charger;
+
+/// The radius of a displayed charger, m.
+const CHARGER_SHOWN_M: f32 = 0.4;
 
 /// The record of a run. It does not affect later steps.
 #[derive(Clone, Debug)]
@@ -147,6 +151,17 @@ impl Log {
             figures.add("surplus_s", robot.wasted_steps as f64 * self.step_s);
             figures.add("way_m", robot.way_m);
         }
+    }
+}
+
+/// Adds a mark for each charger.
+pub(super) fn show_chargers(chargers: &[Charger], view: &mut View) {
+    for (number, charger) in chargers.iter().enumerate() {
+        let id = format!("charger/{number}");
+        view.mark(Mark {
+            label: format!("charger c{number}, {} W", charger.rate_w),
+            ..Mark::disc(id, charger.place(), CHARGER_SHOWN_M, MarkRole::Zone)
+        });
     }
 }
 

@@ -2,9 +2,10 @@
 //! back.
 //!
 //! - `points`: the points and their phases. `board`: the announcements for robots. `log`: tables, figures and view.
-//! - `limits`: points that the team cannot do. `crews`: robots that work together.
+//! - `limits`: points that the team cannot do. `crews`: robots that work together. `charging`: chargers.
 
 mod board;
+mod charging;
 mod crews;
 mod limits;
 mod log;
@@ -34,7 +35,8 @@ use world_server::world::{ChangeError, Floor};
 use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
 use super::data::{self, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
 use board::{Board, BoardFilter};
-use crews::{Crews, Gathering};
+use charging::Station;
+use crews::{Crews, Gathering, Member};
 use limits::TeamLimits;
 use log::Log;
 use points::{Change, Points};
@@ -46,6 +48,8 @@ pub struct Service {
     points: Points,
     board: Board,
     robots: Vec<Robot>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    stations: Vec<Station>,
     /// The number of workers per point in the current step. 0 between steps.
     #[serde(skip)]
     workers_on: Vec<u32>,
@@ -67,6 +71,8 @@ struct Constants {
     skills: Vec<Vec<f64>>,
     readers: Vec<BoardFilter>,
     crews: Crews,
+    /// The energy of a full battery, J; 0 if energy is not simulated.
+    capacity_j: f32,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -101,7 +107,8 @@ impl Constants {
             let points = tasks.iter().map(|task| crews.place(*task).0);
             BoardFilter::new(section.tasks, points.collect())
         });
-        let limits = section.has_properties().then(|| {
+        let has_properties = section.has_properties() || !section.chargers.is_empty();
+        let limits = has_properties.then(|| {
             let robots = (0..floor.robot_count() as u16).map(RobotId);
             let starts: Vec<Vec2> = robots.map(|robot| floor.pose(robot).position).collect();
             TeamLimits::new(setup, specs, &starts)
@@ -111,6 +118,10 @@ impl Constants {
             step: SimTime(scenario.step_ms),
             skills: skills.collect(),
             readers: readers.collect(),
+            capacity_j: scenario
+                .energy
+                .as_ref()
+                .map_or(0.0, |energy| energy.capacity_j),
             crews,
             seed: setup.seed,
             step_s: scenario.step_ms as f64 / 1000.0,
@@ -145,6 +156,15 @@ impl Service {
         }
     }
 
+    /// Charges the robots at the chargers.
+    fn charge(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
+        let (reach_m, step_s) = (self.constants.section.reach_m, self.constants.step_s);
+        let is_free = |robot: RobotId| self.robots[robot.index()].worked.is_none();
+        for (number, station) in self.stations.iter_mut().enumerate() {
+            station.charge(number, reach_m, step_s, floor, is_free, happened);
+        }
+    }
+
     /// Lets a robot fill a slot of a point, if it is within reach and has the skill.
     fn fill(&mut self, robot: RobotId, point: u16, slot: usize, floor: &Floor) {
         let crews = &self.constants.crews;
@@ -156,8 +176,10 @@ impl Service {
             return;
         }
         let slots = crews.slots.of_point(point).len();
-        if !self.gathering.fill(point, slot, slots, robot) {
-            self.log.surplus_step(robot);
+        let has_worked = self.robots[robot.index()].worked == Some(point);
+        let member = Member { robot, has_worked };
+        if let Some(surplus) = self.gathering.fill(point, slot, slots, member) {
+            self.log.surplus_step(surplus);
         }
     }
 
@@ -304,6 +326,9 @@ impl MissionWorld for Service {
             workers_on: vec![0; points.len()],
             gathering: Gathering::default(),
             board: Board::default(),
+            stations: (constants.section.chargers.iter())
+                .map(|charger| Station::new(charger, constants.capacity_j))
+                .collect(),
             log: Log::new(floor.robot_count(), constants.step_s),
             points,
             constants,
@@ -362,6 +387,7 @@ impl MissionWorld for Service {
                 }
             }
         }
+        self.charge(floor, happened);
         for robot in &self.robots {
             let Some(point) = robot.worked else { continue };
             self.workers_on[usize::from(point)] = 0;
@@ -499,6 +525,7 @@ impl MissionWorld for Service {
     fn add_to_view(&self, floor: &Floor, view: &mut View) {
         let section = &self.constants.section;
         self.points.show(section, floor.now(), view);
+        log::show_chargers(&section.chargers, view);
         if section.known == KnowledgeSource::Sight {
             log::show_sensed(view);
         }

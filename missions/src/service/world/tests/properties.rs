@@ -218,6 +218,21 @@ fn only_robots_with_the_skill_fill_a_slot() {
     );
 }
 
+/// Blue works at the slot for garbage. Gold, which has a lower rank, arrives there and does not displace it.
+#[test]
+fn a_robot_at_work_keeps_its_slot() {
+    let needs = "needs = { garbage = 1 }\n";
+    let mut world = world(&(kind("garbage", 3.0, "") + &point("garbage", 0.0) + needs));
+    let mut events = until(&mut world, 1.0, [None, works(0)]);
+    events.extend(until(&mut world, 20.0, [works(0), works(0)]));
+    assert_eq!(
+        events,
+        ["0 arrived - p0", "0 begun blue p0", "2.5 done blue p0"]
+    );
+    let surplus = team_figures(&world).robots[GOLD.index()].get("surplus_s");
+    assert_eq!(surplus, FigureValue::Real(2.0));
+}
+
 /// Gold waits alone, and blue stands still. After 5 s this is a deadlock, and a new one after work.
 #[test]
 fn a_team_that_only_waits_is_a_deadlock() {
@@ -229,4 +244,62 @@ fn a_team_that_only_waits_is_a_deadlock() {
     events.retain(|event| event.contains("deadlock"));
     assert_eq!(events, ["5 deadlock - ", "14 deadlock - "]);
     assert_eq!(figure(&world, "deadlocks"), 2_u32.into());
+}
+
+/// A robot at work does not charge. Afterward it gains 8 W, up to the capacity and not beyond.
+#[test]
+fn a_robot_without_work_charges_at_a_charger() {
+    let section = garbage(60.0, "") + "[[service.chargers]]\nx_m = 6\ny_m = 4\nrate_w = 10\n";
+    let mut world = world_of(&format!(
+        "step_ms = 500\nenergy = {{ capacity_j = 100, idle_w = 2, drive_w = 0 }}\n[service]\nreach_m = 1000\n\
+         {section}[[robots]]\nname = 'gold'\n"
+    ));
+    let energy_j = |world: &World| world.readings(GOLD).energy_j.unwrap();
+    let mut steps = |end_s: f64, command: Option<Actuation>| {
+        let mut events = Vec::new();
+        while world.now() < SimTime::from_secs_f64(end_s) {
+            let now_s = world.now().as_secs_f64();
+            let happened = world.step(&[command]);
+            events.extend(
+                happened
+                    .iter()
+                    .map(|event| format!("{now_s} {} {}", event.kind, event.subject)),
+            );
+            assert!((0.0..=100.0).contains(&energy_j(&world)));
+        }
+        (events, energy_j(&world))
+    };
+    assert_eq!(steps(20.0, works(0)).1, 60.0);
+    let (events, left_j) = steps(22.5, None);
+    assert_eq!(
+        (events, left_j),
+        (
+            vec!["20 left p0".to_owned(), "20 charging c0".to_owned()],
+            80.0
+        )
+    );
+    let (events, left_j) = steps(25.0, None);
+    assert_eq!((events, left_j), (vec!["24.5 charged c0".to_owned()], 99.0));
+}
+
+/// Gold has less energy and charges first. A charger has one slot.
+#[test]
+fn the_robot_with_the_least_energy_charges_first() {
+    let section = garbage(60.0, "") + &point("garbage", 0.0);
+    let section = section + "[[service.chargers]]\nx_m = 6\ny_m = 4\nrate_w = 10\n";
+    let mut world = world_of(&format!(
+        "step_ms = 500\nenergy = {{ capacity_j = 100, idle_w = 2, drive_w = 0 }}\n[service]\nreach_m = 1000\n\
+         {section}[[robots]]\nname = 'gold'\n[[robots]]\nname = 'blue'\n"
+    ));
+    let mut events = until(&mut world, 20.0, [works(0), works(1)]);
+    events.clear();
+    events.extend(until(&mut world, 21.0, [works(0), None]));
+    events.extend(until(&mut world, 30.0, [None, None]));
+    events.retain(|event| event.contains("charg"));
+    let expected = [
+        "20 charging blue c0",
+        "24.5 charged blue c0",
+        "25 charging gold c0",
+    ];
+    assert_eq!(events[..3], expected);
 }
