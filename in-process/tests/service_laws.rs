@@ -186,7 +186,7 @@ fn check(run: &Run) {
     let (mut collected, mut lost) = (0.0, 0.0);
     for event in &run.events {
         let kind = event.kind.as_str();
-        if !["begun", "left", "done", "expired"].contains(&kind) {
+        if !["begun", "left", "load-lost", "done", "expired"].contains(&kind) {
             continue;
         }
         if event.t_ms > now {
@@ -199,6 +199,8 @@ fn check(run: &Run) {
         let crew = crews.entry(number).or_default();
         match kind {
             "begun" => assert!(crew.insert(&event.robot), "{event:?} twice"),
+            // A robot that carries the load of a point does not leave it.
+            "load-lost" => assert!(crew.remove(event.robot.as_str()), "{event:?} without work"),
             "left" => assert!(crew.remove(event.robot.as_str()), "{event:?} without work"),
             "done" => {
                 // The event names the robots of the last step.
@@ -408,6 +410,24 @@ fn endurance() {
                 "[[service.chargers]]\nx_m = {x_m:.2}\ny_m = {y_m:.2}\nrate_w = {rate_w:.1}\n"
             )
             .unwrap();
+        }
+        text + ONE_OF_EACH
+    });
+}
+
+#[test]
+fn deliveries() {
+    check_class("deliveries", |number, chance| {
+        let mut text = team(number, chance, "", "");
+        for _ in 0..chance.random_range(3..9) {
+            text += &point(chance);
+            if chance.random_bool(0.4) {
+                text += &window(chance);
+            }
+            if chance.random_bool(0.7) {
+                let (x_m, y_m) = (chance.random_range(1.0..7.0), chance.random_range(1.0..5.0));
+                writeln!(text, "deliver_to = [{x_m:.2}, {y_m:.2}]").unwrap();
+            }
         }
         text + ONE_OF_EACH
     });

@@ -65,6 +65,8 @@ struct ServiceController {
     /// The point of the previous step's active task.
     heading_for: Option<u16>,
     crew: CrewMember,
+    /// The point whose load the robot carries.
+    laden: Option<u16>,
     /// The charger to which the robot drives, or at which it charges, m.
     charger: Option<Vec2>,
     /// The point to which the way was blocked, with the work left, s, and the time since when both are the same.
@@ -87,6 +89,7 @@ impl ServiceController {
             working: None,
             target: None,
             heading_for: None,
+            laden: None,
             charger: None,
             crew: CrewMember::new(robot, setup.scenario.robots.len(), briefing.coalition_wait),
             blocked: None,
@@ -167,7 +170,7 @@ impl ServiceController {
             self.progress = None;
             return;
         }
-        let effect = effect.filter(|point| self.could_work(*point));
+        let effect = effect.filter(|point| self.could_work(*point) && self.laden != Some(*point));
         if let (Some(progress), None) = (&self.progress, effect)
             && self.working == Some(progress.point)
             && progress.next_step_completes()
@@ -304,6 +307,10 @@ impl MissionController for ServiceController {
             // An observation cannot be in the future.
             self.learn(known.fact, known.sensed.min(input.now));
         }
+        let load = sensed.effect.and_then(|point| self.memory.fact(point));
+        self.laden = load
+            .filter(|fact| self.is_load(fact))
+            .map(|fact| fact.point);
         self.note_work(sensed.effect, input, perception);
         if self.briefing.has_terms() {
             self.close_expired(input.now);
@@ -316,7 +323,8 @@ impl MissionController for ServiceController {
         if self.briefing.has_terms() {
             let own = input.behaviors.iter().zip(&mut perception.applicable);
             for (behavior, applicable) in own {
-                *applicable &= self.is_due(behavior.task, position);
+                *applicable &=
+                    self.is_due(behavior.task, position) && !self.is_taken(behavior.task, position);
             }
         }
         self.update_charging(input.readings);
@@ -383,7 +391,8 @@ impl MissionController for ServiceController {
             }
             let works = sensed.effect == Some(fact.point);
             self.note_wait(&fact, works, distance_m, input.now);
-            if !works && !self.stands_in_crew(&fact, distance_m) {
+            let delivers = self.laden == Some(fact.point) && distance_m > near_m / 2.0;
+            if delivers || !works && !self.stands_in_crew(&fact, distance_m) {
                 let (readings, now) = (input.readings, input.now);
                 output.actuation = self.driver.drive_to(fact.at, near_m / 2.0, readings, now);
                 if self.driver.is_blocked() {
@@ -407,6 +416,10 @@ impl MissionController for ServiceController {
 
     fn shared_knowledge(&self, _: &ControllerInput<'_>, knowledge: &mut AnyKnowledge) {
         knowledge.set(&self.memory.shared_knowledge(&self.briefing, self.now));
+    }
+
+    fn is_laden(&self) -> bool {
+        self.laden.is_some()
     }
 
     fn seconds(&self, from: Option<Vec2>, after: &[TaskId], task: TaskId) -> Option<f64> {

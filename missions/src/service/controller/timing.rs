@@ -8,7 +8,7 @@ use scenario::time::SimTime;
 
 use super::ServiceController;
 use super::memory::is_open;
-use crate::service::bus::PointFact;
+use crate::service::bus::{LEAST_LEFT_S, PointFact};
 use crate::service::data::TaskGranularity;
 
 /// The time before the opening of a window at which a robot arrives at the point, if it drives straight, s. It covers
@@ -31,7 +31,9 @@ impl ServiceController {
         let skill = self.memory.skill(fact);
         let arrival_s = time_s + self.drive_s(from, fact);
         let start_s = arrival_s.max(self.opens_in_s(fact));
-        (skill > 0.0).then(|| start_s + f64::from(fact.left_s / skill))
+        let delivery = self.briefing.terms(fact.point).deliver_to;
+        let delivery_s = delivery.map_or(0.0, |to| self.driver.seconds(fact.at, to));
+        (skill > 0.0).then(|| start_s + f64::from(fact.left_s / skill) + delivery_s)
     }
 
     /// Estimates the duration of a task after other tasks, s. `None` if the work cannot end in its window. A robot at
@@ -46,7 +48,11 @@ impl ServiceController {
         for task in after {
             let fact = self.point_of(*task, from)?;
             time_s = self.end_s(from, time_s, fact)?;
-            from = fact.at;
+            from = self
+                .briefing
+                .terms(fact.point)
+                .deliver_to
+                .unwrap_or(fact.at);
         }
         let fact = self.point_of(task, from)?;
         let end_s = self.end_s(from, time_s, fact)?;
@@ -66,6 +72,18 @@ impl ServiceController {
             let order = priority(b).cmp(&priority(a));
             order.then(start_s(a).total_cmp(&start_s(b)))
         })
+    }
+
+    /// Returns whether a teammate carries the load of the point of a task.
+    pub(super) fn is_taken(&self, task: TaskId, from: Option<Vec2>) -> bool {
+        let fact = from.and_then(|from| self.point_of(task, from));
+        fact.is_some_and(|fact| self.is_load(fact) && self.laden != Some(fact.point))
+    }
+
+    /// Returns whether the load of a point is on its way. The least work left stands for this.
+    pub(super) fn is_load(&self, fact: &PointFact) -> bool {
+        let is_delivery = self.briefing.terms(fact.point).deliver_to.is_some();
+        is_delivery && is_open(fact) && fact.left_s <= LEAST_LEFT_S
     }
 
     /// Returns whether a robot should drive to the point of a task by now: the window is open, or opens about when the
@@ -95,7 +113,7 @@ impl ServiceController {
                 behavior: behavior.id,
                 task,
                 round: self.round_of(fact, input.now),
-                applicable: is_open && can_go,
+                applicable: is_open && can_go && !self.is_taken(task, from),
                 cost_s: from.and_then(|from| self.seconds_in_window(from, &[], task)),
                 opens_in_s: fact.map_or(0.0, |fact| self.opens_in_s(fact)),
                 reward: fact.map_or(1.0, |fact| self.briefing.terms(fact.point).value),

@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 
 use glam::Vec2;
-use scenario::limits::check_known;
+use scenario::limits::{check_known, closed};
 use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::Places;
 
 use super::points::free_place;
 use super::room::has_room;
-use super::{Interval, MAX_POINTS, Point, ServiceSection};
+use super::{Interval, Kind, MAX_POINTS, Point, ServiceSection};
 use super::{precedence, slots};
 use crate::coverage::uncovered_tasks;
 
@@ -44,9 +44,11 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
             check_known(at, "there is no kind", kind, known)?;
         }
     }
+    let mut kinds = section.kinds_of_points();
     for (index, point) in section.points.iter().enumerate() {
         let at = at.key("points").index(index);
-        check_point(index, point, at.clone())?;
+        let kind = kinds.next().map(|kind| &section.kinds[kind]);
+        check_point(scenario, index, point, kind, at.clone())?;
         slots::check_needs(scenario, point, at.key("needs"))?;
     }
     precedence::check(section)?;
@@ -98,7 +100,21 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
             at,
         )
     });
-    for (name, thing, place, at) in points.chain(chargers) {
+    let deliveries = section
+        .points
+        .iter()
+        .enumerate()
+        .filter_map(|(index, point)| {
+            let at = KeyPath::new(["service", "points"]).index(index);
+            let name = format!("the delivery of p{index}");
+            Some((
+                name,
+                "the place",
+                Vec2::from(point.deliver_to?),
+                at.key("deliver_to"),
+            ))
+        });
+    for (name, thing, place, at) in points.chain(chargers).chain(deliveries) {
         let (x_m, y_m, reach_m) = (place.x, place.y, section.reach_m);
         if places.can_be_worked_on(place, reach_m) {
             continue;
@@ -157,8 +173,14 @@ fn check_energy(scenario: &Scenario) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Checks the window and the name of a point.
-fn check_point(index: usize, point: &Point, at: KeyPath) -> Result<(), Problem> {
+/// Checks the window, the delivery and the name of a point.
+fn check_point(
+    scenario: &Scenario,
+    index: usize,
+    point: &Point,
+    kind: Option<&Kind>,
+    at: KeyPath,
+) -> Result<(), Problem> {
     if let (Some(opens_s), Some(deadline_s)) = (point.opens_s, point.deadline_s)
         && deadline_s <= opens_s
     {
@@ -167,6 +189,19 @@ fn check_point(index: usize, point: &Point, at: KeyPath) -> Result<(), Problem> 
         );
         let remedy = "give a deadline_s above opens_s";
         return Err(Problem::at(at.key("deadline_s"), what, remedy));
+    }
+    if let Some([x_m, y_m]) = point.deliver_to {
+        let at = at.key("deliver_to");
+        closed(0.0, scenario.room.width_m.into(), "m").check(at.index(0), x_m)?;
+        closed(0.0, scenario.room.height_m.into(), "m").check(at.index(1), y_m)?;
+        if point.has_needs() {
+            let what = "robots that work together carry nothing";
+            return Err(Problem::at(at, what, "omit needs or deliver_to"));
+        }
+        if kind.is_some_and(|kind| kind.period_s.is_some()) {
+            let what = format!("p{index} comes back, and its load may be on the way then");
+            return Err(Problem::at(at, what, "omit period_s or deliver_to"));
+        }
     }
     let name = point.name.as_deref();
     let number = name.and_then(|name| name.strip_prefix('p')?.parse::<usize>().ok());

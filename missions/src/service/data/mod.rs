@@ -95,7 +95,16 @@ impl MissionData for Service {
             devices: &["points", "effect"],
             measuring_devices: &["points"],
             events: &[
-                "arrived", "begun", "left", "done", "expired", "deadlock", "charging", "charged",
+                "arrived",
+                "begun",
+                "left",
+                "done",
+                "expired",
+                "deadlock",
+                "charging",
+                "charged",
+                "picked-up",
+                "load-lost",
             ],
             verbs: &[
                 ("begins", "begun"),

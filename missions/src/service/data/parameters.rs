@@ -186,6 +186,13 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "numbers of robots by skill; work proceeds only while all of them are at the place",
             Other("a table of skills with whole numbers from 1 to 16"),
         ),
+        ParameterSpec::new(
+            "points.deliver_to",
+            "m",
+            Words("nowhere"),
+            "place to which the robot that has done the work carries a load; the point is done there",
+            Other("a place in the room, [x, y]"),
+        ),
         list("random", "points at random places in the room", 1000),
         required(
             "random.n",

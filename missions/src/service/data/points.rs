@@ -31,6 +31,8 @@ pub struct PointSpec {
     pub comes_back_after: Option<SimTime>,
     /// The reward of the point if it is done in its window.
     pub value: f64,
+    /// The place of delivery, m.
+    pub deliver_to: Option<Vec2>,
     /// True if the scenario states properties of points, so that the log contains them.
     pub has_terms: bool,
 }
@@ -52,6 +54,7 @@ impl PointSpec {
             arrives,
             opens_after: SimTime::ZERO,
             value: Terms::NONE.value,
+            deliver_to: None,
             has_terms: false,
             expires_after: spec
                 .deadline_s
@@ -93,6 +96,7 @@ pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
         point.opens_after = terms.opens_after;
         point.expires_after = terms.closes_after.or(point.expires_after);
         point.value = terms.value;
+        point.deliver_to = terms.deliver_to;
         point.has_terms = true;
     }
     let places = Places::of(scenario);

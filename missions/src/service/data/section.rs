@@ -136,6 +136,9 @@ pub struct Point {
     /// The numbers of robots by skill that work together. By default any robot with the skill of the kind works alone.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub needs: BTreeMap<String, u32>,
+    /// The place to which the robot that has done the work delivers its result, m. By default nothing is delivered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deliver_to: Option<[f32; 2]>,
 }
 
 impl Point {
@@ -154,6 +157,7 @@ impl Point {
             || self.priority.is_some()
             || !self.after.is_empty()
             || !self.needs.is_empty()
+            || self.deliver_to.is_some()
     }
 }
 

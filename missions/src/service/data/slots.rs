@@ -17,7 +17,7 @@ use super::{MAX_KINDS, Point, SLOT, ServiceSection, TaskGranularity};
 pub struct Slot {
     /// The task of the slot.
     pub task: TaskId,
-    /// The required skill.
+    /// The skill that a robot must have to fill the slot.
     pub skill: String,
     /// The name of the task, such as `serve(p3-arm)`.
     pub name: String,

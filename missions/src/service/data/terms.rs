@@ -1,5 +1,6 @@
 //! The stated properties of points: windows and values. Robots receive them with the scenario.
 
+use glam::Vec2;
 use scenario::time::SimTime;
 
 use super::ServiceSection;
@@ -7,7 +8,7 @@ use super::ServiceSection;
 /// The window and the value of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
-    /// The first arrival.
+    /// The arrival time of the first round.
     pub arrives: SimTime,
     /// The time from an arrival to the next one.
     pub comes_back_after: Option<SimTime>,
@@ -17,6 +18,8 @@ pub struct Terms {
     pub closes_after: Option<SimTime>,
     /// The reward of the point if it is done in its window.
     pub value: f64,
+    /// The place of delivery, m.
+    pub deliver_to: Option<Vec2>,
 }
 
 impl Terms {
@@ -27,6 +30,7 @@ impl Terms {
         opens_after: SimTime::ZERO,
         closes_after: None,
         value: 1.0,
+        deliver_to: None,
     };
 
     /// Returns the time from which robots can work in a round, and the stated time at which the point expires.
@@ -54,6 +58,7 @@ pub fn terms(section: &ServiceSection) -> Vec<Terms> {
             opens_after: point.opens_s.map_or(SimTime::ZERO, time),
             closes_after: point.deadline_s.map(time),
             value: point.value.unwrap_or(Terms::NONE.value),
+            deliver_to: point.deliver_to.map(Vec2::from),
         }
     });
     of_point.collect()

@@ -29,7 +29,9 @@ impl TeamLimits {
         let unreachable = ways.iter().flat_map(|ways| {
             let points = specs.iter().zip(0..);
             points.filter(|(point, number)| {
-                !ways.lead_to(section.skills_of(*number, point.kind), point.at)
+                let mut places = [Some(point.at), point.deliver_to].into_iter().flatten();
+                let skills = || section.skills_of(*number, point.kind);
+                places.any(|place| !ways.lead_to(skills(), place))
             })
         });
         Self {

@@ -85,6 +85,9 @@ struct Robot {
     attempt: (u16, f64),
     #[serde(skip)]
     works: Option<u16>,
+    /// The point whose load the robot carries.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    load: Option<u16>,
 }
 
 impl Constants {
@@ -229,12 +232,45 @@ impl Service {
         }
     }
 
+    /// Lets a robot deliver the load that it carries, if it is within reach of the place.
+    fn deliver(&mut self, robot: RobotId, point: u16, floor: &Floor, happened: &mut StepEvents) {
+        let distance = floor.pose(robot).position.distance(self.points.at(point));
+        if self.points.carrier(point) != Some(robot) || distance > self.constants.section.reach_m {
+            return;
+        }
+        self.robots[robot.index()].load = None;
+        self.robots[robot.index()].works = Some(point);
+        let now = floor.now();
+        let change = self.points.finish(point, now);
+        self.log
+            .add(&self.points, point, change, Some(robot), now, happened);
+        self.announce(point, floor);
+    }
+
+    /// Returns the load of a robot to its first place.
+    fn drop_load(&mut self, robot: RobotId, floor: &Floor, happened: &mut StepEvents) {
+        let load = self.robots[robot.index()].load.take();
+        // The load of a point that has expired is gone.
+        let Some(point) = load.filter(|point| self.points.carrier(*point) == Some(robot)) else {
+            return;
+        };
+        self.points.drop_load(point);
+        happened
+            .push_mission_event("load-lost", Some(robot))
+            .subject = format!("p{point}");
+        self.announce(point, floor);
+    }
+
     /// Lets a robot work on a point, if it is within reach and has the skill.
     fn work(&mut self, robot: RobotId, point: u16, floor: &mut Floor, happened: &mut StepEvents) {
         let constants = Arc::clone(&self.constants);
         let Some(kind) = self.points.open_kind(point) else {
             return;
         };
+        if self.points.carrier(point).is_some() {
+            self.deliver(robot, point, floor, happened);
+            return;
+        }
         let distance = floor.pose(robot).position.distance(self.points.at(point));
         let skill = constants.skills[robot.index()][kind];
         let spec = &constants.section.kinds[kind];
@@ -252,6 +288,7 @@ impl Service {
             (worker.works, worker.attempt) = (Some(point), attempt);
             return;
         }
+        self.drop_load(robot, floor, happened);
         let workers = &mut self.workers_on[usize::from(point)];
         *workers += 1;
         if *workers <= spec.workers {
@@ -284,7 +321,14 @@ impl Service {
             worker.attempt.1 -= work_s;
             self.points.attempt(point, worker.attempt.1)
         };
-        if is_done {
+        if is_done && self.points.spec(point).deliver_to.is_some() {
+            self.points.pick_up(point, robot);
+            self.robots[robot.index()].load = Some(point);
+            happened
+                .push_mission_event("picked-up", Some(robot))
+                .subject = format!("p{point}");
+            self.announce(point, floor);
+        } else if is_done {
             let now = floor.now();
             let change = self.points.finish(point, now);
             self.log
@@ -337,6 +381,12 @@ impl MissionWorld for Service {
 
     fn begin(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
         while let Some((point, change)) = self.points.next_change(floor.now()) {
+            for robot in &mut self.robots {
+                // The load of an expired point is gone.
+                robot.load = robot
+                    .load
+                    .filter(|load| change != Change::Expired || *load != point);
+            }
             self.changed(point, change, floor, happened);
         }
     }
@@ -376,7 +426,9 @@ impl MissionWorld for Service {
             if before != now {
                 floor.invalidate_readings(robot);
             }
-            let Some(left) = before.filter(|before| Some(*before) != now) else {
+            let is_carried = |point: &u16| self.points.carrier(*point).is_some();
+            let left = before.filter(|before| Some(*before) != now && !is_carried(before));
+            let Some(left) = left else {
                 continue;
             };
             let has_worked = self.points.was_open(left, floor.now(), self.constants.step);
@@ -412,13 +464,14 @@ impl MissionWorld for Service {
         *sensed.value_mut() = SensorReading {
             points: Some(points),
             board_line,
-            effect: state.worked,
+            effect: state.worked.or(state.load),
         };
         Validity::UntilChange
     }
 
-    /// Resets the board position: the next incarnation of the robot has read nothing.
-    fn release_load(&mut self, robot: RobotId, floor: &mut Floor, _: &mut StepEvents) {
+    /// Loses the load of the robot, and resets the board position: the next incarnation of the robot has read nothing.
+    fn release_load(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut StepEvents) {
+        self.drop_load(robot, floor, happened);
         self.robots[robot.index()].read = 0;
         floor.invalidate_readings(robot);
     }

@@ -6,6 +6,7 @@ use arrayvec::ArrayVec;
 use glam::Vec2;
 use proto::tick::Outcome;
 use proto::view::{Mark, MarkRole, View, Work};
+use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
 use world_server::mission::{FigureValue, TeamFigures};
@@ -49,6 +50,8 @@ struct Point {
     blocked_by: u16,
     /// The predecessor that will never be done.
     lost: Option<u16>,
+    /// The robot that carries the load of the point.
+    carrier: Option<RobotId>,
     /// The work left for a robot of skill 1, s.
     left_s: f64,
 }
@@ -110,6 +113,7 @@ impl Point {
             due: spec.arrives,
             blocked_by: 0,
             lost: None,
+            carrier: None,
             left_s: spec.work_s,
             spec,
         }
@@ -128,6 +132,12 @@ impl Point {
             Phase::Open => [expires, comes_back].into_iter().flatten().min(),
             Phase::Done | Phase::Expired => comes_back,
         }
+    }
+
+    /// Returns the place where the next work is: where the load is picked up, or delivered.
+    fn place(&self) -> Vec2 {
+        let carried_to = self.spec.deliver_to.filter(|_| self.carrier.is_some());
+        carried_to.unwrap_or(self.spec.at)
     }
 
     /// Returns whether the point cannot arrive yet, or never will.
@@ -158,7 +168,10 @@ impl Point {
     fn hash(&self, number: u16) -> u64 {
         let mut bytes = [0; 48];
         let fields = [
-            u64::from(number) | u64::from(self.round) << 16 | (self.phase as u64) << 32,
+            u64::from(number)
+                | u64::from(self.round) << 16
+                | (self.phase as u64) << 32
+                | self.carrier.map_or(0, |robot| u64::from(robot.0) + 1) << 40,
             self.left_s.to_bits(),
             self.arrives.0,
             self.spec.kind as u64,
@@ -225,7 +238,26 @@ impl Points {
     }
 
     pub fn at(&self, point: u16) -> Vec2 {
-        self.points[usize::from(point)].spec.at
+        self.points[usize::from(point)].place()
+    }
+
+    /// Returns the robot that carries the load of a point.
+    pub fn carrier(&self, point: u16) -> Option<RobotId> {
+        self.points[usize::from(point)].carrier
+    }
+
+    /// Gives the load of a point to a robot, which then delivers it.
+    pub fn pick_up(&mut self, number: u16, robot: RobotId) {
+        self.change(number, |point| point.carrier = Some(robot));
+    }
+
+    /// Returns a lost load to its first place. The work begins again, as a new round.
+    pub fn drop_load(&mut self, number: u16) {
+        self.change(number, |point| {
+            point.carrier = None;
+            point.round = point.round.saturating_add(1);
+            point.left_s = point.spec.work_s;
+        });
     }
 
     /// Returns the work of a point for a robot of skill 1, s, and the arrival time of its round.
@@ -284,6 +316,8 @@ impl Points {
             4.0
         };
         let left_s = match state.phase {
+            // The load is on the way.
+            Phase::Open if state.carrier.is_some() => LEAST_LEFT_S,
             Phase::Open => ((quarters / 4.0 * state.spec.work_s) as f32).max(LEAST_LEFT_S),
             _ => 0.0,
         };
@@ -291,7 +325,7 @@ impl Points {
             point,
             kind: state.spec.kind as u16,
             round: state.round,
-            at: state.spec.at,
+            at: state.place(),
             left_s,
         }
     }
@@ -299,7 +333,7 @@ impl Points {
     /// Edits a point and updates all data derived from it.
     fn change(&mut self, number: u16, edit: impl FnOnce(&mut Point)) {
         let point = &mut self.points[usize::from(number)];
-        let was = point.phase;
+        let (was, place) = (point.phase, point.place());
         let had = point.next(self.until);
         self.hash ^= point.hash(number);
         point.count_in(self.until, &mut self.counts, |sum, by| *sum -= by);
@@ -311,11 +345,15 @@ impl Points {
             let of_kind = &mut self.open_of_kind[point.spec.kind];
             if is == Phase::Open {
                 *of_kind += 1;
-                self.open.insert(number.into(), point.spec.at);
+                self.open.insert(number.into(), point.place());
             } else {
                 *of_kind -= 1;
                 self.open.remove(number.into());
             }
+        }
+        if was == Phase::Open && is == Phase::Open && place != point.place() {
+            self.open.remove(number.into());
+            self.open.insert(number.into(), point.place());
         }
         let has = point.next(self.until);
         if had != has {
@@ -339,7 +377,9 @@ impl Points {
                 Change::Arrived
             }
             Phase::Waiting | Phase::Open => {
-                self.change(number, |point| point.phase = Phase::Expired);
+                self.change(number, |point| {
+                    (point.phase, point.carrier) = (Phase::Expired, None);
+                });
                 self.counts.expired += 1;
                 self.values.lost += self.spec(number).value;
                 self.lose_successors(number);
@@ -375,7 +415,9 @@ impl Points {
     }
 
     pub fn finish(&mut self, number: u16, now: SimTime) -> Change {
-        self.change(number, |point| point.phase = Phase::Done);
+        self.change(number, |point| {
+            (point.phase, point.carrier) = (Phase::Done, None)
+        });
         for next in self.successors_of(number) {
             self.change(next, |point| {
                 point.blocked_by -= 1;
@@ -493,6 +535,9 @@ impl Points {
             let closes = point.due + after;
             parts.push(format!("closes at {:.3} s", closes.as_secs_f64()));
         }
+        if let Some(to) = spec.deliver_to {
+            parts.push(format!("for ({}, {})", to.x, to.y));
+        }
         parts.extend(self.value_text(number));
         (!parts.is_empty()).then(|| parts.join(", "))
     }
@@ -511,7 +556,7 @@ impl Points {
             view.mark(Mark {
                 work: Work::new(point.left_s as f32, point.spec.work_s as f32, "s"),
                 label: format!("p{number} {kind}{}", terms.unwrap_or_default()),
-                ..Mark::disc(id, point.spec.at, SHOWN_M, MarkRole::Zone)
+                ..Mark::disc(id, point.place(), SHOWN_M, MarkRole::Zone)
             });
         }
     }
