@@ -24,6 +24,22 @@ fn service_passes_the_checks_of_every_mission() {
 }
 
 #[test]
+fn service_with_properties_passes_the_checks_of_every_mission() {
+    let text = "step_ms = 200\nenergy = { capacity_j = 400, idle_w = 2, drive_w = 16 }\n\
+        [service]\nreserve = 0.4\nreach_m = 0.6\ncoalition_wait_s = 6\n\
+        chargers = [{ x_m = 2, y_m = 6, rate_w = 90 }]\n\
+        kinds = [{ name = 'dust', work_s = { min = 1, max = 3 }, kept = false }]\n\
+        points = [\n\
+          { name = 'first', kind = 'dust', x_m = 2, y_m = 4, opens_s = 6, deadline_s = 60, value = 3 },\n\
+          { kind = 'dust', x_m = 3, y_m = 4, after = ['first'], needs = { dust = 2 }, priority = 2 },\n\
+          { kind = 'dust', x_m = 3, y_m = 3, deliver_to = [4, 5] },\n\
+          { kind = 'dust', x_m = 1.5, y_m = 3, deadline_s = 4 },\n\
+        ]\n\
+        [[robots]]\nname = 'gold'\nskills = { dust = 1 }\n[[robots]]\nname = 'blue'\nskills = { dust = 0.7 }\n";
+    check_mission(crate::service::MISSION, text);
+}
+
+#[test]
 fn push_passes_the_checks_of_every_mission() {
     let bar = |y_m: u8| format!("[[push.bars]]\nx_m = 2\ny_m = {y_m}\ngoal_x_m = 4\n");
     check_mission(crate::push::MISSION, &(bar(2) + &bar(6)));

@@ -55,6 +55,7 @@ pub fn choice(task: u16, cost_s: f64) -> Choice {
         round: SimTime::ZERO,
         applicable: true,
         cost_s: Some(cost_s),
+        opens_in_s: 0.0,
         reward: 1.0,
         priority: 0,
         max_robots: 1,

@@ -221,6 +221,7 @@ impl Trial {
                         .rng
                         .random_bool(0.9)
                         .then(|| self.rng.random_range(0.0..200.0)),
+                    opens_in_s: 0.0,
                     reward: f64::from(self.rng.random_range(1..4)),
                     priority: behavior.priority,
                     max_robots: behavior.max_robots,

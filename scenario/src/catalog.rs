@@ -51,13 +51,16 @@ impl Catalog {
         let (names, sets) = mission.catalog(scenario);
         let tasks = names.into_iter().zip(0..).map(|(name, id)| {
             let section = scenario.tasks.get(&name).copied().unwrap_or_default();
-            let max_robots = section.max_robots.or_else(|| {
-                let behavior = sets.get(sets.partition_point(|set| set.task < TaskId(id)))?;
-                Some(mission.behavior_properties(scenario, behavior).max_robots)
-            });
+            let behavior = sets.get(sets.partition_point(|set| set.task < TaskId(id)));
+            let properties =
+                behavior.map(|behavior| mission.behavior_properties(scenario, behavior));
+            let properties = properties.unwrap_or_default();
             TaskSpec {
-                max_robots: max_robots.unwrap_or(1),
-                priority: section.priority,
+                max_robots: section.max_robots.unwrap_or(properties.max_robots),
+                priority: match section.priority {
+                    0 => properties.priority,
+                    stated => stated,
+                },
                 name,
             }
         });

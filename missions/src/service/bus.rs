@@ -16,7 +16,7 @@ pub const LEAST_LEFT_S: f32 = 0.001;
 pub struct PointFact {
     pub point: u16,
     /// The kind of work, as an index into the scenario's kinds.
-    pub kind: u8,
+    pub kind: u16,
     pub round: u16,
     /// The place, m: in the robot's frame in a reading of sight, in the room's frame elsewhere.
     pub at: Vec2,

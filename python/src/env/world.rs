@@ -160,6 +160,7 @@ fn placeholder(behavior: BehaviorId) -> Choice {
         round: SimTime::ZERO,
         applicable: false,
         cost_s: None,
+        opens_in_s: 0.0,
         reward: 0.0,
         priority: 0,
         max_robots: 0,

@@ -302,6 +302,9 @@ pub struct Choice {
     /// The estimated duration of one unit of work, s, finite, from the robot's own knowledge; `None` without an
     /// estimate.
     pub cost_s: Option<f64>,
+    /// The time until the work of the unit can begin, s, 0 or more. A robot may drive there before, and waits. The
+    /// [cost](Self::cost_s) contains the wait.
+    pub opens_in_s: f64,
     /// The reward of one unit, finite, in a measure of the mission.
     pub reward: f64,
     /// The priority of the task; a higher one goes first.

@@ -40,6 +40,12 @@ impl<K: Copy + Ord> FailedAttempts<K> {
         self.suspensions.insert(place, Suspension { span, until });
     }
 
+    /// Suspends a place for some time without a failed attempt.
+    pub fn suspend(&mut self, place: K, span: SimTime, now: SimTime) {
+        let until = now + span;
+        self.suspensions.insert(place, Suspension { span, until });
+    }
+
     pub fn succeed(&mut self, place: K) {
         // The check is faster than a search in an empty map, which is the usual case.
         if !self.suspensions.is_empty() {

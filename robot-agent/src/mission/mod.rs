@@ -104,6 +104,7 @@ pub trait MissionController: CloneController + Debug + Send + 'static {
                 round: self.round(input, behavior.task),
                 applicable,
                 cost_s: self.seconds(from, &[], behavior.task),
+                opens_in_s: 0.0,
                 reward: 1.0,
                 priority: behavior.priority,
                 max_robots: behavior.max_robots,

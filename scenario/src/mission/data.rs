@@ -315,6 +315,8 @@ pub struct BehaviorProperties {
     pub max_robots: u32,
     /// The interval after which the work is due again, s; `None`, the default, for work that does not recur.
     pub recurrence_s: Option<f64>,
+    /// The priority of the task, unless the scenario states another one than 0; 0 is the default.
+    pub priority: i32,
     /// True if the task has many units of work, so that a robot keeps the task. The default is false.
     pub is_long_running: bool,
 }
@@ -324,6 +326,7 @@ impl Default for BehaviorProperties {
         Self {
             max_robots: 1,
             recurrence_s: None,
+            priority: 0,
             is_long_running: false,
         }
     }

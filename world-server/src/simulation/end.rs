@@ -28,8 +28,8 @@ impl Simulation {
             .or_else(|| self.is_out_of_energy().then_some(Outcome::NoRobotLeft))
     }
 
-    /// Checks whether no robot will act again, because all robots with a running agent have used up their energy. Nothing
-    /// recharges a battery, and the schedule brings no other robot back.
+    /// Checks whether no robot will act again, because all robots with a running agent have used up their energy. A robot
+    /// without energy cannot drive to a charger, and the schedule brings no other robot back.
     fn is_out_of_energy(&self) -> bool {
         if self.setup.scenario.energy.is_none() || self.schedule.will_return_robots() {
             return false;

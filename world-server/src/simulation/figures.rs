@@ -28,11 +28,10 @@ impl Simulation {
             }
         }
         if let Some(energy) = &self.setup.scenario.energy {
-            let left = self
-                .barrier
-                .robots()
-                .filter_map(|robot| self.world.energy_j(robot));
-            let used = left.map(|left_j| f64::from(energy.capacity_j - left_j));
+            let used = self.barrier.robots().filter_map(|robot| {
+                let left_j = self.world.energy_j(robot)?;
+                Some(f64::from(energy.capacity_j - left_j) + self.world.received_j(robot))
+            });
             figures.mission.add("energy_used_j", used.sum::<f64>());
         }
         figures

@@ -214,6 +214,28 @@ impl Floor {
         battery.map(|battery| battery.charge_j())
     }
 
+    /// Charges the battery of a robot, at most up to its capacity. Returns the energy that the battery took, J; 0 if energy is
+    /// not simulated.
+    pub fn charge(&mut self, robot: RobotId, energy_j: f64) -> f64 {
+        let battery = &mut self.robots[robot.index()].battery;
+        let taken = battery.as_mut().map(|battery| battery.charge(energy_j));
+        taken.unwrap_or_default()
+    }
+
+    /// Returns whether a robot's battery is full. True if energy is not simulated.
+    #[must_use]
+    pub fn is_fully_charged(&self, robot: RobotId) -> bool {
+        let battery = self.robots[robot.index()].battery;
+        battery.is_none_or(|battery| battery.is_full())
+    }
+
+    /// Returns the energy that a robot's battery has received since the start, J.
+    #[must_use]
+    pub fn received_j(&self, robot: RobotId) -> f64 {
+        let battery = self.robots[robot.index()].battery;
+        battery.map_or(0.0, |battery| battery.received_j())
+    }
+
     /// Returns all rectangles by id: obstacles and patches.
     #[must_use]
     pub fn obstacles(&self) -> &[Component] {

@@ -6,7 +6,12 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
 use crate::service::bus::PointFact;
-use crate::service::data::{KnowledgeSource, ServiceSection, TaskGranularity};
+use crate::service::data::{
+    Charger, KnowledgeSource, ServiceSection, Slots, TaskGranularity, Terms, terms,
+};
+
+/// The share of the capacity at which a robot leaves a charger.
+const CHARGED: f32 = 0.98;
 
 #[derive(Debug)]
 pub(super) struct Briefing {
@@ -18,6 +23,17 @@ pub(super) struct Briefing {
     pub kinds: Vec<KindParameters>,
     /// The upper right corner of the room, m. The lower left is (0, 0).
     pub room: Vec2,
+    pub step: SimTime,
+    pub slots: Slots,
+    pub chargers: Vec<Vec2>,
+    /// The energy at which a robot drives to a charger, and at which it goes back to work, J.
+    pub energy_limits_j: [f32; 2],
+    /// The longest time that a robot waits at a point for the robots of the other slots.
+    pub coalition_wait: SimTime,
+    /// The windows and values of the points at stated places, by number. Empty if no point states any.
+    terms: Vec<Terms>,
+    /// The priorities of the points at stated places, by number.
+    priorities: Vec<i32>,
     most_points: usize,
 }
 
@@ -45,6 +61,21 @@ impl Briefing {
             step_s: scenario.step_ms as f32 / 1000.0,
             kinds: kinds.collect(),
             room: scenario.room.size(),
+            step: SimTime(scenario.step_ms),
+            slots: Slots::new(section),
+            chargers: section.chargers.iter().map(Charger::place).collect(),
+            energy_limits_j: [section.reserve.unwrap_or(0.2) as f32, CHARGED].map(|share| {
+                share
+                    * scenario
+                        .energy
+                        .as_ref()
+                        .map_or(0.0, |energy| energy.capacity_j)
+            }),
+            coalition_wait: SimTime::from_secs_f64(section.coalition_wait_s.unwrap_or(30.0)),
+            priorities: (0..section.points.len())
+                .map(|point| section.priority(point))
+                .collect(),
+            terms: terms(section),
             most_points: section.max_points(),
         }
     }
@@ -65,10 +96,46 @@ impl Briefing {
             && (0.0..1e7).contains(&fact.left_s)
     }
 
+    /// Returns whether any point states a window, a value or a priority.
+    pub fn has_terms(&self) -> bool {
+        !self.terms.is_empty()
+    }
+
+    pub fn terms(&self, point: u16) -> &Terms {
+        self.terms.get(usize::from(point)).unwrap_or(&Terms::NONE)
+    }
+
+    /// Returns the time from which robots can work on a point, and the time at which it expires, if it is stated.
+    pub fn window(&self, fact: &PointFact) -> (SimTime, Option<SimTime>) {
+        self.terms(fact.point).window(fact.round)
+    }
+
+    pub fn priority(&self, point: u16) -> i32 {
+        let priority = self.priorities.get(usize::from(point));
+        priority.copied().unwrap_or_default()
+    }
+
+    /// Returns the point of a task, if each point is a task.
+    pub fn point(&self, task: TaskId) -> u16 {
+        self.slots.point(task)
+    }
+
+    /// Returns whether robots must work together at a point.
+    pub fn has_slots(&self, point: u16) -> bool {
+        !self.slots.of_point(point).is_empty()
+    }
+
+    /// Returns the tasks of a point: one per slot, or one.
+    pub fn tasks_of(&self, fact: &PointFact) -> impl Iterator<Item = TaskId> {
+        let slots = self.slots.of_point(fact.point);
+        let alone = slots.is_empty().then(|| self.task(fact));
+        alone.into_iter().chain(slots.iter().map(|slot| slot.task))
+    }
+
     pub fn task(&self, fact: &PointFact) -> TaskId {
         match self.tasks {
             TaskGranularity::Points => TaskId(fact.point),
-            TaskGranularity::Kinds => TaskId(fact.kind.into()),
+            TaskGranularity::Kinds => TaskId(fact.kind),
         }
     }
 }

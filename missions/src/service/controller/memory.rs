@@ -1,6 +1,6 @@
 //! The knowledge of a robot about the points, from its own sensors and from messages.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
@@ -25,6 +25,10 @@ pub(super) struct Memory {
     /// The robot's tasks in ascending order, with the number of known open points that it can serve.
     open: Vec<(TaskId, u32)>,
     skills: Vec<f32>,
+    /// The points at which robots work together, in ascending order.
+    with_slots: Vec<u16>,
+    /// The known open points that expire at a stated time.
+    closing: BTreeSet<(SimTime, u16)>,
     /// The attempts of this robot that found no way to a point.
     pub failed: FailedAttempts<u16>,
 }
@@ -41,11 +45,25 @@ impl Memory {
             news: ArrayVec::new(),
             open: tasks.map(|task| (task, 0)).collect(),
             skills,
+            with_slots: Vec::new(),
+            closing: BTreeSet::new(),
             failed: FailedAttempts::default(),
         }
     }
 
+    /// Records the points at which robots work together, in ascending order. The robot has the skill for each of its
+    /// slots there.
+    pub fn with_slots(mut self, points: Vec<u16>) -> Self {
+        self.with_slots = points;
+        self
+    }
+
+    /// Returns the skill for a point that the robot can serve alone. The pace of robots that work together is not known
+    /// before, and counts as 1.
     pub fn skill(&self, fact: &PointFact) -> f32 {
+        if self.with_slots.binary_search(&fact.point).is_ok() {
+            return 1.0;
+        }
         self.skills[usize::from(fact.kind)]
     }
 
@@ -61,9 +79,9 @@ impl Memory {
     pub fn applicable(&self, briefing: &Briefing, now: SimTime) -> impl Iterator<Item = bool> {
         self.open.iter().map(move |(task, open)| {
             let is_of_task = |point: &u16| match briefing.tasks {
-                TaskGranularity::Points => *point == task.0,
+                TaskGranularity::Points => *point == briefing.point(*task),
                 TaskGranularity::Kinds => self.fact(*point).is_some_and(|fact| {
-                    u16::from(fact.kind) == task.0 && is_open(fact) && self.skill(fact) > 0.0
+                    fact.kind == task.0 && is_open(fact) && self.skill(fact) > 0.0
                 }),
             };
             *open as usize > self.failed.suspended(now).filter(is_of_task).count()
@@ -72,9 +90,11 @@ impl Memory {
 
     pub fn merge(&mut self, briefing: &Briefing, mut new: ObservedFact) {
         let number = new.fact.point;
-        let task = briefing.task(&new.fact);
-        let index = self.open.binary_search_by_key(&task, |(task, _)| *task);
-        if index.is_err() && briefing.known == KnowledgeSource::All {
+        let is_own = |task| self.open.binary_search_by_key(&task, |(task, _)| *task);
+        let is_concerned = briefing
+            .tasks_of(&new.fact)
+            .any(|task| is_own(task).is_ok());
+        if !is_concerned && briefing.known == KnowledgeSource::All {
             // With a board, the robots concerned receive the fact from the board.
             return;
         }
@@ -90,6 +110,11 @@ impl Memory {
                 new.fact.left_s = new.fact.left_s.min(fact.left_s);
             }
         }
+        if let (_, Some(closes)) = briefing.window(&new.fact)
+            && is_open(&new.fact)
+        {
+            self.closing.insert((closes, number));
+        }
         self.points.insert(number, new);
         let was_open = old.is_some_and(|old| is_open(&old.fact));
         let is_open = is_open(&new.fact);
@@ -99,7 +124,10 @@ impl Memory {
         if was_open == is_open || self.skill(&new.fact) <= 0.0 {
             return;
         }
-        if let Ok(index) = index {
+        for task in briefing.tasks_of(&new.fact) {
+            let Ok(index) = self.open.binary_search_by_key(&task, |(task, _)| *task) else {
+                continue;
+            };
             let open = &mut self.open[index].1;
             *open = if is_open {
                 *open + 1
@@ -107,6 +135,16 @@ impl Memory {
                 open.saturating_sub(1)
             };
         }
+    }
+
+    /// Returns the next known point that has expired by `now`, and forgets its deadline.
+    pub fn next_closed(&mut self, now: SimTime) -> Option<&PointFact> {
+        let (closes, point) = *self.closing.first()?;
+        if closes > now {
+            return None;
+        }
+        self.closing.pop_first();
+        self.fact(point)
     }
 
     pub fn work_left(&mut self, point: u16, left_s: f32) {
@@ -148,16 +186,20 @@ impl Memory {
         content
     }
 
-    /// Returns the nearest open point of a kind that the robot can serve and that is not suspended.
-    pub fn nearest(&self, kind: usize, to: Vec2, now: SimTime) -> Option<&PointFact> {
+    /// Returns the open points of a kind that the robot can serve and that are not suspended.
+    pub fn open_of_kind(&self, kind: usize, now: SimTime) -> impl Iterator<Item = &PointFact> {
         let facts = self.facts_from(0);
-        let of_kind = facts.filter(|fact| {
+        facts.filter(move |fact| {
             usize::from(fact.kind) == kind
                 && is_open(fact)
                 && self.skill(fact) > 0.0
                 && !self.failed.is_suspended(fact.point, now)
-        });
-        of_kind.min_by(|a, b| {
+        })
+    }
+
+    /// Returns the nearest of the points of [`Memory::open_of_kind`].
+    pub fn nearest(&self, kind: usize, to: Vec2, now: SimTime) -> Option<&PointFact> {
+        self.open_of_kind(kind, now).min_by(|a, b| {
             let distance = |fact: &PointFact| fact.at.distance_squared(to);
             distance(a).total_cmp(&distance(b))
         })

@@ -1,13 +1,18 @@
 //! The robot controller of service: goes to a point of the active task and works there.
 //!
 //! - `briefing`: the initial knowledge. `memory`: the knowledge about points. `wander`: movement without a task.
-//! - `progress`: the estimated progress of the current work.
+//! - `recharge`: the way to a charger. `progress`: the estimated progress of the current work. `timing`: points with windows. `crew`, `together`:
+//!   robots that work together.
 
 mod briefing;
+mod crew;
 mod memory;
 mod progress;
+mod recharge;
 #[cfg(test)]
 mod tests;
+mod timing;
+mod together;
 mod wander;
 
 use std::sync::Arc;
@@ -16,7 +21,7 @@ use glam::Vec2;
 use proto::mission::{Action as AnyAction, SharedKnowledge as AnyKnowledge};
 use proto::readings::{Actuation, Readings};
 use proto::team::Broadcast;
-use robot_agent::allocator::OwnBehavior;
+use robot_agent::allocator::{Choice, OwnBehavior};
 use robot_agent::body::{Driver, Surroundings};
 use robot_agent::mission::{
     ControllerConstructor, ControllerInput, MissionController, Perception, StepOutput,
@@ -30,6 +35,7 @@ use crate::geometry::direction;
 use super::bus::{Action, ObservedFact, PointFact, SensorReading, SharedKnowledge};
 use super::data::{self, KnowledgeSource, TaskGranularity};
 use briefing::Briefing;
+use crew::CrewMember;
 use memory::{Memory, is_open};
 use progress::Progress;
 use wander::Wander;
@@ -56,6 +62,13 @@ struct ServiceController {
     /// The point on which the robot worked in the previous step, according to its own action.
     working: Option<u16>,
     target: Option<u16>,
+    /// The point of the previous step's active task.
+    heading_for: Option<u16>,
+    crew: CrewMember,
+    /// The point whose load the robot carries.
+    laden: Option<u16>,
+    /// The charger to which the robot drives, or at which it charges, m.
+    charger: Option<Vec2>,
     /// The point to which the way was blocked, with the work left, s, and the time since when both are the same.
     blocked: Option<(u16, f32, SimTime)>,
     /// The number of the point from which the absence check continues.
@@ -68,12 +81,17 @@ impl ServiceController {
         let behaviors = OwnBehavior::of_robot(robot, setup);
         let skills = briefing.skills(robot, setup);
         Self {
-            memory: Memory::new(behaviors.iter().map(|behavior| behavior.task), skills),
+            memory: Memory::new(behaviors.iter().map(|behavior| behavior.task), skills)
+                .with_slots(briefing.slots.iter().map(|(point, _)| point).collect()),
             driver: Driver::new(robot, setup),
             wander: Wander::new(setup.seed, robot),
             progress: None,
             working: None,
             target: None,
+            heading_for: None,
+            laden: None,
+            charger: None,
+            crew: CrewMember::new(robot, setup.scenario.robots.len(), briefing.coalition_wait),
             blocked: None,
             looked_for: 0,
             now: SimTime::ZERO,
@@ -81,8 +99,12 @@ impl ServiceController {
         }
     }
 
-    fn learn(&mut self, fact: PointFact, sensed: SimTime) {
+    fn learn(&mut self, mut fact: PointFact, sensed: SimTime) {
         if self.briefing.is_plausible(&fact) {
+            let (_, closes) = self.briefing.window(&fact);
+            if closes.is_some_and(|closes| closes <= self.now) {
+                fact.left_s = 0.0;
+            }
             self.memory
                 .merge(&self.briefing, ObservedFact { fact, sensed });
         }
@@ -144,6 +166,11 @@ impl ServiceController {
         if let Some(point) = effect {
             self.memory.failed.succeed(point);
         }
+        if self.note_crew(effect, perception) {
+            self.progress = None;
+            return;
+        }
+        let effect = effect.filter(|point| self.could_work(*point) && self.laden != Some(*point));
         if let (Some(progress), None) = (&self.progress, effect)
             && self.working == Some(progress.point)
             && progress.next_step_completes()
@@ -190,16 +217,17 @@ impl ServiceController {
     fn target(&mut self, task: TaskId, position: Vec2) -> Option<PointFact> {
         let open = |fact: &&PointFact| is_open(fact);
         match self.briefing.tasks {
-            TaskGranularity::Points => self.memory.fact(task.0).filter(open).copied(),
+            TaskGranularity::Points => {
+                let point = self.briefing.point(task);
+                self.memory.fact(point).filter(open).copied()
+            }
             TaskGranularity::Kinds => {
                 let chosen = self.target.and_then(|target| self.memory.fact(target));
                 let chosen = chosen
                     .filter(open)
-                    .filter(|fact| u16::from(fact.kind) == task.0)
+                    .filter(|fact| fact.kind == task.0)
                     .filter(|fact| !self.memory.failed.is_suspended(fact.point, self.now));
-                let fact = chosen
-                    .or_else(|| self.memory.nearest(task.index(), position, self.now))
-                    .copied();
+                let fact = chosen.or_else(|| self.point_of(task, position)).copied();
                 self.target = fact.map(|fact| fact.point);
                 fact
             }
@@ -235,20 +263,30 @@ impl ServiceController {
         self.driver.drive_to(to, near_m / 2.0, readings, now)
     }
 
+    /// Estimates the straight way to a point at top speed, s.
+    fn drive_s(&self, from: Vec2, fact: &PointFact) -> f64 {
+        let way_m = (from.distance(fact.at) - self.briefing.reach_m).max(0.0);
+        self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0))
+    }
+
     /// Estimates the cost of a point: straight way at top speed and all work left, s. `None` without the skill.
     fn cost_s(&self, from: Vec2, fact: &PointFact) -> Option<f64> {
         let skill = self.memory.skill(fact);
-        let way_m = (from.distance(fact.at) - self.briefing.reach_m).max(0.0);
-        let drive_s = self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0));
+        let drive_s = self.drive_s(from, fact);
         (skill > 0.0).then(|| drive_s + f64::from(fact.left_s / skill))
     }
 
-    /// Returns the point that represents a task, for a robot at the given place.
-    fn point_of(&self, task: TaskId, from: Vec2) -> Option<&PointFact> {
-        match self.briefing.tasks {
-            TaskGranularity::Points => self.memory.fact(task.0),
-            TaskGranularity::Kinds => self.memory.nearest(task.index(), from, self.now),
-        }
+    /// Returns whether the window of a point was open in the previous step. Before, a robot at the point only waits.
+    fn could_work(&self, point: u16) -> bool {
+        let fact = self.memory.fact(point);
+        let opens = fact.map_or(SimTime::ZERO, |fact| self.briefing.window(fact).0);
+        opens == SimTime::ZERO || opens + self.briefing.step <= self.now
+    }
+
+    /// Returns the start of a point's current round, at most the current time.
+    fn round_of(&self, fact: Option<&PointFact>, now: SimTime) -> SimTime {
+        fact.map_or(SimTime::ZERO, |fact| self.came_back(fact))
+            .min(now)
     }
 }
 
@@ -269,18 +307,57 @@ impl MissionController for ServiceController {
             // An observation cannot be in the future.
             self.learn(known.fact, known.sensed.min(input.now));
         }
+        let load = sensed.effect.and_then(|point| self.memory.fact(point));
+        self.laden = load
+            .filter(|fact| self.is_load(fact))
+            .map(|fact| fact.point);
         self.note_work(sensed.effect, input, perception);
-        let can_go = input.position().is_some();
+        if self.briefing.has_terms() {
+            self.close_expired(input.now);
+        }
+        let position = input.position();
+        let can_go = position.is_some();
         let applicable = self.memory.applicable(&self.briefing, self.now);
         let applicable = applicable.map(|is_open| is_open && can_go);
         perception.applicable.extend(applicable);
+        if self.briefing.has_terms() {
+            let own = input.behaviors.iter().zip(&mut perception.applicable);
+            for (behavior, applicable) in own {
+                *applicable &=
+                    self.is_due(behavior.task, position) && !self.is_taken(behavior.task, position);
+            }
+        }
+        self.update_charging(input.readings);
+        if self.charger.is_some() {
+            perception.applicable.fill(false);
+        }
+    }
+
+    fn choices(&self, input: &ControllerInput<'_>, applicable: &[bool], choices: &mut Vec<Choice>) {
+        if self.briefing.has_terms() {
+            self.choices_in_windows(input, choices);
+            return;
+        }
+        let from = input.position();
+        for (behavior, &applicable) in input.behaviors.iter().zip(applicable) {
+            choices.push(Choice {
+                behavior: behavior.id,
+                task: behavior.task,
+                round: self.round(input, behavior.task),
+                applicable,
+                cost_s: self.seconds(from, &[], behavior.task),
+                opens_in_s: 0.0,
+                reward: 1.0,
+                priority: behavior.priority,
+                max_robots: behavior.max_robots,
+            });
+        }
     }
 
     fn round(&self, input: &ControllerInput<'_>, task: TaskId) -> SimTime {
         let from = input.position();
         let fact = from.and_then(|from| self.point_of(task, from));
-        fact.map_or(SimTime::ZERO, |fact| self.came_back(fact))
-            .min(input.now)
+        self.round_of(fact, input.now)
     }
 
     /// Drives toward the point until its work has an effect, because the robot only estimates whether it is within
@@ -292,19 +369,30 @@ impl MissionController for ServiceController {
         output: &mut StepOutput,
     ) {
         let sensed = input.reading::<SensorReading>();
-        let target = input.task_of(active).zip(input.position());
+        self.crew.task = input.task_of(active);
+        let target = self.crew.task.zip(input.position());
         let target = target.and_then(|(task, position)| self.target(task, position));
         let mut action = Action {
             work: None,
             read: sensed.board_line,
         };
+        let mut working = None;
+        self.heading_for = target.map(|fact| fact.point);
         if let (Some(fact), Some(position)) = (target, input.position()) {
             self.wander.end();
-            let near_m = self.briefing.reach_m;
-            if position.distance(fact.at) <= near_m + CERTAIN_M {
-                action.work = Some(fact.point);
+            let (near_m, distance_m) = (self.briefing.reach_m, position.distance(fact.at));
+            let slot = self
+                .crew
+                .task
+                .filter(|_| self.briefing.has_slots(fact.point));
+            if distance_m <= near_m + CERTAIN_M {
+                action.work = Some(slot.map_or(fact.point, |slot| slot.0));
+                working = Some(fact.point);
             }
-            if sensed.effect != Some(fact.point) {
+            let works = sensed.effect == Some(fact.point);
+            self.note_wait(&fact, works, distance_m, input.now);
+            let delivers = self.laden == Some(fact.point) && distance_m > near_m / 2.0;
+            if delivers || !works && !self.stands_in_crew(&fact, distance_m) {
                 let (readings, now) = (input.readings, input.now);
                 output.actuation = self.driver.drive_to(fact.at, near_m / 2.0, readings, now);
                 if self.driver.is_blocked() {
@@ -312,9 +400,15 @@ impl MissionController for ServiceController {
                 }
             }
         } else if let Some(position) = input.position() {
-            output.actuation = self.idle(position, input.readings, input.now);
+            self.crew.note_wait(None, input.now);
+            output.actuation = match self.charger {
+                Some(charger) => {
+                    self.drive_to_charger(charger, position, input.readings, input.now)
+                }
+                None => self.idle(position, input.readings, input.now),
+            };
         }
-        self.working = action.work;
+        self.working = working;
         if action != Action::default() {
             output.actuation.action = AnyAction::new(&action);
         }
@@ -324,8 +418,15 @@ impl MissionController for ServiceController {
         knowledge.set(&self.memory.shared_knowledge(&self.briefing, self.now));
     }
 
+    fn is_laden(&self) -> bool {
+        self.laden.is_some()
+    }
+
     fn seconds(&self, from: Option<Vec2>, after: &[TaskId], task: TaskId) -> Option<f64> {
         let mut from = from?;
+        if self.briefing.has_terms() {
+            return self.seconds_in_window(from, after, task);
+        }
         if let Some(last) = after.last() {
             from = self.point_of(*last, from)?.at;
         }
@@ -361,20 +462,35 @@ pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
         let door = Vec2::new(0.0, briefing.room.y / 2.0);
         let start = robot.start.map_or(door, |start| start.position());
         let speed_m_s = scenario.body_of(robot).speed_m_s;
-        let cost_ms = |point: &data::PointSpec| {
+        let cost_ms = |(number, point): (u16, &data::PointSpec)| {
             let way_m = (start.distance(point.at) - briefing.reach_m).max(0.0);
-            let drive_s = f64::from(way_m / speed_m_s);
-            let work_s = point.work_s / f64::from(skills[point.kind]);
-            (1000.0 * (drive_s + work_s)) as i64
+            let mut start_s = f64::from(way_m / speed_m_s);
+            if point.opens_after > SimTime::ZERO {
+                start_s = start_s.max((point.arrives + point.opens_after).as_secs_f64());
+            }
+            let skill = if briefing.has_slots(number) {
+                1.0
+            } else {
+                skills[point.kind]
+            };
+            let work_s = point.work_s / f64::from(skill);
+            (1000.0 * (start_s + work_s)) as i64
         };
         let mut row = vec![None; catalog.tasks.len()];
         for id in catalog.behaviors_of(robot) {
             let task = catalog.sets[id.index()].task.index();
-            let able = |point: &&data::PointSpec| skills[point.kind] > 0.0;
+            let able = |(number, point): &(u16, &data::PointSpec)| {
+                briefing.has_slots(*number) || skills[point.kind] > 0.0
+            };
             row[task] = match briefing.tasks {
-                TaskGranularity::Points => points.get(task).filter(able).map(cost_ms),
+                TaskGranularity::Points => {
+                    let number = briefing.point(TaskId(task as u16));
+                    let point = points.get(usize::from(number));
+                    point.map(|point| (number, point)).filter(able).map(cost_ms)
+                }
                 TaskGranularity::Kinds => {
-                    let of_kind = points.iter().filter(|point| point.kind == task);
+                    let points = (0..).zip(&points);
+                    let of_kind = points.filter(|(_, point)| point.kind == task);
                     of_kind.filter(able).map(cost_ms).min()
                 }
             };

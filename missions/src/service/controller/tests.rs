@@ -30,7 +30,7 @@ fn memory() -> Memory {
 fn fact(point: u16, round: u16, left_s: f32) -> PointFact {
     PointFact {
         point,
-        kind: (point % 2) as u8,
+        kind: point % 2,
         round,
         at: Vec2::new(f32::from(point % 12), 3.0),
         left_s,

@@ -1,15 +1,20 @@
 //! Checks of `[service]` beyond the ranges of its parameters.
 
-use std::f64::consts::PI;
+use std::collections::BTreeSet;
 
 use glam::Vec2;
-use scenario::limits::check_known;
+use scenario::limits::{check_known, closed};
 use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::Places;
 
 use super::points::free_place;
-use super::{Interval, MAX_POINTS, ServiceSection};
+use super::room::has_room;
+use super::{Interval, Kind, MAX_POINTS, Point, ServiceSection};
+use super::{precedence, slots};
 use crate::coverage::uncovered_tasks;
+
+/// The maximum number of tasks: points, spare ones and slots.
+const MAX_TASKS: usize = 60_000;
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
@@ -20,8 +25,10 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         if let Some(deadline_s) = &kind.deadline_s {
             in_order(deadline_s, at.key("deadline_s"))?;
         }
-        fit(scenario, kind.workers, at.key("workers"))?;
+        fit(scenario, kind.workers, "a point", at.key("workers"))?;
     }
+    let known = section.kinds.iter().map(|kind| kind.name.as_str());
+    let known: BTreeSet<&str> = known.collect();
     let points = section.points.iter().map(|point| Some(&point.kind));
     let random = section.random.iter().map(|batch| batch.kind.as_ref());
     for (list, kinds) in [
@@ -29,12 +36,23 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         ("random", random.collect()),
     ] {
         for (index, kind) in kinds.into_iter().enumerate() {
-            let Some(kind) = kind else { continue };
+            let Some(kind) = kind.filter(|kind| !known.contains(kind.as_str())) else {
+                continue;
+            };
             let at = at.key(list).index(index).key("kind");
             let known = section.kinds.iter().map(|kind| kind.name.as_str());
             check_known(at, "there is no kind", kind, known)?;
         }
     }
+    let mut kinds = section.kinds_of_points();
+    for (index, point) in section.points.iter().enumerate() {
+        let at = at.key("points").index(index);
+        let kind = kinds.next().map(|kind| &section.kinds[kind]);
+        check_point(scenario, index, point, kind, at.clone())?;
+        slots::check_needs(scenario, point, at.key("needs"))?;
+    }
+    precedence::check(section)?;
+    check_energy(scenario)?;
     let count = section.kinds_of_points().count();
     let all = count + usize::from(section.spare);
     if all == 0 {
@@ -46,36 +64,75 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         let remedy = "give fewer points, random and spare";
         return Err(Problem::at(at, what, remedy));
     }
-    if section.uncovered {
+    let slots = section.points.iter().flat_map(|point| point.needs.values());
+    let tasks = all + slots.map(|count| *count as usize).sum::<usize>();
+    if tasks > MAX_TASKS {
+        let what = format!("more than {MAX_TASKS} points and slots in all");
+        return Err(Problem::at(at, what, "give fewer points or needs"));
+    }
+    if section.uncovered || has_unknown_skill(scenario) {
+        // The check of skills, which runs later, reports an unknown skill.
         return Ok(());
     }
+    slots::check_filled(scenario)?;
     covered(scenario)
 }
 
-/// Checks that robots can work on the stated points, and that there is room for drawn ones.
+/// Checks that robots can reach the stated points and chargers, and that there is room for drawn points.
 pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
     let places = Places::of(scenario);
-    for (index, point) in section.points.iter().enumerate() {
-        let (x_m, y_m, reach_m) = (point.x_m, point.y_m, section.reach_m);
-        if places.can_be_worked_on(Vec2::new(x_m, y_m), reach_m) {
+    let points = section.points.iter().enumerate().map(|(index, point)| {
+        let at = KeyPath::new(["service", "points"]).index(index);
+        (
+            format!("p{index}"),
+            "the point",
+            Vec2::new(point.x_m, point.y_m),
+            at,
+        )
+    });
+    let chargers = section.chargers.iter().enumerate().map(|(index, charger)| {
+        let at = KeyPath::new(["service", "chargers"]).index(index);
+        (
+            format!("the charger c{index}"),
+            "the charger",
+            charger.place(),
+            at,
+        )
+    });
+    let deliveries = section
+        .points
+        .iter()
+        .enumerate()
+        .filter_map(|(index, point)| {
+            let at = KeyPath::new(["service", "points"]).index(index);
+            let name = format!("the delivery of p{index}");
+            Some((
+                name,
+                "the place",
+                Vec2::from(point.deliver_to?),
+                at.key("deliver_to"),
+            ))
+        });
+    for (name, thing, place, at) in points.chain(chargers).chain(deliveries) {
+        let (x_m, y_m, reach_m) = (place.x, place.y, section.reach_m);
+        if places.can_be_worked_on(place, reach_m) {
             continue;
         }
         let mut obstacles = scenario.obstacles.iter();
         let over = obstacles.position(|each| each.is_solid() && each.contains(x_m, y_m));
         let (what, remedy) = match over {
             Some(obstacle) => (
-                format!("p{index} at ({x_m}, {y_m}) lies in the solid obstacles[{obstacle}]"),
-                "move one of them",
+                format!("{name} at ({x_m}, {y_m}) lies in the solid obstacles[{obstacle}]"),
+                "move one of them".to_owned(),
             ),
             None => (
                 format!(
-                    "no robot has room within reach_m, {reach_m} m, of p{index} at ({x_m}, {y_m})"
+                    "no robot has room within reach_m, {reach_m} m, of {name} at ({x_m}, {y_m})"
                 ),
-                "move the point away from walls and obstacles, or increase reach_m",
+                format!("move {thing} away from walls and obstacles, or increase reach_m"),
             ),
         };
-        let at = KeyPath::new(["service", "points"]).index(index);
         return Err(Problem::at(at, what, remedy));
     }
     if section.random.is_empty() || free_place(scenario, &places).is_some() {
@@ -89,6 +146,72 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
     ))
 }
 
+/// Checks that chargers and reserve have an effect, and that the robots have room at the chargers.
+fn check_energy(scenario: &Scenario) -> Result<(), Problem> {
+    let section = ServiceSection::of(scenario);
+    let at = KeyPath::new(["service"]);
+    for (index, charger) in section.chargers.iter().enumerate() {
+        let at = at.key("chargers").index(index);
+        if scenario.energy.is_none() {
+            let what = "the scenario simulates no energy";
+            return Err(Problem::at(
+                at,
+                what,
+                "add a section [energy], or omit the charger",
+            ));
+        }
+        fit(scenario, charger.slots, "the charger", at.key("slots"))?;
+    }
+    if section.reserve.is_some() && section.chargers.is_empty() {
+        let what = "there is no charger";
+        return Err(Problem::at(
+            at.key("reserve"),
+            what,
+            "add [[service.chargers]], or omit it",
+        ));
+    }
+    Ok(())
+}
+
+/// Checks the window, the delivery and the name of a point.
+fn check_point(
+    scenario: &Scenario,
+    index: usize,
+    point: &Point,
+    kind: Option<&Kind>,
+    at: KeyPath,
+) -> Result<(), Problem> {
+    if let (Some(opens_s), Some(deadline_s)) = (point.opens_s, point.deadline_s)
+        && deadline_s <= opens_s
+    {
+        let what = format!(
+            "p{index} closes {deadline_s} s after its arrival, and opens after {opens_s} s"
+        );
+        let remedy = "give a deadline_s above opens_s";
+        return Err(Problem::at(at.key("deadline_s"), what, remedy));
+    }
+    if let Some([x_m, y_m]) = point.deliver_to {
+        let at = at.key("deliver_to");
+        closed(0.0, scenario.room.width_m.into(), "m").check(at.index(0), x_m)?;
+        closed(0.0, scenario.room.height_m.into(), "m").check(at.index(1), y_m)?;
+        if point.has_needs() {
+            let what = "robots that work together carry nothing";
+            return Err(Problem::at(at, what, "omit needs or deliver_to"));
+        }
+        if kind.is_some_and(|kind| kind.period_s.is_some()) {
+            let what = format!("p{index} comes back, and its load may be on the way then");
+            return Err(Problem::at(at, what, "omit period_s or deliver_to"));
+        }
+    }
+    let name = point.name.as_deref();
+    let number = name.and_then(|name| name.strip_prefix('p')?.parse::<usize>().ok());
+    if number.is_some_and(|number| number != index) {
+        let what = format!("the name of p{index} is that of another point");
+        return Err(Problem::at(at.key("name"), what, "give another name"));
+    }
+    Ok(())
+}
+
 fn in_order(between: &Interval, at: KeyPath) -> Result<(), Problem> {
     if between.min <= between.max {
         return Ok(());
@@ -98,7 +221,7 @@ fn in_order(between: &Interval, at: KeyPath) -> Result<(), Problem> {
 }
 
 /// Checks that the workers of a point fit side by side within its reach.
-fn fit(scenario: &Scenario, workers: u32, at: KeyPath) -> Result<(), Problem> {
+fn fit(scenario: &Scenario, workers: u32, thing: &str, at: KeyPath) -> Result<(), Problem> {
     let reach_m = ServiceSection::of(scenario).reach_m;
     if has_room(scenario, reach_m, workers) {
         return Ok(());
@@ -109,30 +232,28 @@ fn fit(scenario: &Scenario, workers: u32, at: KeyPath) -> Result<(), Problem> {
         .find(|fewer| has_room(scenario, reach_m, *fewer))
         .unwrap_or(1);
     let what = format!(
-        "{workers} robots of radius {} m have no room within reach_m, {reach_m} m, of a point",
+        "{workers} robots of radius {} m have no room within reach_m, {reach_m} m, of {thing}",
         scenario.body.radius_m
     );
     let remedy = format!("give at most {most}, or a longer reach_m");
     Err(Problem::at(at, what, remedy))
 }
 
-pub(super) fn has_room(scenario: &Scenario, reach_m: f32, workers: u32) -> bool {
-    let (reach, radius) = (f64::from(reach_m), f64::from(scenario.body.radius_m));
-    let between = 2.0 * reach * (PI / f64::from(workers)).sin();
-    scenario.body.robot_penetrability > 0.0 || workers <= 1 || between >= 2.0 * radius
+/// Returns whether a robot states a skill that no work requires.
+fn has_unknown_skill(scenario: &Scenario) -> bool {
+    let known: BTreeSet<String> = ServiceSection::of(scenario).skills().into_iter().collect();
+    let own_skills = scenario
+        .robots
+        .iter()
+        .flat_map(|robot| robot.skills.iter().flatten());
+    let mut skills = scenario.skills.iter().chain(own_skills);
+    skills.any(|(skill, _)| !known.contains(skill))
 }
 
 pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
     let catalog = Catalog::new(scenario);
     let uncovered = uncovered_tasks(scenario, &catalog);
-    let robots = scenario.robots.iter();
-    let own_skills = robots.flat_map(|robot| robot.skills.iter().flatten());
-    let mut skills = scenario.skills.iter().chain(own_skills);
-    if skills.any(|(skill, _)| section.kind_named(skill).is_none()) {
-        // The check of skills, which runs later, reports an unknown skill.
-        return Ok(());
-    }
     let Some(&task) = uncovered.first() else {
         return Ok(());
     };

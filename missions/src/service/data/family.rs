@@ -43,8 +43,7 @@ pub(super) fn family(robots: usize, points: usize) -> Scenario {
             kind: KIND.to_owned(),
             x_m: x_m + POINTS_AT * one.width_m,
             y_m: y_m + share.height(1.0) * one.height_m,
-            arrival_s: 0.0,
-            work_s: None,
+            ..Point::default()
         }
     });
     let points: Vec<Point> = points.collect();
@@ -94,6 +93,9 @@ fn section(points: Vec<Point>) -> ServiceSection {
         spare: 0,
         duration_s: None,
         uncovered: false,
+        coalition_wait_s: None,
+        reserve: None,
+        chargers: Vec::new(),
         kinds: vec![Kind {
             name: KIND.to_owned(),
             work_s: Interval {

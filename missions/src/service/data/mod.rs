@@ -5,17 +5,26 @@ mod family;
 mod faults;
 mod parameters;
 mod points;
+mod precedence;
 mod random;
+mod room;
 mod section;
+mod slots;
+mod terms;
 #[cfg(test)]
 mod tests;
 mod warnings;
+mod ways;
 
 pub use faults::POINT;
 pub use points::{PointSpec, points};
+pub use precedence::{predecessors, successors};
 pub use section::{
-    Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection, TaskGranularity,
+    Charger, Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection, TaskGranularity,
 };
+pub use slots::{Slot, Slots};
+pub use terms::{Terms, terms};
+pub use ways::Ways;
 
 use glam::Vec2;
 use scenario::fault::Order;
@@ -31,7 +40,7 @@ use scenario::mission::section::Section;
 use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
 
 pub const MAX_POINTS: usize = 10_000;
-pub const MAX_KINDS: usize = 64;
+pub const MAX_KINDS: usize = 10_000;
 
 pub const SERVICE: Mission = Mission::new(
     "service",
@@ -53,6 +62,14 @@ const SCENARIOS: [BuiltinScenario; 3] = [
         text: include_str!("../scenarios/space-greedy.toml"),
     },
 ];
+
+/// The number that a behavior's kind contains besides the kind of work, if the behavior fills a slot of a point.
+const SLOT: u32 = MAX_KINDS as u32 + 1;
+
+/// Returns the kind of work of a behavior; `None` for a point that a fault adds.
+fn kind_of<'s>(section: &'s ServiceSection, behavior: &BehaviorSpec) -> Option<&'s Kind> {
+    section.kinds.get((behavior.kind % SLOT) as usize)
+}
 
 #[derive(Debug)]
 struct Service;
@@ -77,7 +94,18 @@ impl MissionData for Service {
             faults: faults::ALL,
             devices: &["points", "effect"],
             measuring_devices: &["points"],
-            events: &["arrived", "begun", "left", "done", "expired"],
+            events: &[
+                "arrived",
+                "begun",
+                "left",
+                "done",
+                "expired",
+                "deadlock",
+                "charging",
+                "charged",
+                "picked-up",
+                "load-lost",
+            ],
             verbs: &[
                 ("begins", "begun"),
                 ("leaves", "left"),
@@ -99,6 +127,9 @@ impl MissionData for Service {
 
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
         let section = ServiceSection::of(scenario);
+        if section.tasks == TaskGranularity::Points && section.points.iter().any(Point::has_needs) {
+            return slots::catalog(section);
+        }
         let skill = |kind: usize| Some(section.kinds.get(kind)?.name.clone());
         let (tasks, kinds): (Vec<String>, Vec<usize>) = match section.tasks {
             TaskGranularity::Points => {
@@ -131,20 +162,23 @@ impl MissionData for Service {
         behavior: &BehaviorSpec,
     ) -> BehaviorProperties {
         let section = ServiceSection::of(scenario);
-        let kind = section.kinds.get(behavior.kind as usize);
+        let kind = kind_of(section, behavior);
         BehaviorProperties {
             max_robots: match (section.tasks, kind) {
-                (TaskGranularity::Points, Some(kind)) => kind.workers,
+                (TaskGranularity::Points, Some(kind)) if behavior.kind < SLOT => kind.workers,
                 _ => 1,
             },
             recurrence_s: kind.and_then(|kind| kind.period_s),
+            priority: match section.tasks {
+                TaskGranularity::Points => section.priority(behavior.task.index()),
+                TaskGranularity::Kinds => 0,
+            },
             ..BehaviorProperties::default()
         }
     }
 
     fn skills(&self, scenario: &Scenario) -> Vec<String> {
-        let kinds = ServiceSection::of(scenario).kinds.iter();
-        kinds.map(|kind| kind.name.clone()).collect()
+        ServiceSection::of(scenario).skills()
     }
 
     /// Derives the built-in parameters from the unit of work: patience for two units, perseverance for four.
@@ -183,7 +217,7 @@ impl MissionData for Service {
         } else {
             0.0
         };
-        let of_kind = section.kinds.get(behavior.kind as usize);
+        let of_kind = kind_of(section, behavior);
         let longest = section.kinds.iter().map(|kind| kind.work_s.max);
         let work_s = of_kind.map_or_else(|| longest.fold(0.0, f64::max), |kind| kind.work_s.max);
         drive_s + work_s / skill
@@ -194,19 +228,23 @@ impl MissionData for Service {
     }
 
     fn fault_names(&self, scenario: &Scenario, _key: &str) -> Vec<String> {
-        self.skills(scenario)
+        let kinds = ServiceSection::of(scenario).kinds.iter();
+        kinds.map(|kind| kind.name.clone()).collect()
     }
 
     fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {
         faults::check(scenario, order)
     }
 
-    /// Returns the promises of a run. It ends unless a task is uncovered or points keep coming back.
+    /// Returns the promises of a run. It ends unless a task is uncovered, points keep coming back,
+    /// or one robot is not enough for a point.
     fn expected_properties(&self, scenario: &Scenario) -> ExpectedProperties {
         let section = ServiceSection::of(scenario);
         let comes_back = section.kinds.iter().any(|kind| kind.period_s.is_some());
         ExpectedProperties {
-            ends: !section.uncovered && (!comes_back || section.duration_s.is_some()),
+            ends: !section.uncovered
+                && !section.points.iter().any(Point::has_needs)
+                && (!comes_back || section.duration_s.is_some()),
             ..ExpectedProperties::default()
         }
     }

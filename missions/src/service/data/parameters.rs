@@ -11,10 +11,15 @@ const LONGEST_S: f64 = 1e6;
 /// The shortest duration, s. The run measures times in whole milliseconds.
 const SHORTEST_S: f64 = 0.001;
 
+/// The largest priority and, negative, the smallest.
+const MOST_PRIORITY: i64 = 1_000_000;
+
 pub(super) fn all() -> Vec<ParameterSpec> {
     let most = MAX_POINTS as i64;
     let required = |key, about, range| ParameterSpec::new(key, "", Required, about, range);
     let place = |key, range| ParameterSpec::new(key, "m", Required, "place of the point", range);
+    let charger =
+        |key, range| ParameterSpec::new(key, "m", Required, "place of the charger", range);
     let list = |key, about, most| ParameterSpec::new(key, "", Words("none"), about, List(0, most));
     let length =
         |key, default, about| ParameterSpec::new(key, "m", Number(default), about, Above(0.0, 1e3));
@@ -71,6 +76,18 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             false,
             "whether tasks that no robot can do are allowed",
         ),
+        time(
+            "coalition_wait_s",
+            Words("30"),
+            "longest time that a robot waits at a point for the robots of its other slots",
+        ),
+        ParameterSpec::new(
+            "reserve",
+            "",
+            Words("0.2"),
+            "share of the energy capacity at which a robot drives to a charger",
+            Within(0.0, 0.9),
+        ),
         required("kinds", "the kinds of work", List(1, MAX_KINDS)),
         required(
             "kinds.name",
@@ -122,6 +139,60 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             Words("drawn as for its kind"),
             "work for a robot of skill 1",
         ),
+        ParameterSpec::new(
+            "points.name",
+            "",
+            Words("p0, p1, …"),
+            "name by which other points refer to it",
+            Name,
+        ),
+        ParameterSpec::new(
+            "points.opens_s",
+            "s",
+            Words("at its arrival"),
+            "time from arrival to the earliest work; robots receive it before and may wait at the place",
+            Within(0.0, LONGEST_S),
+        ),
+        time(
+            "points.deadline_s",
+            Words("drawn as for its kind"),
+            "time from arrival to expiration; robots receive it before",
+        ),
+        ParameterSpec::new(
+            "points.value",
+            "",
+            Words("1"),
+            "reward of the point if it is done in its window",
+            Within(1e-3, 1e9),
+        ),
+        ParameterSpec::new(
+            "points.priority",
+            "",
+            Words("0"),
+            "priority of its task; a higher one goes first",
+            ParameterRange::Whole(-MOST_PRIORITY, MOST_PRIORITY),
+        ),
+        ParameterSpec::new(
+            "points.after",
+            "",
+            Words("none"),
+            "points that must be done before this one arrives; if one of them expires, it expires, too",
+            Other("a list of names of points"),
+        ),
+        ParameterSpec::new(
+            "points.needs",
+            "",
+            Words("one robot with the skill of its kind"),
+            "numbers of robots by skill; work proceeds only while all of them are at the place",
+            Other("a table of skills with whole numbers from 1 to 16"),
+        ),
+        ParameterSpec::new(
+            "points.deliver_to",
+            "m",
+            Words("nowhere"),
+            "place to which the robot that has done the work carries a load; the point is done there",
+            Other("a place in the room, [x, y]"),
+        ),
         list("random", "points at random places in the room", 1000),
         required(
             "random.n",
@@ -145,6 +216,27 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             Number(0.0),
             "mean number of arrivals per second (Poisson process); 0: all at once",
             Within(0.0, 1e3),
+        ),
+        list(
+            "chargers",
+            "places at which robots charge their batteries",
+            1000,
+        ),
+        charger("chargers.x_m", X),
+        charger("chargers.y_m", Y),
+        ParameterSpec::new(
+            "chargers.rate_w",
+            "W",
+            Required,
+            "power for each robot",
+            Above(0.0, 1e6),
+        ),
+        ParameterSpec::new(
+            "chargers.slots",
+            "",
+            Whole(1),
+            "number of robots that charge at once",
+            ParameterRange::Whole(1, 100),
         ),
     ]
 }

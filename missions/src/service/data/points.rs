@@ -8,7 +8,7 @@ use scenario::rng::{Purpose, stream};
 use scenario::time::SimTime;
 use world_server::world::Places;
 
-use super::{Interval, Kind, ServiceSection};
+use super::{Interval, Kind, ServiceSection, Terms, terms};
 
 /// The distance beyond its radius that a robot at a drawn point keeps from the walls, m.
 const MARGIN_M: f32 = 0.05;
@@ -23,10 +23,18 @@ pub struct PointSpec {
     pub at: Vec2,
     pub work_s: f64,
     pub arrives: SimTime,
+    /// The time from each arrival to the earliest work.
+    pub opens_after: SimTime,
     /// The time from each arrival to expiration.
     pub expires_after: Option<SimTime>,
     /// The time from each arrival to the next one.
     pub comes_back_after: Option<SimTime>,
+    /// The reward of the point if it is done in its window.
+    pub value: f64,
+    /// The place of delivery, m.
+    pub deliver_to: Option<Vec2>,
+    /// True if the scenario states properties of points, so that the log contains them.
+    pub has_terms: bool,
 }
 
 impl PointSpec {
@@ -44,6 +52,10 @@ impl PointSpec {
             at,
             work_s: spec.work_s.draw(rng),
             arrives,
+            opens_after: SimTime::ZERO,
+            value: Terms::NONE.value,
+            deliver_to: None,
+            has_terms: false,
             expires_after: spec
                 .deadline_s
                 .map(|between| SimTime::from_secs_f64(between.draw(rng))),
@@ -79,6 +91,13 @@ pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
             work_s: point.work_s.unwrap_or(drawn.work_s),
             ..drawn
         });
+    }
+    for (point, terms) in points.iter_mut().zip(terms(section)) {
+        point.opens_after = terms.opens_after;
+        point.expires_after = terms.closes_after.or(point.expires_after);
+        point.value = terms.value;
+        point.deliver_to = terms.deliver_to;
+        point.has_terms = true;
     }
     let places = Places::of(scenario);
     let size = scenario.room.size();

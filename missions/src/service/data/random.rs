@@ -8,7 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use scenario::Scenario;
 use scenario::mission::section::MissionSection;
 
-use super::check::{covered, has_room};
+use super::check::covered;
+use super::room::has_room;
 use super::{
     Interval, Kind, KnowledgeSource, Point, RandomPoints, SERVICE, ServiceSection, TaskGranularity,
 };
@@ -38,6 +39,7 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         y_m: dice.between(along_y.clone()) as f32,
         arrival_s: dice.maybe(0.0..LAST_S).unwrap_or(0.0),
         work_s: dice.maybe(1.0..20.0),
+        ..Point::default()
     });
     let points = points.collect();
     let random = (0..dice.0.random_range(1..=3)).map(|_| RandomPoints {
@@ -55,6 +57,9 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         spare: dice.0.random_range(0..6),
         duration_s: (periodic || dice.0.random_bool(SOME)).then_some(LAST_S),
         uncovered: false,
+        coalition_wait_s: None,
+        reserve: None,
+        chargers: Vec::new(),
         kinds,
         points,
         random,

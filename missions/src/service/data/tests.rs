@@ -44,6 +44,153 @@ fn mistakes_give_one_line_of_error() {
     insta::assert_snapshot!(refusals("s.toml", texts, read));
 }
 
+const ENERGY: &str = "energy = { capacity_j = 500, idle_w = 1, drive_w = 9 }\n";
+
+#[test]
+fn mistakes_in_properties_give_one_line_of_error() {
+    let with = |more: &[&str]| {
+        let places = (1..).map(|x_m| point("dust", x_m as f32, 1.0));
+        let points: Vec<String> = places.zip(more).map(|(point, more)| point + more).collect();
+        format!("{TWO_KINDS}{}", points.join("\n"))
+    };
+    let texts = [
+        with(&["opens_s = 30\ndeadline_s = 30"]),
+        with(&["opens_s = 30\ndeadline_s = 20.5"]),
+        with(&["name = 'a'", "name = 'b'", "name = 'a'"]),
+        with(&["name = 'p1'", "name = 'p1'"]),
+        with(&["name = 'a b'"]),
+        with(&["value = 0"]),
+        with(&["priority = 0.5"]),
+        with(&["deadline_s = -1"]),
+        with(&["opens = 5"]),
+        with(&["after = ['p0']"]),
+        with(&["after = ['p1']", "after = ['p0']"]),
+        with(&[
+            "",
+            "name = 'roof'\nafter = ['p2']",
+            "after = ['p0', 'p3']",
+            "after = ['roof']",
+            "after = ['p3']",
+        ]),
+        with(&["name = 'roof'", "after = ['rook']"]),
+        with(&["", "after = ['p0']"]).replace("max = 30 }", "max = 30 }\nperiod_s = 60"),
+        with(&["deliver_to = [3, 100]"]),
+        with(&["deliver_to = [3]"]),
+        with(&["deliver_to = [4, 4]\n"]) + BLOCK,
+        with(&["deliver_to = [3, 3]\nneeds = { arm = 2 }"]),
+        with(&["deliver_to = [3, 3]"]).replace("max = 30 }", "max = 30 }\nperiod_s = 60"),
+        with(&["needs = { arm = 0 }"]),
+        with(&["needs = { arm = 17 }"]),
+        with(&["needs = { 'an arm' = 1 }"]),
+        with(&["needs = { arm = 2, camera = 2, drill = 1 }"]),
+        with(&["", "needs = { arm = 2, camera = 2 }"]),
+        with(&["needs = { arm = 1, camera = 1 }\n"])
+            + "[[robots]]\nname = 'r1'\nskills = { arm = 1, camera = 1 }\n\
+               [[robots]]\nname = 'r2'\nskills = { dust = 1 }\n",
+        with(&["needs = { arm = 1 }"]).replace("[service]", "[service]\ntasks = 'kinds'"),
+        with(&["[[service.chargers]]\nx_m = 3\ny_m = 3\nrate_w = 20\n"]),
+        ENERGY.to_owned()
+            + &with(&["[[service.chargers]]\nx_m = 3\ny_m = 3\nrate_w = 20\nslots = 7\n"]),
+        ENERGY.to_owned()
+            + &with(&["[[service.chargers]]\nx_m = 4\ny_m = 4\nrate_w = 20\n"])
+            + BLOCK,
+        ENERGY.to_owned() + &with(&["[[service.chargers]]\nx_m = 3\ny_m = 3\nrate_w = 0\n"]),
+        with(&[""]).replace("[service]", "[service]\nreserve = 0.3"),
+    ];
+    insta::assert_snapshot!(refusals("s.toml", texts, read));
+    let valid = with(&["name = 'p0'\nopens_s = 0\ndeadline_s = 40\nvalue = 2.5\npriority = -3"]);
+    let scenario = parse(&valid);
+    assert_eq!(Catalog::new(&scenario).tasks[0].priority, -3);
+    let [spec] = points(&scenario, 1)[..] else {
+        panic!("one point");
+    };
+    assert_eq!(
+        (spec.value, spec.expires_after),
+        (2.5, Some(SimTime(40_000)))
+    );
+    // A scenario survives writing and reading.
+    assert_eq!(parse(&scenario.to_toml().unwrap()), scenario);
+}
+
+proptest! {
+    /// A check finds a cycle exactly if the points have no order, by a search for an order.
+    #[test]
+    fn cycles_are_found(edges in proptest::collection::vec((0..7_usize, 0..7_usize), 0..14)) {
+        let mut after = vec![Vec::new(); 7];
+        for (point, before) in &edges {
+            after[*point].push(format!("'p{before}'"));
+        }
+        let lines = after.iter().map(|after| point("dust", 1.0, 1.0) + &format!("after = [{}]\n", after.join(", ")));
+        let lines: Vec<String> = lines.collect();
+        let text = format!("{TWO_KINDS}{}", lines.concat());
+        let mut done = BTreeSet::new();
+        for _ in 0..7 {
+            let is_free = |point: &usize| edges.iter().all(|(each, before)| each != point || done.contains(before));
+            let free: Vec<usize> = (0..7).filter(is_free).collect();
+            done.extend(free);
+        }
+        let answer = read(&text);
+        prop_assert_eq!(answer.is_ok(), done.len() == 7);
+        if let Err(problem) = answer {
+            prop_assert!(problem.to_string().contains("a cycle of precedence"), "{}", problem);
+        }
+    }
+}
+
+/// Each slot is a task, and the robots with its skill have a behavior for it.
+#[test]
+fn each_slot_is_a_task() {
+    let text = format!(
+        "{TWO_KINDS}spare = 1\n{}needs = {{ arm = 1, dust = 2 }}\n{}\
+         [[robots]]\nname = 'gold'\nskills = {{ dust = 1 }}\n[[robots]]\nname = 'blue'\nskills = {{ arm = 1, dust = 2 }}\n\
+         [[robots]]\nname = 'green'\nskills = {{ garbage = 1, dust = 0.5 }}\n",
+        point("garbage", 1.0, 1.0),
+        point("garbage", 3.0, 1.0),
+    );
+    let text = text
+        .replace("spare = 1\n", "")
+        .replace("[service]\n", "[service]\nspare = 1\n");
+    let scenario = parse(&text);
+    let catalog = Catalog::new(&scenario);
+    let names: Vec<&str> = catalog
+        .tasks
+        .iter()
+        .map(|task| task.name.as_str())
+        .collect();
+    let expected = [
+        "serve(p0-arm)",
+        "serve(p1)",
+        "serve(p2)",
+        "serve(p0-dust-1)",
+        "serve(p0-dust-2)",
+    ];
+    assert_eq!(names, expected);
+    let own = scenario.robots.iter().map(|robot| {
+        let own = catalog.behaviors_of(robot);
+        own.map(|id| catalog.sets[id.index()].task.0)
+            .collect::<Vec<u16>>()
+    });
+    assert!(own.eq([vec![2, 3, 4], vec![0, 2, 3, 4], vec![1, 2, 3, 4]]));
+    assert!(catalog.tasks.iter().all(|task| task.max_robots == 1));
+    assert_eq!(parse(&scenario.to_toml().unwrap()), scenario);
+}
+
+/// 10,000 kinds are valid, each with a point.
+#[test]
+fn kinds_have_no_limit_worth_mentioning() {
+    let kinds = (0..MAX_KINDS).map(|kind| {
+        format!("[[service.kinds]]\nname = 'k{kind}'\nwork_s = {{ min = 1, max = 2 }}\n")
+    });
+    let kinds: Vec<String> = kinds.collect();
+    let text = format!(
+        "[service]\n{}[[service.random]]\nn = 10000\n",
+        kinds.concat()
+    );
+    let setup = resolve(parse(&text));
+    let last = setup.catalog.sets.last().unwrap();
+    assert_eq!(last.skill.as_deref(), Some("k9999"));
+}
+
 /// A block covers the room from (3, 3) to (5, 5).
 const BLOCK: &str = "[[obstacles]]\nx_m = 3\ny_m = 3\nwidth_m = 2\nheight_m = 2\n";
 
@@ -128,6 +275,12 @@ fn work_that_cannot_be_done_in_time_gives_a_warning() {
         format!("work_s = {{ min = 1e6, max = 1e6 }}\n{random}"),
         with("deadline_s = { min = 1, max = 2 }"),
         with("period_s = 1"),
+        format!(
+            "{work}\n{}",
+            arrives(0.0) + "\nopens_s = 5\ndeadline_s = 7.5"
+        ),
+        format!("{work}\n{}", arrives(0.0) + "\nopens_s = 5\ndeadline_s = 8"),
+        format!("{work}\n{}", arrives(0.0) + "\nopens_s = 118"),
         with("period_s = 10\ndeadline_s = { min = 30, max = 30 }"),
         with("") + "\n[[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\nskills = { t = 1e-30 }",
     ]

@@ -1,12 +1,10 @@
 //! Valid values of `[service]` that contradict each other or the time limit.
 
-use std::collections::BTreeSet;
-
 use glam::Vec2;
-use scenario::{KeyPath, Problem, Robot, Scenario};
-use world_server::world::Regions;
+use scenario::{KeyPath, Problem, Scenario};
 
-use super::{Kind, ServiceSection};
+use super::ways::{Ways, skill};
+use super::{Kind, Point, ServiceSection};
 
 /// Returns a problem for each point or kind whose work cannot be done in the run.
 pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
@@ -21,14 +19,27 @@ pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
             found.extend(of_kind(scenario, kind, least_s, &at));
         }
     }
-    for (index, point) in section.points.iter().enumerate() {
-        let Some(kind) = section.kind_named(&point.kind) else {
-            continue;
-        };
+    let points = section.points.iter().zip(section.kinds_of_points());
+    for (index, (point, kind)) in points.enumerate() {
         let kind = &section.kinds[kind];
         let work_s = point.work_s.unwrap_or(kind.work_s.min);
-        let done_s = point.arrival_s + work_s / strength(scenario, kind);
-        let at = at.key("points").index(index).key("arrival_s");
+        let least_s = work_s / strength_at(scenario, point, kind);
+        let opens_s = point.opens_s.unwrap_or_default();
+        let done_s = point.arrival_s + opens_s + least_s;
+        let at = at.key("points").index(index);
+        if let Some(deadline_s) = point.deadline_s
+            && least_s.is_finite()
+            && opens_s + least_s > deadline_s
+        {
+            let what = format!(
+                "the work of p{index} takes at least {}, but its window lasts {:.1} s",
+                in_words(least_s),
+                deadline_s - opens_s
+            );
+            let remedy = "reduce the work, or give it more time";
+            found.push(Problem::at(at.key("deadline_s"), what, remedy));
+        }
+        let at = at.key("arrival_s");
         let arrives = format!("p{index} arrives at {} s", point.arrival_s);
         if let Some(late) = too_late(scenario, point.arrival_s) {
             found.push(Problem::at(at, format!("{arrives}, {late}"), EARLIER));
@@ -63,34 +74,27 @@ pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
 /// may lie at such a place.
 fn without_a_way(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
     let section = ServiceSection::of(scenario);
-    let Some(regions) = Regions::of(scenario) else {
+    let Some(ways) = Ways::new(scenario, starts) else {
         return Vec::new();
     };
-    let of_kind = |kind: &Kind| -> BTreeSet<u32> {
-        let robots = scenario.robots.iter().zip(starts);
-        let able = robots.filter(|(robot, _)| skill(robot, kind) > 0.0);
-        able.flat_map(|(_, start)| regions.near(*start, 0.0))
-            .collect()
-    };
-    let homes: Vec<BTreeSet<u32>> = section.kinds.iter().map(of_kind).collect();
     let at = KeyPath::new(["service"]);
     let remedy = "move the obstacles, or let a robot start there";
     let mut found = Vec::new();
-    for (index, point) in section.points.iter().enumerate() {
+    let points = section.points.iter().zip(section.kinds_of_points());
+    for (index, (point, kind)) in points.enumerate() {
         let (x_m, y_m) = (point.x_m, point.y_m);
-        let near = regions.near(Vec2::new(x_m, y_m), section.reach_m);
-        if let Some(kind) = section.kind_named(&point.kind)
-            && near.is_disjoint(&homes[kind])
-        {
+        let skills = section.skills_of(index as u16, kind);
+        if !ways.lead_to(skills, Vec2::new(x_m, y_m)) {
             let what = format!("obstacles leave no way to p{index} at ({x_m}, {y_m})");
             found.push(Problem::at(at.key("points").index(index), what, remedy));
         }
     }
     for (index, batch) in section.random.iter().enumerate() {
         let kind = batch.kind.as_ref().map(|name| section.kind_named(name));
-        let mut homes = homes.iter().enumerate();
-        let is_cut_off = homes.any(|(place, homes)| {
-            kind.is_none_or(|kind| kind == Some(place)) && regions.any_outside(homes)
+        let mut kinds = 0..section.kinds.len();
+        let is_cut_off = kinds.any(|place| {
+            kind.is_none_or(|kind| kind == Some(place))
+                && !ways.lead_everywhere(&section.kinds[place].name)
         });
         if is_cut_off {
             let what =
@@ -124,7 +128,7 @@ fn strength(scenario: &Scenario, kind: &Kind) -> f64 {
     let mut skills: Vec<f64> = scenario
         .robots
         .iter()
-        .map(|robot| skill(robot, kind))
+        .map(|robot| skill(robot, &kind.name))
         .collect();
     skills.sort_by(|a, b| b.total_cmp(a));
     // Each robot has to do its own attempt if unfinished work is lost.
@@ -132,8 +136,16 @@ fn strength(scenario: &Scenario, kind: &Kind) -> f64 {
     skills.iter().take(workers).sum()
 }
 
-fn skill(robot: &Robot, kind: &Kind) -> f64 {
-    robot.skill(&kind.name).unwrap_or(1.0)
+/// Returns the pace of the best robots at a point: of the slowest slot, if the point has slots.
+fn strength_at(scenario: &Scenario, point: &Point, kind: &Kind) -> f64 {
+    if !point.has_needs() {
+        return strength(scenario, kind);
+    }
+    let best = |name: &String| {
+        let robots = scenario.robots.iter();
+        robots.map(|robot| skill(robot, name)).fold(0.0, f64::max)
+    };
+    point.needs.keys().map(best).fold(f64::INFINITY, f64::min)
 }
 
 /// Formats a time, s. A long one has the form of a power of ten.
@@ -197,7 +209,7 @@ fn of_kind(scenario: &Scenario, kind: &Kind, least_s: f64, at: &KeyPath) -> Vec<
         ));
     }
     for (rank, robot) in scenario.robots.iter().enumerate() {
-        let alone_s = kind.work_s.min / skill(robot, kind);
+        let alone_s = kind.work_s.min / skill(robot, &kind.name);
         if alone_s.is_finite() && kind.workers <= 1 && alone_s > limit_s {
             let at = KeyPath::new(["robots"])
                 .index(rank)

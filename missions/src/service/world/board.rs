@@ -25,10 +25,11 @@ pub(super) enum BoardFilter {
 }
 
 impl BoardFilter {
-    /// Creates the filter for a robot with these tasks, in ascending order.
-    pub fn new(tasks: TaskGranularity, own: Vec<u16>, all: usize) -> Self {
+    /// Creates the filter for a robot that is concerned with these points or kinds.
+    pub fn new(tasks: TaskGranularity, mut own: Vec<u16>) -> Self {
+        own.sort_unstable();
+        own.dedup();
         match tasks {
-            _ if own.len() == all => Self::All,
             TaskGranularity::Points => Self::Points(own),
             TaskGranularity::Kinds => Self::Kinds(own),
         }
@@ -38,7 +39,7 @@ impl BoardFilter {
         match self {
             Self::All => true,
             Self::Points(points) => points.binary_search(&fact.point).is_ok(),
-            Self::Kinds(kinds) => kinds.binary_search(&fact.kind.into()).is_ok(),
+            Self::Kinds(kinds) => kinds.binary_search(&fact.kind).is_ok(),
         }
     }
 }

@@ -2,13 +2,19 @@
 
 use std::collections::BTreeSet;
 
-use proto::view::View;
+use proto::view::{Mark, MarkRole, View};
+use run_log::recorder::Event;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use world_server::mission::{StepEvents, TeamFigures};
 
+use super::crews::DeadlockSearch;
 use super::points::{Change, Points};
 use crate::service::bus::SensorReading;
+use crate::service::data::Charger;
+
+/// The radius of a displayed charger, m.
+const CHARGER_SHOWN_M: f32 = 0.4;
 
 /// The record of a run. It does not affect later steps.
 #[derive(Clone, Debug)]
@@ -22,6 +28,7 @@ pub(super) struct Log {
     /// The time from arrival to the first work on each point, ms.
     waits_ms: Vec<u64>,
     robots: Vec<Worker>,
+    pub deadlocks: DeadlockSearch,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -41,25 +48,42 @@ impl Log {
             not_begun: BTreeSet::new(),
             waits_ms: Vec::new(),
             robots: vec![Worker::default(); robots],
+            deadlocks: DeadlockSearch::default(),
         }
     }
 
-    /// Records a change of a point, caused by a robot's work or by time.
-    pub fn add(
+    /// Records a change of a point, caused by a robot's work or by time. Returns its event.
+    pub fn add<'e>(
         &mut self,
         points: &Points,
         point: u16,
         change: Change,
         robot: Option<RobotId>,
         now: SimTime,
-        happened: &mut StepEvents,
-    ) {
+        happened: &'e mut StepEvents,
+    ) -> &'e mut Event {
         let (work_s, arrived) = points.work_and_arrival(point);
         let response = now.since(arrived);
+        let value = points.value_text(point);
         let (kind, detail) = match change {
-            Change::Arrived => ("arrived", format!("{work_s:.3} s of work")),
-            Change::Done => ("done", format!("after {:.3} s", response.as_secs_f64())),
-            Change::Expired => ("expired", String::new()),
+            Change::Arrived => {
+                let terms = points.terms_text(point).map(|terms| format!(", {terms}"));
+                let terms = terms.unwrap_or_default();
+                ("arrived", format!("{work_s:.3} s of work{terms}"))
+            }
+            Change::Done => {
+                let value = value.map(|value| format!(", {value}")).unwrap_or_default();
+                (
+                    "done",
+                    format!("after {:.3} s{value}", response.as_secs_f64()),
+                )
+            }
+            Change::Expired => {
+                let reason = points.lost_predecessor(point);
+                let reason = reason.map(|lost| format!("its predecessor p{lost} will not be done"));
+                let parts: Vec<String> = reason.into_iter().chain(value).collect();
+                ("expired", parts.join(", "))
+            }
         };
         let event = happened.push_mission_event(kind, robot);
         event.subject = format!("p{point}");
@@ -77,6 +101,7 @@ impl Log {
         if let Some(robot) = robot {
             self.robots[robot.index()].done += 1;
         }
+        event
     }
 
     /// Records the wait of a point since its arrival, if a robot works on it for the first time since then.
@@ -126,6 +151,17 @@ impl Log {
             figures.add("surplus_s", robot.wasted_steps as f64 * self.step_s);
             figures.add("way_m", robot.way_m);
         }
+    }
+}
+
+/// Adds a mark for each charger.
+pub(super) fn show_chargers(chargers: &[Charger], view: &mut View) {
+    for (number, charger) in chargers.iter().enumerate() {
+        let id = format!("charger/{number}");
+        view.mark(Mark {
+            label: format!("charger c{number}, {} W", charger.rate_w),
+            ..Mark::disc(id, charger.place(), CHARGER_SHOWN_M, MarkRole::Zone)
+        });
     }
 }
 

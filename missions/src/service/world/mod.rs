@@ -2,8 +2,12 @@
 //! back.
 //!
 //! - `points`: the points and their phases. `board`: the announcements for robots. `log`: tables, figures and view.
+//! - `limits`: points that the team cannot do. `crews`: robots that work together. `charging`: chargers.
 
 mod board;
+mod charging;
+mod crews;
+mod limits;
 mod log;
 mod points;
 #[cfg(test)]
@@ -31,6 +35,9 @@ use world_server::world::{ChangeError, Floor};
 use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
 use super::data::{self, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
 use board::{Board, BoardFilter};
+use charging::Station;
+use crews::{Crews, Gathering, Member};
+use limits::TeamLimits;
 use log::Log;
 use points::{Change, Points};
 
@@ -41,9 +48,14 @@ pub struct Service {
     points: Points,
     board: Board,
     robots: Vec<Robot>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    stations: Vec<Station>,
     /// The number of workers per point in the current step. 0 between steps.
     #[serde(skip)]
     workers_on: Vec<u32>,
+    /// The robots at points with slots in the current step. Empty between steps.
+    #[serde(skip)]
+    gathering: Gathering,
     #[serde(skip)]
     log: Log,
 }
@@ -53,8 +65,14 @@ struct Constants {
     section: ServiceSection,
     seed: u64,
     step_s: f64,
+    step: SimTime,
+    /// The points that the team cannot do, if points state properties.
+    limits: Option<TeamLimits>,
     skills: Vec<Vec<f64>>,
     readers: Vec<BoardFilter>,
+    crews: Crews,
+    /// The energy of a full battery, J; 0 if energy is not simulated.
+    capacity_j: f32,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -67,10 +85,13 @@ struct Robot {
     attempt: (u16, f64),
     #[serde(skip)]
     works: Option<u16>,
+    /// The point whose load the robot carries.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    load: Option<u16>,
 }
 
 impl Constants {
-    fn new(setup: &Setup) -> Self {
+    fn new(setup: &Setup, specs: &[PointSpec], floor: &Floor) -> Self {
         let (scenario, catalog) = (&setup.scenario, &setup.catalog);
         let section = ServiceSection::of(scenario).clone();
         let skills = scenario.robots.iter().map(|robot| {
@@ -79,14 +100,32 @@ impl Constants {
                 .map(|kind| robot.skill(&kind.name).unwrap_or(1.0))
                 .collect()
         });
+        let crews = Crews::new(setup);
         let readers = scenario.robots.iter().map(|robot| {
             let tasks = catalog.behaviors_of(robot);
-            let tasks = tasks.map(|id| catalog.sets[id.index()].task.0);
-            BoardFilter::new(section.tasks, tasks.collect(), catalog.tasks.len())
+            let tasks: Vec<u16> = tasks.map(|id| catalog.sets[id.index()].task.0).collect();
+            if tasks.len() == catalog.tasks.len() {
+                return BoardFilter::All;
+            }
+            let points = tasks.iter().map(|task| crews.place(*task).0);
+            BoardFilter::new(section.tasks, points.collect())
+        });
+        let has_properties = section.has_properties() || !section.chargers.is_empty();
+        let limits = has_properties.then(|| {
+            let robots = (0..floor.robot_count() as u16).map(RobotId);
+            let starts: Vec<Vec2> = robots.map(|robot| floor.pose(robot).position).collect();
+            TeamLimits::new(setup, specs, &starts)
         });
         Self {
+            limits,
+            step: SimTime(scenario.step_ms),
             skills: skills.collect(),
             readers: readers.collect(),
+            capacity_j: scenario
+                .energy
+                .as_ref()
+                .map_or(0.0, |energy| energy.capacity_j),
+            crews,
             seed: setup.seed,
             step_s: scenario.step_ms as f64 / 1000.0,
             section,
@@ -120,18 +159,136 @@ impl Service {
         }
     }
 
+    /// Charges the robots at the chargers.
+    fn charge(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
+        let (reach_m, step_s) = (self.constants.section.reach_m, self.constants.step_s);
+        let is_free = |robot: RobotId| self.robots[robot.index()].worked.is_none();
+        for (number, station) in self.stations.iter_mut().enumerate() {
+            station.charge(number, reach_m, step_s, floor, is_free, happened);
+        }
+    }
+
+    /// Lets a robot fill a slot of a point, if it is within reach and has the skill.
+    fn fill(&mut self, robot: RobotId, point: u16, slot: usize, floor: &Floor) {
+        let crews = &self.constants.crews;
+        let distance = floor.pose(robot).position.distance(self.points.at(point));
+        let (skill, _) = crews.skill(robot, point, slot);
+        let is_open = self.points.open_kind(point).is_some();
+        let is_in_window = floor.now() >= self.points.opens(point);
+        if !is_open || !is_in_window || distance > self.constants.section.reach_m || skill <= 0.0 {
+            return;
+        }
+        let slots = crews.slots.of_point(point).len();
+        let has_worked = self.robots[robot.index()].worked == Some(point);
+        let member = Member { robot, has_worked };
+        if let Some(surplus) = self.gathering.fill(point, slot, slots, member) {
+            self.log.surplus_step(surplus);
+        }
+    }
+
+    /// Lets the complete crews of a step work. A crew works at the pace of its slowest robot.
+    fn work_together(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
+        if self.constants.crews.slots.is_empty() {
+            return;
+        }
+        let constants = Arc::clone(&self.constants);
+        let (complete, waits) = self.gathering.take();
+        let now = floor.now();
+        let mut robots = (0..floor.robot_count() as u16).map(RobotId);
+        let is_stuck = waits
+            && self.robots.iter().all(|robot| robot.works.is_none())
+            && complete.is_empty()
+            && robots.all(|robot| floor.speed_m_s(robot) == 0.0);
+        if self.log.deadlocks.record(is_stuck, now) {
+            happened.push_mission_event("deadlock", None);
+        }
+        for (point, crew) in complete {
+            let mut pace = f64::INFINITY;
+            for (slot, &robot) in crew.iter().enumerate() {
+                let (skill, name) = constants.crews.skill(robot, point, slot);
+                pace = pace.min(skill * floor.apply_skill(robot, name));
+                let worker = &mut self.robots[robot.index()];
+                if worker.worked != Some(point) {
+                    happened.push_mission_event("begun", Some(robot)).subject = format!("p{point}");
+                }
+                worker.works = Some(point);
+                self.log.work_step(robot);
+            }
+            let (_, arrived) = self.points.work_and_arrival(point);
+            self.log.record_wait(point, now.since(arrived));
+            let quarters = self.points.quarters_left(point);
+            if self.points.reduce_work(point, pace * constants.step_s) {
+                let change = self.points.finish(point, now);
+                let first = crew.first().copied();
+                let event = self
+                    .log
+                    .add(&self.points, point, change, first, now, happened);
+                event.detail += &format!(", by {}", constants.crews.names(&crew));
+                self.announce(point, floor);
+            } else if self.points.quarters_left(point) != quarters {
+                // The robots measure the progress of a crew by the facts, because its pace depends on all of them.
+                self.announce(point, floor);
+            }
+        }
+    }
+
+    /// Lets a robot deliver the load that it carries, if it is within reach of the place.
+    fn deliver(&mut self, robot: RobotId, point: u16, floor: &Floor, happened: &mut StepEvents) {
+        let distance = floor.pose(robot).position.distance(self.points.at(point));
+        if self.points.carrier(point) != Some(robot) || distance > self.constants.section.reach_m {
+            return;
+        }
+        self.robots[robot.index()].load = None;
+        self.robots[robot.index()].works = Some(point);
+        let now = floor.now();
+        let change = self.points.finish(point, now);
+        self.log
+            .add(&self.points, point, change, Some(robot), now, happened);
+        self.announce(point, floor);
+    }
+
+    /// Returns the load of a robot to its first place.
+    fn drop_load(&mut self, robot: RobotId, floor: &Floor, happened: &mut StepEvents) {
+        let load = self.robots[robot.index()].load.take();
+        // The load of a point that has expired is gone.
+        let Some(point) = load.filter(|point| self.points.carrier(*point) == Some(robot)) else {
+            return;
+        };
+        self.points.drop_load(point);
+        happened
+            .push_mission_event("load-lost", Some(robot))
+            .subject = format!("p{point}");
+        self.announce(point, floor);
+    }
+
     /// Lets a robot work on a point, if it is within reach and has the skill.
     fn work(&mut self, robot: RobotId, point: u16, floor: &mut Floor, happened: &mut StepEvents) {
         let constants = Arc::clone(&self.constants);
         let Some(kind) = self.points.open_kind(point) else {
             return;
         };
+        if self.points.carrier(point).is_some() {
+            self.deliver(robot, point, floor, happened);
+            return;
+        }
         let distance = floor.pose(robot).position.distance(self.points.at(point));
         let skill = constants.skills[robot.index()][kind];
         let spec = &constants.section.kinds[kind];
         if distance > constants.section.reach_m || skill <= 0.0 {
             return;
         }
+        let (now, opens) = (floor.now(), self.points.opens(point));
+        if now < opens {
+            // The robot waits at its place.
+            let attempt = (
+                self.points.round(point),
+                self.points.work_and_arrival(point).0,
+            );
+            let worker = &mut self.robots[robot.index()];
+            (worker.works, worker.attempt) = (Some(point), attempt);
+            return;
+        }
+        self.drop_load(robot, floor, happened);
         let workers = &mut self.workers_on[usize::from(point)];
         *workers += 1;
         if *workers <= spec.workers {
@@ -144,7 +301,8 @@ impl Service {
         }
         let worker = &mut self.robots[robot.index()];
         worker.works = Some(point);
-        let is_new = worker.worked != Some(point);
+        let is_new =
+            worker.worked != Some(point) || self.points.opens_in(point, now, constants.step);
         if is_new {
             happened.push_mission_event("begun", Some(robot)).subject = format!("p{point}");
         }
@@ -163,9 +321,16 @@ impl Service {
             worker.attempt.1 -= work_s;
             self.points.attempt(point, worker.attempt.1)
         };
-        if is_done {
-            let change = self.points.finish(point);
+        if is_done && self.points.spec(point).deliver_to.is_some() {
+            self.points.pick_up(point, robot);
+            self.robots[robot.index()].load = Some(point);
+            happened
+                .push_mission_event("picked-up", Some(robot))
+                .subject = format!("p{point}");
+            self.announce(point, floor);
+        } else if is_done {
             let now = floor.now();
+            let change = self.points.finish(point, now);
             self.log
                 .add(&self.points, point, change, Some(robot), now, happened);
             self.announce(point, floor);
@@ -197,13 +362,17 @@ impl Service {
 
 impl MissionWorld for Service {
     fn new(setup: &Setup, floor: &Floor) -> Self {
-        let constants = Arc::new(Constants::new(setup));
         let specs = data::points(&setup.scenario, setup.seed);
+        let constants = Arc::new(Constants::new(setup, &specs, floor));
         let points = Points::new(&constants.section, specs, floor.size());
         Self {
             robots: vec![Robot::default(); floor.robot_count()],
             workers_on: vec![0; points.len()],
+            gathering: Gathering::default(),
             board: Board::default(),
+            stations: (constants.section.chargers.iter())
+                .map(|charger| Station::new(charger, constants.capacity_j))
+                .collect(),
             log: Log::new(floor.robot_count(), constants.step_s),
             points,
             constants,
@@ -212,6 +381,12 @@ impl MissionWorld for Service {
 
     fn begin(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
         while let Some((point, change)) = self.points.next_change(floor.now()) {
+            for robot in &mut self.robots {
+                // The load of an expired point is gone.
+                robot.load = robot
+                    .load
+                    .filter(|load| change != Change::Expired || *load != point);
+            }
             self.changed(point, change, floor, happened);
         }
     }
@@ -231,13 +406,17 @@ impl MissionWorld for Service {
             reader.read = read.min(self.board.latest());
             floor.invalidate_readings(robot);
         }
-        if let Some(point) = action.work {
-            self.work(robot, point, floor, happened);
+        if let Some(task) = action.work {
+            match self.constants.crews.place(task) {
+                (point, Some(slot)) => self.fill(robot, point, slot, floor),
+                (point, None) => self.work(robot, point, floor, happened),
+            }
         }
     }
 
     /// Records a robot that has stopped working as leaving, unless the point is over.
     fn settle(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
+        self.work_together(floor, happened);
         for rank in 0..self.robots.len() {
             let robot = RobotId(rank as u16);
             self.log.moved(robot, floor.speed_m_s(robot));
@@ -247,21 +426,26 @@ impl MissionWorld for Service {
             if before != now {
                 floor.invalidate_readings(robot);
             }
-            let Some(left) = before.filter(|before| Some(*before) != now) else {
+            let is_carried = |point: &u16| self.points.carrier(*point).is_some();
+            let left = before.filter(|before| Some(*before) != now && !is_carried(before));
+            let Some(left) = left else {
                 continue;
             };
-            if let Some(kind) = self.points.open_kind(left) {
+            let has_worked = self.points.was_open(left, floor.now(), self.constants.step);
+            if let Some(kind) = self.points.open_kind(left).filter(|_| has_worked) {
                 happened.push_mission_event("left", Some(robot)).subject = format!("p{left}");
                 if !self.constants.section.kinds[kind].kept {
                     self.points.start_over(left);
                 }
             }
         }
+        self.charge(floor, happened);
         for robot in &self.robots {
             let Some(point) = robot.worked else { continue };
             self.workers_on[usize::from(point)] = 0;
             let kind = self.points.open_kind(point);
-            if kind.is_some_and(|kind| !self.constants.section.kinds[kind].kept) {
+            let is_alone = self.constants.crews.slots.of_point(point).is_empty();
+            if is_alone && kind.is_some_and(|kind| !self.constants.section.kinds[kind].kept) {
                 self.points.attempt(point, robot.attempt.1);
             }
         }
@@ -280,13 +464,14 @@ impl MissionWorld for Service {
         *sensed.value_mut() = SensorReading {
             points: Some(points),
             board_line,
-            effect: state.worked,
+            effect: state.worked.or(state.load),
         };
         Validity::UntilChange
     }
 
-    /// Resets the board position: the next incarnation of the robot has read nothing.
-    fn release_load(&mut self, robot: RobotId, floor: &mut Floor, _: &mut StepEvents) {
+    /// Loses the load of the robot, and resets the board position: the next incarnation of the robot has read nothing.
+    fn release_load(&mut self, robot: RobotId, floor: &mut Floor, happened: &mut StepEvents) {
+        self.drop_load(robot, floor, happened);
         self.robots[robot.index()].read = 0;
         floor.invalidate_readings(robot);
     }
@@ -364,7 +549,10 @@ impl MissionWorld for Service {
 
     fn has_work(&self, task: TaskId, _: RobotId, _: &Floor) -> bool {
         match self.constants.section.tasks {
-            TaskGranularity::Points => self.points.open_kind(task.0).is_some(),
+            TaskGranularity::Points => {
+                let (point, _) = self.constants.crews.place(task.0);
+                self.points.open_kind(point).is_some()
+            }
             TaskGranularity::Kinds => self.points.open_of_kind(task.index()) > 0,
         }
     }
@@ -378,7 +566,11 @@ impl MissionWorld for Service {
     }
 
     fn figures(&self, figures: &mut TeamFigures) {
-        self.points.write_figures(figures);
+        let limits = self.constants.limits.as_ref();
+        self.points.write_figures(limits, figures);
+        if !self.constants.crews.slots.is_empty() {
+            figures.mission.add("deadlocks", self.log.deadlocks.count);
+        }
         let is_complete = self.points.outcome() == Some(Outcome::Complete);
         self.log.write_figures(is_complete, figures);
     }
@@ -386,6 +578,7 @@ impl MissionWorld for Service {
     fn add_to_view(&self, floor: &Floor, view: &mut View) {
         let section = &self.constants.section;
         self.points.show(section, floor.now(), view);
+        log::show_chargers(&section.chargers, view);
         if section.known == KnowledgeSource::Sight {
             log::show_sensed(view);
         }

@@ -6,6 +6,7 @@ use arrayvec::ArrayVec;
 use glam::Vec2;
 use proto::tick::Outcome;
 use proto::view::{Mark, MarkRole, View, Work};
+use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
 use world_server::mission::{FigureValue, TeamFigures};
@@ -14,7 +15,9 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::geometry::nearest;
 use crate::service::bus::{LEAST_LEFT_S, MAX_SENSED, PointFact};
-use crate::service::data::{PointSpec, ServiceSection};
+use crate::service::data::{PointSpec, ServiceSection, predecessors, successors};
+
+use super::limits::TeamLimits;
 
 /// The radius of a displayed point, m. It is larger than a robot, so that the point stays visible.
 const SHOWN_M: f32 = 0.28;
@@ -39,10 +42,25 @@ struct Point {
     spec: PointSpec,
     phase: Phase,
     round: u16,
-    /// The arrival time of the current round.
+    /// The arrival time of the current round. A point with predecessors arrives when the last of them is done.
     arrives: SimTime,
+    /// The stated arrival time of the current round, from which the window counts.
+    due: SimTime,
+    /// The number of predecessors that are not done.
+    blocked_by: u16,
+    /// The predecessor that will never be done.
+    lost: Option<u16>,
+    /// The robot that carries the load of the point.
+    carrier: Option<RobotId>,
     /// The work left for a robot of skill 1, s.
     left_s: f64,
+}
+
+/// The values of the points that are done and of those that expired.
+#[derive(Clone, Copy, Debug, Default)]
+struct Values {
+    collected: f64,
+    lost: f64,
 }
 
 /// The number of points per phase, and the work left of open points. Each point is pending, open, done or expired.
@@ -69,6 +87,9 @@ pub(super) struct Points {
     /// The times of the next change of each point that time causes.
     scheduled_changes: BTreeSet<(SimTime, u16)>,
     counts: Counts,
+    values: Values,
+    /// The points that wait for each point, by number. Empty if no point has predecessors.
+    successors: Vec<Vec<u16>>,
     /// The time from which no point arrives or comes back.
     until: SimTime,
     /// The combined hash of the variable data of all points. Covers points that faults have added.
@@ -89,6 +110,10 @@ impl Point {
             phase: Phase::Waiting,
             round: 0,
             arrives: spec.arrives,
+            due: spec.arrives,
+            blocked_by: 0,
+            lost: None,
+            carrier: None,
             left_s: spec.work_s,
             spec,
         }
@@ -96,16 +121,28 @@ impl Point {
 
     /// Returns the time of the next change that time causes: arrival, expiration or return. An open point returns, too.
     fn next(&self, until: SimTime) -> Option<SimTime> {
-        let round_after = |by: SimTime| Some(self.arrives + by).filter(|next| *next < until);
+        let round_after = |by: SimTime| Some(self.due + by).filter(|next| *next < until);
         let comes_back = self.spec.comes_back_after.and_then(round_after);
+        let expires = self.spec.expires_after.map(|after| self.due + after);
         match self.phase {
-            Phase::Waiting => Some(self.arrives).filter(|next| *next < until),
-            Phase::Open => {
-                let expires = self.spec.expires_after.map(|after| self.arrives + after);
-                [expires, comes_back].into_iter().flatten().min()
-            }
+            Phase::Waiting if self.due >= until => None,
+            Phase::Waiting if self.lost.is_some() => Some(SimTime::ZERO),
+            Phase::Waiting if self.blocked_by > 0 => expires,
+            Phase::Waiting => Some(self.arrives),
+            Phase::Open => [expires, comes_back].into_iter().flatten().min(),
             Phase::Done | Phase::Expired => comes_back,
         }
+    }
+
+    /// Returns the place where the next work is: where the load is picked up, or delivered.
+    fn place(&self) -> Vec2 {
+        let carried_to = self.spec.deliver_to.filter(|_| self.carrier.is_some());
+        carried_to.unwrap_or(self.spec.at)
+    }
+
+    /// Returns whether the point cannot arrive yet, or never will.
+    fn is_blocked(&self) -> bool {
+        self.blocked_by > 0 || self.lost.is_some()
     }
 
     /// Returns the number of quarters of its work that are left, rounded up.
@@ -114,7 +151,7 @@ impl Point {
     }
 
     fn count_in(&self, until: SimTime, counts: &mut Counts, add: impl Fn(&mut u64, u64)) {
-        if self.phase == Phase::Waiting && self.arrives < until {
+        if self.phase == Phase::Waiting && self.due < until {
             add(&mut counts.pending, 1);
         }
         if self.phase == Phase::Open {
@@ -131,7 +168,10 @@ impl Point {
     fn hash(&self, number: u16) -> u64 {
         let mut bytes = [0; 48];
         let fields = [
-            u64::from(number) | u64::from(self.round) << 16 | (self.phase as u64) << 32,
+            u64::from(number)
+                | u64::from(self.round) << 16
+                | (self.phase as u64) << 32
+                | self.carrier.map_or(0, |robot| u64::from(robot.0) + 1) << 40,
             self.left_s.to_bits(),
             self.arrives.0,
             self.spec.kind as u64,
@@ -156,13 +196,29 @@ impl Points {
             kept: section.kinds.iter().map(|kind| kind.kept).collect(),
             scheduled_changes: BTreeSet::new(),
             counts: Counts::default(),
+            values: Values::default(),
+            successors: Vec::new(),
             until: until.unwrap_or(SimTime(u64::MAX)),
             hash: 0,
         };
         for spec in specs {
             points.add(spec);
         }
+        points.order(&predecessors(section));
         points
+    }
+
+    /// Lets points wait for their predecessors. The successors of a point that never arrives expire.
+    fn order(&mut self, before: &[Vec<u16>]) {
+        self.successors = successors(before);
+        for (before, number) in before.iter().zip(0..) {
+            self.change(number, |point| point.blocked_by = before.len() as u16);
+        }
+        for (number, point) in (0..before.len() as u16).zip(self.points.clone()) {
+            if point.due >= self.until {
+                self.lose_successors(number);
+            }
+        }
     }
 
     /// Adds a point, which arrives at its arrival time. Returns its number.
@@ -182,7 +238,26 @@ impl Points {
     }
 
     pub fn at(&self, point: u16) -> Vec2 {
-        self.points[usize::from(point)].spec.at
+        self.points[usize::from(point)].place()
+    }
+
+    /// Returns the robot that carries the load of a point.
+    pub fn carrier(&self, point: u16) -> Option<RobotId> {
+        self.points[usize::from(point)].carrier
+    }
+
+    /// Gives the load of a point to a robot, which then delivers it.
+    pub fn pick_up(&mut self, number: u16, robot: RobotId) {
+        self.change(number, |point| point.carrier = Some(robot));
+    }
+
+    /// Returns a lost load to its first place. The work begins again, as a new round.
+    pub fn drop_load(&mut self, number: u16) {
+        self.change(number, |point| {
+            point.carrier = None;
+            point.round = point.round.saturating_add(1);
+            point.left_s = point.spec.work_s;
+        });
     }
 
     /// Returns the work of a point for a robot of skill 1, s, and the arrival time of its round.
@@ -195,6 +270,28 @@ impl Points {
     pub fn open_kind(&self, point: u16) -> Option<usize> {
         let point = self.points.get(usize::from(point))?;
         (point.phase == Phase::Open).then_some(point.spec.kind)
+    }
+
+    /// Returns the time from which robots can work on the current round of a point.
+    pub fn opens(&self, point: u16) -> SimTime {
+        let point = &self.points[usize::from(point)];
+        point.due + point.spec.opens_after
+    }
+
+    /// Returns whether a window of a point opened within the last step, and robots can work for the first time at `now`.
+    pub fn opens_in(&self, point: u16, now: SimTime, step: SimTime) -> bool {
+        let opens = self.opens(point);
+        self.spec(point).opens_after > SimTime::ZERO && opens <= now && now < opens + step
+    }
+
+    /// Returns whether robots could work on a point in the step before `now`.
+    pub fn was_open(&self, point: u16, now: SimTime, step: SimTime) -> bool {
+        self.spec(point).opens_after == SimTime::ZERO || now >= self.opens(point) + step
+    }
+
+    /// Returns the constants of a point.
+    pub fn spec(&self, point: u16) -> &PointSpec {
+        &self.points[usize::from(point)].spec
     }
 
     pub fn round(&self, point: u16) -> u16 {
@@ -219,14 +316,16 @@ impl Points {
             4.0
         };
         let left_s = match state.phase {
+            // The load is on the way.
+            Phase::Open if state.carrier.is_some() => LEAST_LEFT_S,
             Phase::Open => ((quarters / 4.0 * state.spec.work_s) as f32).max(LEAST_LEFT_S),
             _ => 0.0,
         };
         PointFact {
             point,
-            kind: state.spec.kind as u8,
+            kind: state.spec.kind as u16,
             round: state.round,
-            at: state.spec.at,
+            at: state.place(),
             left_s,
         }
     }
@@ -234,7 +333,7 @@ impl Points {
     /// Edits a point and updates all data derived from it.
     fn change(&mut self, number: u16, edit: impl FnOnce(&mut Point)) {
         let point = &mut self.points[usize::from(number)];
-        let was = point.phase;
+        let (was, place) = (point.phase, point.place());
         let had = point.next(self.until);
         self.hash ^= point.hash(number);
         point.count_in(self.until, &mut self.counts, |sum, by| *sum -= by);
@@ -246,11 +345,15 @@ impl Points {
             let of_kind = &mut self.open_of_kind[point.spec.kind];
             if is == Phase::Open {
                 *of_kind += 1;
-                self.open.insert(number.into(), point.spec.at);
+                self.open.insert(number.into(), point.place());
             } else {
                 *of_kind -= 1;
                 self.open.remove(number.into());
             }
+        }
+        if was == Phase::Open && is == Phase::Open && place != point.place() {
+            self.open.remove(number.into());
+            self.open.insert(number.into(), point.place());
         }
         let has = point.next(self.until);
         if had != has {
@@ -269,20 +372,24 @@ impl Points {
         }
         let phase = self.points[usize::from(number)].phase;
         let change = match phase {
-            Phase::Waiting => {
+            Phase::Waiting if !self.points[usize::from(number)].is_blocked() => {
                 self.change(number, |point| point.phase = Phase::Open);
                 Change::Arrived
             }
-            Phase::Open => {
-                self.change(number, |point| point.phase = Phase::Expired);
+            Phase::Waiting | Phase::Open => {
+                self.change(number, |point| {
+                    (point.phase, point.carrier) = (Phase::Expired, None);
+                });
                 self.counts.expired += 1;
+                self.values.lost += self.spec(number).value;
+                self.lose_successors(number);
                 Change::Expired
             }
             Phase::Done | Phase::Expired => {
                 self.change(number, |point| {
                     point.phase = Phase::Open;
                     point.round = point.round.saturating_add(1);
-                    point.arrives = at;
+                    (point.arrives, point.due) = (at, at);
                     point.left_s = point.spec.work_s;
                 });
                 Change::Arrived
@@ -307,10 +414,36 @@ impl Points {
         left_s <= 0.0
     }
 
-    pub fn finish(&mut self, number: u16) -> Change {
-        self.change(number, |point| point.phase = Phase::Done);
+    pub fn finish(&mut self, number: u16, now: SimTime) -> Change {
+        self.change(number, |point| {
+            (point.phase, point.carrier) = (Phase::Done, None)
+        });
+        for next in self.successors_of(number) {
+            self.change(next, |point| {
+                point.blocked_by -= 1;
+                point.arrives = point.due.max(now);
+            });
+        }
         self.counts.done += 1;
+        self.values.collected += self.spec(number).value;
         Change::Done
+    }
+
+    fn successors_of(&self, number: u16) -> Vec<u16> {
+        let successors = self.successors.get(usize::from(number));
+        successors.cloned().unwrap_or_default()
+    }
+
+    /// Lets the points that wait for a point expire, because the point will never be done.
+    fn lose_successors(&mut self, number: u16) {
+        for next in self.successors_of(number) {
+            self.change(next, |point| point.lost = point.lost.or(Some(number)));
+        }
+    }
+
+    /// Returns the predecessor because of which a point has expired.
+    pub fn lost_predecessor(&self, point: u16) -> Option<u16> {
+        self.points[usize::from(point)].lost
     }
 
     pub fn start_over(&mut self, number: u16) {
@@ -348,24 +481,82 @@ impl Points {
         row.push(counts.pending.into());
     }
 
-    pub fn write_figures(&self, figures: &mut TeamFigures) {
-        figures.mission.add("done", self.counts.done);
-        figures.mission.add("expired", self.counts.expired);
-        figures.mission.add("open", self.unfinished());
+    /// Returns the number of unfinished points for which `holds` is true.
+    fn unfinished_for(&self, holds: impl Fn(u16, &PointSpec) -> bool) -> u64 {
+        let unfinished = self.points.iter().zip(0..).filter(|(point, _)| {
+            let is_pending = point.phase == Phase::Waiting && point.due < self.until;
+            is_pending || point.phase == Phase::Open
+        });
+        let count = unfinished.filter(|(point, number)| holds(*number, &point.spec));
+        count.count() as u64
+    }
+
+    /// Writes the outcomes. With the limits of the team, each unfinished point is uncovered, unreachable or open, so
+    /// that all outcomes add up to the total.
+    pub fn write_figures(&self, limits: Option<&TeamLimits>, figures: &mut TeamFigures) {
+        let mission = &mut figures.mission;
+        mission.add("done", self.counts.done);
+        mission.add("expired", self.counts.expired);
+        let Some(limits) = limits else {
+            mission.add("open", self.unfinished());
+            return;
+        };
+        let uncovered = self.unfinished_for(|number, spec| limits.is_uncovered(number, spec));
+        let unreachable = self.unfinished_for(|number, spec| {
+            !limits.is_uncovered(number, spec) && limits.is_unreachable(number)
+        });
+        let total = self.counts.done + self.counts.expired + self.unfinished();
+        mission.add("open", self.unfinished() - uncovered - unreachable);
+        mission.add("uncovered", uncovered);
+        mission.add("unreachable", unreachable);
+        mission.add("total", total);
+        mission.add("value_collected", self.values.collected);
+        mission.add("value_lost", self.values.lost);
+    }
+
+    /// Returns the value of a point in words; `None` if the scenario states no properties.
+    pub fn value_text(&self, number: u16) -> Option<String> {
+        let spec = self.spec(number);
+        spec.has_terms.then(|| format!("value {}", spec.value))
+    }
+
+    /// Returns the window and the value of a point's current round in words; `None` if they are the default.
+    pub fn terms_text(&self, number: u16) -> Option<String> {
+        let point = &self.points[usize::from(number)];
+        let spec = &point.spec;
+        let mut parts = Vec::new();
+        if spec.opens_after > SimTime::ZERO {
+            parts.push(format!(
+                "opens at {:.3} s",
+                self.opens(number).as_secs_f64()
+            ));
+        }
+        if let Some(after) = spec.expires_after.filter(|_| spec.has_terms) {
+            let closes = point.due + after;
+            parts.push(format!("closes at {:.3} s", closes.as_secs_f64()));
+        }
+        if let Some(to) = spec.deliver_to {
+            parts.push(format!("for ({}, {})", to.x, to.y));
+        }
+        parts.extend(self.value_text(number));
+        (!parts.is_empty()).then(|| parts.join(", "))
     }
 
     /// Adds a mark for each point that has arrived by `now`.
     pub fn show(&self, section: &ServiceSection, now: SimTime, view: &mut View) {
         for (number, point) in self.points.iter().enumerate() {
-            if point.phase == Phase::Waiting && point.arrives > now {
+            if point.phase == Phase::Waiting && (point.arrives > now || point.is_blocked()) {
                 continue;
             }
             let kind = &section.kinds[point.spec.kind].name;
             let id = format!("{}/p{number}", point.spec.kind);
+            let terms = self
+                .terms_text(number as u16)
+                .map(|terms| format!(", {terms}"));
             view.mark(Mark {
                 work: Work::new(point.left_s as f32, point.spec.work_s as f32, "s"),
-                label: format!("p{number} {kind}"),
-                ..Mark::disc(id, point.spec.at, SHOWN_M, MarkRole::Zone)
+                label: format!("p{number} {kind}{}", terms.unwrap_or_default()),
+                ..Mark::disc(id, point.place(), SHOWN_M, MarkRole::Zone)
             });
         }
     }

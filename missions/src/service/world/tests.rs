@@ -1,5 +1,7 @@
 //! The phases of points, with robots that execute given actions.
 
+mod properties;
+
 use glam::Vec2;
 use proptest::prelude::*;
 use proto::mission::{Action as AnyAction, Bytes, MAX_ACTION_BYTES, MAX_READING_BYTES};
@@ -455,7 +457,7 @@ fn sight_is_limited_and_relative() {
 fn the_largest_reading_and_action_fit_in_a_message() {
     let fact = PointFact {
         point: u16::MAX,
-        kind: u8::MAX,
+        kind: 10_000,
         round: u16::MAX,
         at: Vec2::MAX,
         left_s: f32::MAX,

@@ -51,6 +51,7 @@ impl WasteController {
                 round: self.round(behavior, now),
                 applicable,
                 cost_s: self.cost_s(behavior, position, is_laden, places.as_ref()),
+                opens_in_s: 0.0,
                 reward: reward(behavior.kind),
                 priority: spec.priority,
                 max_robots: spec.max_robots as usize,

@@ -1,5 +1,7 @@
 //! The bundle and path of a robot (Choi, Brunet, How 2009, Algorithm 3). The bid for a task is its gain in the path's
-//! score S(p) = Σ r·λ^t, with t the time at which the unit of each task is done along p.
+//! score S(p) = Σ r·λ^(t − o), with t the time at which the unit of each task is done along p, and o the time at which
+//! its window opens, 0 for an open one. The score with time windows is that of Ponda, Redding, Choi, How, Vavrina, Vian
+//! (ACC 2010): a wait before the window costs nothing, and a task that cannot be done in its window has no score.
 
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use smallvec::SmallVec;
@@ -24,6 +26,8 @@ struct Offer {
     behavior: BehaviorId,
     reward: f64,
     cost_s: f64,
+    /// The time until the task's window opens, s.
+    opens_in_s: f64,
     /// The utility as the next unit.
     worth: f64,
 }
@@ -281,7 +285,7 @@ impl Bundle {
                 score += offer.worth;
             } else {
                 time_s += (worths.input.seconds)(&after, task)?;
-                score += offer.reward * libm::pow(DISCOUNT_PER_S, time_s);
+                score += offer.reward * discount(time_s, offer.opens_in_s);
             }
             after.push(task);
         }
@@ -336,13 +340,27 @@ pub struct StepUtilities<'a, 'i> {
 
 impl StepUtilities<'_, '_> {
     fn offer(&self, choice: &Choice) -> Option<Offer> {
+        let (utility, cost_s) = (self.begun.utility(choice, self.input)?, choice.cost_s?);
+        let opens_in_s = choice.opens_in_s;
+        let worth = if opens_in_s > 0.0 {
+            // The utility of a unit under way is not discounted.
+            utility.max(choice.reward * discount(cost_s, opens_in_s))
+        } else {
+            utility
+        };
         Some(Offer {
             behavior: choice.behavior,
             reward: choice.reward,
-            worth: self.begun.utility(choice, self.input)?,
-            cost_s: choice.cost_s?,
+            opens_in_s,
+            worth,
+            cost_s,
         })
     }
+}
+
+/// Returns λ^(t − o) for a task that is done at the time t and whose window opens at o, both from now, s.
+fn discount(done_s: f64, opens_in_s: f64) -> f64 {
+    libm::pow(DISCOUNT_PER_S, (done_s - opens_in_s).max(0.0))
 }
 
 /// Converts a utility to a finite bid above 0 for any mission; 0 stands for no bid.

@@ -6,3 +6,4 @@ mod records;
 mod reference;
 mod rows;
 pub(crate) mod team;
+mod windows;

@@ -248,6 +248,7 @@ impl<A: Allocator> Team<A> {
                     round: self.round[task],
                     applicable: self.applicable[robot][task],
                     cost_s: Some(self.work.first_s[robot][task]),
+                    opens_in_s: 0.0,
                     reward: self.work.reward[task],
                     priority: self.work.priority[task],
                     max_robots: self.work.max_robots[task],

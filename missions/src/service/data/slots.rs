@@ -1,0 +1,268 @@
+//! Slots: the places of a point that robots with different skills must fill at the same time.
+//!
+//! Each slot is a task of its own, so that an allocator that assigns one robot to one task can fill it. The first slot
+//! of a point has the number of the point as its task. The other slots have the numbers after all points.
+
+use std::collections::BTreeMap;
+
+use scenario::ids::{RobotId, TaskId};
+use scenario::limits::{check_name, whole};
+use scenario::{BehaviorSpec, Catalog, KeyPath, Problem, Scenario};
+
+use super::room::has_room;
+use super::{MAX_KINDS, Point, SLOT, ServiceSection, TaskGranularity};
+
+/// A slot of a point.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Slot {
+    /// The task of the slot.
+    pub task: TaskId,
+    /// The skill that a robot must have to fill the slot.
+    pub skill: String,
+    /// The name of the task, such as `serve(p3-arm)`.
+    pub name: String,
+}
+
+/// The slots of all points that need several skills at once.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Slots {
+    of_point: BTreeMap<u16, Vec<Slot>>,
+    /// The points of the tasks after those of the points.
+    points: BTreeMap<TaskId, (u16, usize)>,
+}
+
+impl Slots {
+    /// Numbers the slots of a section. Empty if no point states needs.
+    #[must_use]
+    pub fn new(section: &ServiceSection) -> Self {
+        let mut slots = Self::default();
+        if section.points.iter().all(|point| point.needs.is_empty()) {
+            return slots;
+        }
+        let mut next = section.kinds_of_points().count() + usize::from(section.spare);
+        for (point, number) in section.points.iter().zip(0..) {
+            let mut of_point: Vec<Slot> = Vec::new();
+            for (skill, count) in &point.needs {
+                for copy in 1..=*count {
+                    let name = match count {
+                        1 => format!("serve(p{number}-{skill})"),
+                        _ => format!("serve(p{number}-{skill}-{copy})"),
+                    };
+                    let task = if of_point.is_empty() {
+                        TaskId(number)
+                    } else {
+                        next += 1;
+                        // The check of the scenario limits the number of tasks.
+                        TaskId((next - 1).min(usize::from(u16::MAX)) as u16)
+                    };
+                    slots.points.insert(task, (number, of_point.len()));
+                    of_point.push(Slot {
+                        task,
+                        skill: skill.clone(),
+                        name,
+                    });
+                }
+            }
+            if !of_point.is_empty() {
+                slots.of_point.insert(number, of_point);
+            }
+        }
+        slots
+    }
+
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.of_point.is_empty()
+    }
+
+    /// Returns the slots of a point; empty for a point without needs.
+    #[must_use]
+    pub fn of_point(&self, point: u16) -> &[Slot] {
+        self.of_point.get(&point).map_or(&[], Vec::as_slice)
+    }
+
+    /// Returns the points with slots, in ascending order, and their slots.
+    pub fn iter(&self) -> impl Iterator<Item = (u16, &[Slot])> {
+        self.of_point
+            .iter()
+            .map(|(point, slots)| (*point, slots.as_slice()))
+    }
+
+    /// Returns the point and the index of the slot that a task fills; `None` for the task of a point without needs.
+    #[must_use]
+    pub fn of_task(&self, task: TaskId) -> Option<(u16, usize)> {
+        self.points.get(&task).copied()
+    }
+
+    /// Returns the point of a task.
+    #[must_use]
+    pub fn point(&self, task: TaskId) -> u16 {
+        self.of_task(task).map_or(task.0, |(point, _)| point)
+    }
+
+    /// Returns the slots whose tasks follow those of the points, in the order of their tasks.
+    pub fn beyond_points(&self) -> impl Iterator<Item = (u16, &Slot)> {
+        let beyond = self
+            .points
+            .iter()
+            .filter(|(task, (point, _))| task.0 != *point);
+        beyond.map(|(_, (point, slot))| (*point, &self.of_point[point][*slot]))
+    }
+
+    /// Returns the points whose slots the team cannot fill at the same time, with the largest number of slots that it
+    /// can fill.
+    #[must_use]
+    pub fn unfillable(&self, scenario: &Scenario, catalog: &Catalog) -> Vec<(u16, usize)> {
+        if self.of_point.is_empty() {
+            return Vec::new();
+        }
+        let mut robots: BTreeMap<TaskId, Vec<RobotId>> = BTreeMap::new();
+        for (robot, rank) in scenario.robots.iter().zip(0..) {
+            for behavior in catalog.behaviors_of(robot) {
+                let task = catalog.sets[behavior.index()].task;
+                if self.points.contains_key(&task) {
+                    robots.entry(task).or_default().push(RobotId(rank));
+                }
+            }
+        }
+        let none = Vec::new();
+        let points = self.iter().map(|(point, slots)| {
+            let able = |slot: &Slot| robots.get(&slot.task).unwrap_or(&none).as_slice();
+            let able: Vec<&[RobotId]> = slots.iter().map(able).collect();
+            (point, most_filled(&able))
+        });
+        points
+            .filter(|(point, most)| *most < self.of_point(*point).len())
+            .collect()
+    }
+}
+
+/// Returns the tasks and behaviors of a section with slots: those of the points, then those of the other slots.
+pub(super) fn catalog(section: &ServiceSection) -> (Vec<String>, Vec<BehaviorSpec>) {
+    // A point that a fault adds may be of any kind.
+    let spare = std::iter::repeat_n(MAX_KINDS, section.spare.into());
+    let kinds: Vec<usize> = section.kinds_of_points().chain(spare).collect();
+    let slots = Slots::new(section);
+    let (mut tasks, mut behaviors) = (Vec::new(), Vec::new());
+    let mut add = |name: String, kind: u32, skill: Option<String>| {
+        behaviors.push(BehaviorSpec {
+            name: name.clone(),
+            task: TaskId(tasks.len() as u16),
+            kind,
+            skill,
+        });
+        tasks.push(name);
+    };
+    for (kind, point) in kinds.iter().zip(0..) {
+        match slots.of_point(point).first() {
+            Some(slot) => add(
+                slot.name.clone(),
+                SLOT + *kind as u32,
+                Some(slot.skill.clone()),
+            ),
+            None => {
+                let skill = section.kinds.get(*kind).map(|kind| kind.name.clone());
+                add(format!("serve(p{point})"), *kind as u32, skill);
+            }
+        }
+    }
+    for (point, slot) in slots.beyond_points() {
+        let kind = SLOT + kinds[usize::from(point)] as u32;
+        add(slot.name.clone(), kind, Some(slot.skill.clone()));
+    }
+    (tasks, behaviors)
+}
+
+/// Returns the largest number of slots that robots can fill, each robot one: a maximum matching by augmenting paths.
+/// `able` contains the robots that can fill each slot.
+fn most_filled(able: &[&[RobotId]]) -> usize {
+    let mut slot_of: BTreeMap<RobotId, usize> = BTreeMap::new();
+    let mut filled = 0;
+    for slot in 0..able.len() {
+        let mut tried = vec![false; able.len()];
+        filled += usize::from(fill(slot, able, &mut slot_of, &mut tried));
+    }
+    filled
+}
+
+/// Fills a slot, and moves robots to other slots if necessary. Returns whether that succeeded.
+fn fill(
+    slot: usize,
+    able: &[&[RobotId]],
+    slot_of: &mut BTreeMap<RobotId, usize>,
+    tried: &mut [bool],
+) -> bool {
+    if std::mem::replace(&mut tried[slot], true) {
+        return false;
+    }
+    for robot in able[slot] {
+        let other = slot_of.get(robot).copied();
+        if other.is_none_or(|other| fill(other, able, slot_of, tried)) {
+            slot_of.insert(*robot, slot);
+            return true;
+        }
+    }
+    false
+}
+
+/// The largest number of robots that work together at a point.
+const MOST_ROBOTS: u32 = 16;
+
+/// Checks the skills and numbers that a point needs.
+pub(super) fn check_needs(scenario: &Scenario, point: &Point, at: KeyPath) -> Result<(), Problem> {
+    let section = ServiceSection::of(scenario);
+    if point.has_needs() && section.tasks == TaskGranularity::Kinds {
+        let what = "each slot is a task of its own, and the tasks are kinds";
+        return Err(Problem::at(at, what, "set tasks = 'points'"));
+    }
+    for (skill, count) in &point.needs {
+        check_name(at.key(skill), skill)?;
+        whole(1, MOST_ROBOTS.into(), "").check(at.key(skill), f64::from(*count))?;
+    }
+    let count = point.needs.values().sum();
+    if count > MOST_ROBOTS {
+        let what = format!("{count} robots");
+        return Err(Problem::at(
+            at,
+            what,
+            format!("give at most {MOST_ROBOTS} in all"),
+        ));
+    }
+    if !has_room(scenario, section.reach_m, count) {
+        let what = format!(
+            "{count} robots of radius {} m have no room within reach_m, {} m, of the point",
+            scenario.body.radius_m, section.reach_m
+        );
+        return Err(Problem::at(
+            at,
+            what,
+            "give fewer robots, or a longer reach_m",
+        ));
+    }
+    Ok(())
+}
+
+/// Checks that the team can fill the slots of all points.
+pub(super) fn check_filled(scenario: &Scenario) -> Result<(), Problem> {
+    let section = ServiceSection::of(scenario);
+    let slots = Slots::new(section);
+    let unfillable = slots.unfillable(scenario, &Catalog::new(scenario));
+    let Some((point, most)) = unfillable.first() else {
+        return Ok(());
+    };
+    let (of_point, index) = (slots.of_point(*point), usize::from(*point));
+    let needs = section.points[index].needs.iter();
+    let needs: Vec<String> = needs
+        .map(|(skill, count)| format!("{count} {skill}"))
+        .collect();
+    let what = format!(
+        "p{point} needs {} robots at once ({}), and the team can fill {most} of these slots",
+        of_point.len(),
+        needs.join(", ")
+    );
+    let remedy = "give robots the skills, or set uncovered = true";
+    let at = KeyPath::new(["service", "points"])
+        .index(index)
+        .key("needs");
+    Err(Problem::at(at, what, remedy))
+}

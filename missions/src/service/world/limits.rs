@@ -1,0 +1,56 @@
+//! Points that the team cannot do: no robot has the task and its skill, or no able robot has a way at the start.
+
+use std::collections::BTreeSet;
+
+use glam::Vec2;
+use scenario::Setup;
+
+use crate::coverage::uncovered_tasks;
+use crate::service::data::{PointSpec, ServiceSection, Slots, TaskGranularity, Ways};
+
+#[derive(Debug)]
+pub(super) struct TeamLimits {
+    tasks: TaskGranularity,
+    /// The tasks that no robot can do, as indices of the catalog.
+    uncovered: BTreeSet<usize>,
+    /// The points whose slots the team cannot fill at the same time.
+    unfillable: BTreeSet<u16>,
+    /// The points of the start to which obstacles leave no way, by number.
+    unreachable: BTreeSet<u16>,
+}
+
+impl TeamLimits {
+    /// Computes the limits of a team with these starts, by rank, m.
+    pub fn new(setup: &Setup, specs: &[PointSpec], starts: &[Vec2]) -> Self {
+        let (scenario, catalog) = (&setup.scenario, &setup.catalog);
+        let section = ServiceSection::of(scenario);
+        let unfillable = Slots::new(section).unfillable(scenario, catalog);
+        let ways = Ways::new(scenario, starts);
+        let unreachable = ways.iter().flat_map(|ways| {
+            let points = specs.iter().zip(0..);
+            points.filter(|(point, number)| {
+                let mut places = [Some(point.at), point.deliver_to].into_iter().flatten();
+                let skills = || section.skills_of(*number, point.kind);
+                places.any(|place| !ways.lead_to(skills(), place))
+            })
+        });
+        Self {
+            tasks: section.tasks,
+            unfillable: unfillable.into_iter().map(|(point, _)| point).collect(),
+            uncovered: uncovered_tasks(scenario, catalog),
+            unreachable: unreachable.map(|(_, number)| number).collect(),
+        }
+    }
+
+    pub fn is_uncovered(&self, point: u16, spec: &PointSpec) -> bool {
+        let task = match self.tasks {
+            TaskGranularity::Points => point.into(),
+            TaskGranularity::Kinds => spec.kind,
+        };
+        self.uncovered.contains(&task) || self.unfillable.contains(&point)
+    }
+
+    pub fn is_unreachable(&self, point: u16) -> bool {
+        self.unreachable.contains(&point)
+    }
+}
