@@ -23,7 +23,7 @@ pub fn document(title: &str, style: &str, body: &Markup) -> String {
                 title { (title) }
                 style { (PreEscaped(STYLE)) (PreEscaped(style)) }
             }
-            body { (body) }
+            body { main { (body) } }
         }
     };
     page.into_string()
@@ -41,10 +41,10 @@ pub fn drawing(figure: &Figure) -> Markup {
     }
 }
 
-/// Returns a table that scrolls if it is too wide.
+/// Returns a table that scrolls if it is too wide, also by keyboard.
 #[must_use]
 pub fn table(head: &Markup, rows: &Markup) -> Markup {
-    html! { div.wide { table { thead { tr { (head) } } tbody { (rows) } } } }
+    html! { div.wide tabindex="0" { table { thead { tr { (head) } } tbody { (rows) } } } }
 }
 
 /// Returns two cells: a value and its interval.
