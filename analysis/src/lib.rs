@@ -53,7 +53,8 @@ use std::process::ExitCode;
 
 use interrupted::{INTERRUPTED_STATUS, Interrupted};
 use missions::Registry;
-use run_log::{ReadError, RunLog};
+use run_log::RunLog;
+use scenario::Problem;
 use terminal::fail;
 
 /// The link to the newest run: the folder that commands use by default.
@@ -71,8 +72,15 @@ fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
 }
 
 /// Opens the log in the folder of a run.
-fn open(folder: &Path) -> Result<RunLog, ReadError> {
-    RunLog::open(folder, &Registry::current().vocabulary())
+///
+/// # Errors
+/// Fails if the folder contains no run. Before the first run, the message of [`LATEST`] names the way to one.
+fn open(folder: &Path) -> anyhow::Result<RunLog> {
+    if folder == Path::new(LATEST) && !folder.exists() {
+        let remedy = "start one with `alliance run`, or name the folder of a run";
+        return Err(Problem::with_source(LATEST, "there is no run here yet", remedy).into());
+    }
+    Ok(RunLog::open(folder, &Registry::current().vocabulary())?)
 }
 
 /// Returns the exit status of a command. Writes an error to stderr; its status is `on_error`, or 130 after an
@@ -89,4 +97,19 @@ fn exit_status(command: &str, done: anyhow::Result<ExitCode>, on_error: u8) -> E
 /// Returns status 0 if all is done, and 1 otherwise.
 fn all_done(is_done: bool) -> ExitCode {
     ExitCode::from(u8::from(!is_done))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_run_the_message_names_the_way_to_one() {
+        // Tests run in the folder of this crate, which contains no runs.
+        let refused = open(Path::new(LATEST)).unwrap_err();
+        assert_eq!(
+            format!("{refused:#}"),
+            "runs/latest: there is no run here yet; start one with `alliance run`, or name the folder of a run"
+        );
+    }
 }

@@ -61,7 +61,7 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
         for (number, obstacle) in solids.filter(|(_, each)| each.is_solid()) {
             if overlaps(x, y, radius - TOUCH_M, obstacle) {
                 let what = format!("covers the start of '{}'", robot.name);
-                let remedy = format!("move it or {at} until they are apart");
+                let remedy = "move it or the robot's start until they are apart";
                 return Err(Problem::at(
                     KeyPath::new(["obstacles"]).index(number),
                     what,

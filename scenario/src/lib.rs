@@ -28,6 +28,7 @@ pub mod rng;
 mod roster;
 mod setup;
 mod statement;
+mod team;
 pub mod testkit;
 pub mod time;
 mod toml_file;

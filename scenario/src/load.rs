@@ -1,7 +1,10 @@
 //! Loading of scenarios with all checks.
 
+use toml::de::DeTable;
+
 use super::error::Problem;
 use super::resolve::check;
+use super::team;
 use super::toml_file::TomlFile;
 use super::{Catalog, Scenario, Vocabulary};
 
@@ -13,24 +16,29 @@ impl Scenario {
     /// robots that do not fit, or parameters that violate a rule of ALLIANCE.md §1.
     pub fn parse(file_name: &str, text: &str, vocabulary: &Vocabulary) -> Result<Self, Problem> {
         let file = TomlFile::parse(file_name, text)?;
-        Self::from_toml(file.table(), vocabulary)
-            .and_then(|scenario| checked(scenario, vocabulary))
-            .map_err(|problem| file.locate(problem))
+        read(file.table(), vocabulary).map_err(|problem| file.locate(problem))
     }
 
     /// Reads a scenario from values without a file. Errors name only the key.
     pub fn from_table(table: &toml::Table, vocabulary: &Vocabulary) -> Result<Self, Problem> {
         let text = table.to_string();
         let file = TomlFile::parse("scenario", &text)?;
-        Self::from_toml(file.table(), vocabulary).and_then(|scenario| checked(scenario, vocabulary))
+        read(file.table(), vocabulary)
     }
 }
 
-/// Returns the scenario if it has no mistakes.
-fn checked(scenario: Scenario, vocabulary: &Vocabulary) -> Result<Scenario, Problem> {
+/// Reads a scenario with all checks. Errors have the keys of the file.
+fn read(file: &DeTable<'_>, vocabulary: &Vocabulary) -> Result<Scenario, Problem> {
+    let scenario = Scenario::from_toml(file, vocabulary)?;
+    check_complete(&scenario, vocabulary).map_err(|problem| team::as_stated(file, problem))?;
+    Ok(scenario)
+}
+
+/// Rejects the first mistake of a scenario that the reader accepts.
+fn check_complete(scenario: &Scenario, vocabulary: &Vocabulary) -> Result<(), Problem> {
     scenario.check_allocators(&vocabulary.allocators)?;
     let mut complete = scenario.clone();
     complete.apply_team_defaults();
     check(&complete, &Catalog::new(&complete), None)?;
-    Ok(scenario)
+    Ok(())
 }

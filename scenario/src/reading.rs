@@ -1,14 +1,21 @@
 //! Selection of a scenario's mission by the section that the scenario contains.
 
+use serde::Deserialize;
 use serde_json::Map;
 use toml::de::DeTable;
 
 use super::error::Problem;
-use super::toml_value::TableWithout;
+use super::obstacle::Zone;
+use super::path::KeyPath;
+use super::team::{self, KINDS, ROBOTS};
+use super::toml_value::{EditedTable, TomlValue};
 use super::unread::UntypedTable;
 use super::{Scenario, Vocabulary};
 use crate::mission::registry::{Mission, NO_MISSION};
 use crate::mission::section::MissionSection;
+
+/// The key of a scenario file for zones, which are obstacles in a scenario.
+const ZONES: &str = "zones";
 
 impl Scenario {
     /// Creates the scenario that states only its mission.
@@ -16,16 +23,27 @@ impl Scenario {
         Self::default().completed(mission, UntypedTable::missing(mission.name()), |_| false)
     }
 
-    /// Reads a scenario from TOML without checks.
+    /// Reads a scenario from TOML without checks. Short forms become the robots and obstacles for which they stand.
     pub(super) fn from_toml(file: &DeTable<'_>, vocabulary: &Vocabulary) -> Result<Self, Problem> {
         let mission = mission_of(|key| file.contains_key(key), vocabulary)?;
         let name = mission.name();
         let missions = vocabulary.missions.iter().map(|mission| mission.name());
-        let frame = Self::deserialize(TableWithout {
+        let others: Vec<&str> = [KINDS, ZONES].into_iter().chain(missions).collect();
+        let mut frame = Self::deserialize(EditedTable {
             table: file,
-            left_out: name,
-            others: &missions.collect::<Vec<_>>(),
+            left_out: &[name, ROBOTS, KINDS, ZONES],
+            others: &others,
+            implied: &[],
         })?;
+        frame.robots = team::read(file, &frame.body)?;
+        if let Some(zones) = file.get(ZONES) {
+            let at = KeyPath::new([ZONES]);
+            let read = Vec::<Zone>::deserialize(TomlValue(zones.get_ref()));
+            let zones = read.map_err(|problem| problem.under(&at))?;
+            for (index, zone) in zones.into_iter().enumerate() {
+                frame.obstacles.push(zone.obstacle(&at.index(index))?);
+            }
+        }
         let section = match file.get(name) {
             Some(section) => UntypedTable::toml(name, section.get_ref()),
             None => UntypedTable::missing(name),

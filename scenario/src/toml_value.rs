@@ -104,7 +104,7 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
                 "no key of a scenario accepts one",
             )),
             DeValue::Array(array) => visitor.visit_seq(Elements(array.iter().enumerate())),
-            DeValue::Table(table) => visitor.visit_map(entries(table, None)),
+            DeValue::Table(table) => visitor.visit_map(entries(table, &[])),
         }
     }
 
@@ -121,7 +121,7 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
         match self.0 {
             DeValue::String(name) => visitor.visit_enum(StrDeserializer::new(name)),
             DeValue::Table(table) if table.len() == 1 => {
-                visitor.visit_enum(MapAccessDeserializer::new(entries(table, None)))
+                visitor.visit_enum(MapAccessDeserializer::new(entries(table, &[])))
             }
             other => Err(Problem::of_value(
                 format!("the {} does not fit", other.type_str()),
@@ -136,20 +136,23 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
     }
 }
 
-/// A deserializer for a table without one of its entries.
+/// A deserializer for a table whose reader adds or removes entries.
 #[derive(Clone, Copy)]
-pub(super) struct TableWithout<'de> {
+pub(super) struct EditedTable<'de> {
     pub table: &'de DeTable<'de>,
-    pub left_out: &'de str,
-    /// Further keys that the table may have, for the remedy of an unknown key.
+    /// Entries that are read elsewhere.
+    pub left_out: &'de [&'de str],
+    /// Further keys that the file may state, for the remedy of an unknown key.
     pub others: &'de [&'de str],
+    /// Keys that the reader adds and the file may not state.
+    pub implied: &'de [&'de str],
 }
 
-impl<'de> Deserializer<'de> for TableWithout<'de> {
+impl<'de> Deserializer<'de> for EditedTable<'de> {
     type Error = Problem;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
-        visitor.visit_map(entries(self.table, Some(self.left_out)))
+        visitor.visit_map(entries(self.table, self.left_out))
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -162,6 +165,7 @@ impl<'de> Deserializer<'de> for TableWithout<'de> {
         read.map_err(|problem| match problem.place.key.0.as_slice() {
             [PathStep::Key(key)] if problem.problem == UNKNOWN_KEY => {
                 let known = fields.iter().chain(self.others).copied();
+                let known = known.filter(|known| !self.implied.contains(known));
                 Problem::at([key.as_str()], UNKNOWN_KEY, name_remedy(key, known))
             }
             _ => problem,
@@ -199,13 +203,13 @@ struct Entries<'de, I> {
 
 fn entries<'de>(
     table: &'de DeTable<'de>,
-    left_out: Option<&'de str>,
+    left_out: &'de [&'de str],
 ) -> Entries<'de, impl Iterator<Item = (&'de str, &'de DeValue<'de>)>> {
     Entries {
         rest: table
             .iter()
             .map(|(key, value)| (key.get_ref().as_ref(), value.get_ref()))
-            .filter(move |(key, _)| Some(*key) != left_out),
+            .filter(move |(key, _)| !left_out.contains(key)),
         next: None,
     }
 }

@@ -213,17 +213,9 @@ fn has_a_behavior(robot: &Robot, catalog: &Catalog, at: &KeyPath) -> Result<(), 
 }
 
 fn obstacles(scenario: &Scenario) -> Result<(), Problem> {
-    const PLACE: NumberRange = closed(-1e4, 1e4, "m");
-    const SIZE: NumberRange = above_zero(1e4, "m");
-    for (index, obstacle) in scenario.obstacles.iter().enumerate() {
-        let at = KeyPath::new(["obstacles"]).index(index);
-        PLACE.check(at.key("x_m"), obstacle.x_m)?;
-        PLACE.check(at.key("y_m"), obstacle.y_m)?;
-        SIZE.check(at.key("width_m"), obstacle.width_m)?;
-        SIZE.check(at.key("height_m"), obstacle.height_m)?;
-        PENETRABILITY.check(at.key("penetrability"), obstacle.penetrability)?;
-    }
-    Ok(())
+    let at = KeyPath::new(["obstacles"]);
+    let mut obstacles = scenario.obstacles.iter().enumerate();
+    obstacles.try_for_each(|(index, obstacle)| obstacle.check(&at.index(index)))
 }
 
 fn faults(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {

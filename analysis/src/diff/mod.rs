@@ -15,7 +15,7 @@ use serde_json::Value;
 
 pub use difference::{Comparison, Difference};
 
-use crate::{exit_status, open};
+use crate::{LATEST, exit_status, open};
 use causes::{ValueDifference, input_difference, setup_difference, values_that_differ};
 use tables::{row_difference, table_difference};
 
@@ -25,6 +25,7 @@ pub struct DiffCommand {
     /// Folder of a run
     a: PathBuf,
     /// Folder of another run
+    #[arg(default_value = LATEST)]
     b: PathBuf,
     /// Print the result as JSON on stdout
     #[arg(long)]

@@ -23,7 +23,7 @@ pub fn document(title: &str, style: &str, body: &Markup) -> String {
                 title { (title) }
                 style { (PreEscaped(STYLE)) (PreEscaped(style)) }
             }
-            body { (body) }
+            body { main { (body) } }
         }
     };
     page.into_string()

@@ -77,7 +77,7 @@ fn both(a: &RunSection<'_>, b: &RunSection<'_>) -> Markup {
     };
     let names = distinct(of_a.iter().chain(&of_b).map(|(name, _)| name.as_str()));
     html! {
-        (table(&html! { th { } th.text { "A" } th.text { "B" } }, &html! {
+        (table(&html! { th { "fact" } th.text { "A" } th.text { "B" } }, &html! {
             @for name in names {
                 @let (left, right) = (value(&of_a, name), value(&of_b, name));
                 tr.differs[left != right] {

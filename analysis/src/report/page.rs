@@ -124,9 +124,9 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
             @for title in titles(&sections) { a href={ "#" (anchor(title)) } { (title) } " " }
         }
         @for figure in first { (figure) }
-        table { tbody {
+        div.wide tabindex="0" { table { tbody {
             @for (name, value) in facts(part) { tr { td { (name) } td.text { (value) } } }
-        } }
+        } } }
         @for (title, content) in &sections {
             (heading(title))
             (content)

@@ -93,13 +93,16 @@ export class Links {
       const { loss, isCut } = linkState(link, faults, names[from], names[to]);
       const state = !isUsed ? "unused" : isCut ? "cut" : link.count === 0 ? "unused" : loss > 0 ? "lossy" : link.late ? "late" : "good";
       const sign = { unused: "–", cut: "⊘ cut", lossy: `✗ ${percent(loss)}`, late: "◷ late", good: "✓" }[state];
-      text(button, isDisturbed ? `${sign} ⚡` : sign);
+      const shown = isDisturbed ? `${sign} ⚡` : sign;
+      text(button, shown);
       attribute(button, "data-state", state);
       attribute(button, "data-loss", link.count ? loss.toFixed(2) : "");
       attribute(button, "data-disturbed", isDisturbed ? "yes" : "no");
       const words = `${state === "cut" ? "cut, " : ""}${link.count ? losses(link) : "no recent messages"}`;
-      attribute(button, "aria-label", `${names[from]} to ${names[to]}: ${words}${isDisturbed ? ", affected by a fault" : ""}`);
-      attribute(button, "title", button.getAttribute("aria-label"));
+      const description = `${words}${isDisturbed ? ", affected by a fault" : ""}`;
+      // The name contains the visible text, so that a user of voice control can say it.
+      attribute(button, "aria-label", `${names[from]} to ${names[to]}: ${shown}, ${description}`);
+      attribute(button, "title", `${names[from]} to ${names[to]}: ${description}`);
     }
   }
 

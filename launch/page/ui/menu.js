@@ -13,7 +13,7 @@ export function openMenu(title, at, ...content) {
   const menu = byId("menu");
   if (menu.matches(":popover-open")) menu.hidePopover();
   const close = el("button", { type: "button", class: "quiet", "aria-label": "Close", onclick: () => menu.hidePopover() }, "✕");
-  menu.replaceChildren(el("header", {}, el("h2", { id: "menu-title" }, title), close), ...content.filter(Boolean));
+  menu.replaceChildren(el("div", { class: "menu-head" }, el("h2", { id: "menu-title" }, title), close), ...content.filter(Boolean));
   menu.showPopover();
   const box = at instanceof Element ? at.getBoundingClientRect() : { left: at.x, bottom: at.y, top: at.y };
   place = () => {

@@ -177,7 +177,7 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "diff",
         &[
-            "alliance diff runs/first runs/latest # the first difference",
+            "alliance diff runs/first # the first difference from the newest run",
             "alliance diff a b --json # for programs",
         ],
         &[

@@ -50,7 +50,16 @@ pub struct Browser {
 
 impl Browser {
     /// Starts a browser with this page size. Returns `None` without a browser, if the test may be skipped.
-    pub fn start((width, height): (u32, u32)) -> Option<Self> {
+    pub fn start(size: (u32, u32)) -> Option<Self> {
+        Self::start_with(size, &[])
+    }
+
+    /// Starts a browser whose user prefers dark pages. See [`Browser::start`].
+    pub fn start_dark(size: (u32, u32)) -> Option<Self> {
+        Self::start_with(size, &["--blink-settings=preferredColorScheme=0"])
+    }
+
+    fn start_with((width, height): (u32, u32), more: &[&str]) -> Option<Self> {
         let folder = TempDir::new().unwrap();
         let log = folder.path().join("driver.log");
         let output = File::create(&log).unwrap();
@@ -82,7 +91,7 @@ impl Browser {
         let profile = folder.path().join("profile");
         let profile = format!("--user-data-dir={}", profile.display());
         let options = json!({
-            "args": ([&OPTIONS[..], &[profile.as_str()]].concat()),
+            "args": ([&OPTIONS[..], more, &[profile.as_str()]].concat()),
             "mobileEmulation": {
                 "deviceMetrics": {
                     "width": width, "height": height, "pixelRatio": 1.0,
@@ -120,6 +129,30 @@ impl Browser {
         let script = format!("return ({expression});");
         let evaluated = self.runtime.block_on(self.client.execute(&script, vec![]));
         evaluated.unwrap_or_else(|error| panic!("{expression}: {error}"))
+    }
+
+    /// Runs axe-core on the page in its present state. `axe` is the source of axe-core. Returns a line for each violated
+    /// rule, with its elements and the remedy.
+    #[track_caller]
+    pub fn accessibility_violations(&self, axe: &str) -> Vec<String> {
+        const SCRIPT: &str = "
+            const done = arguments[arguments.length - 1];
+            const line = ({ id, impact, help, nodes }) => {
+                const places = nodes.slice(0, 3).map((node) => `${node.target.join(' ')} (${node.failureSummary})`);
+                const more = nodes.length > 3 ? ` and ${nodes.length - 3} more elements` : '';
+                return `${id}, ${impact}: ${help}: ${places.join(', ')}${more}`.replaceAll(/\\s+/g, ' ');
+            };
+            axe.run().then(({ violations }) => done(violations.map(line)), (error) => done([`axe-core failed: ${error}`]));
+        ";
+        let found = self.runtime.block_on(async {
+            self.client.execute(axe, vec![]).await?;
+            self.client.execute_async(SCRIPT, vec![]).await
+        });
+        let found = found.unwrap_or_else(|error| panic!("axe-core: {error}"));
+        let lines = found.as_array().unwrap().iter();
+        lines
+            .map(|line| line.as_str().unwrap().to_owned())
+            .collect()
     }
 
     /// Sets the value of an input field, as JavaScript, like a user.

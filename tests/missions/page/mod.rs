@@ -1,5 +1,6 @@
 //! The page of a run: its server, and the page itself in a real browser.
 
+mod accessible;
 mod browser;
 mod client;
 mod exported;

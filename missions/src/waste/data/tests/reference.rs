@@ -119,7 +119,8 @@ fn collect_keys(
     }
 }
 
-/// Returns the name of a table. The tables of a list have one name, and so have all tables of ALLIANCE parameters.
+/// Returns the name of a table. The tables of a list have one name, and so have all tables of ALLIANCE parameters. A
+/// kind has the keys of a robot.
 fn place(path: &[String]) -> String {
     let keys = path.iter().filter(|key| key.parse::<usize>().is_err());
     let keys: Vec<&str> = keys.map(String::as_str).collect();
@@ -128,6 +129,7 @@ fn place(path: &[String]) -> String {
             "alliance.defaults".to_owned()
         }
         ["alliance", "robots", _, "defaults"] => "alliance.defaults".to_owned(),
+        ["kinds", _] => "robots".to_owned(),
         _ => keys.join("."),
     }
 }

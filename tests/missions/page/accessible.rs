@@ -1,0 +1,154 @@
+//! axe-core finds no violation of accessibility on any page, light or dark.
+
+use alliance_tests::harness::Lab;
+use alliance_tests::needs::cannot_run;
+use alliance_tests::team::Team;
+use alliance_tests::testkit::in_repository;
+use nix::sys::signal::Signal;
+
+use super::browser::{Browser, LAPTOP};
+use super::client::{Page, watch};
+
+/// A plan with two allocators and a crash, for a comparison and a sweep.
+const PLAN: &str = "
+seeds = 2
+limit_s = 60.0
+
+[scenario]
+name = 'little'
+robots = [{ name = 'blue', side_sensor = true }, { name = 'gold' }]
+room = { width_m = 7.0, height_m = 5.0 }
+waste = { border_known = true, spills = [{ name = 'only', items = 2 }] }
+
+[grid]
+allocator = ['static', 'nearest']
+
+[faults.none]
+[faults.gold-dies]
+timeline = [{ fault.kill = 'gold', at_s = 4.0 }]
+";
+
+/// Returns the source of axe-core, or `None` if it is not installed and the test may be skipped.
+fn axe() -> Option<String> {
+    let file = in_repository(".ci/node_modules/axe-core/axe.min.js");
+    let source = std::fs::read_to_string(file).ok();
+    if source.is_none() {
+        cannot_run("no axe-core: run `npm ci --prefix .ci`");
+    }
+    source
+}
+
+/// Collects the violations on the pages of one browser.
+struct Audit<'b> {
+    browser: &'b Browser,
+    axe: &'b str,
+    found: Vec<String>,
+}
+
+impl Audit<'_> {
+    fn check(&mut self, page: &str) {
+        let found = self.browser.accessibility_violations(self.axe);
+        let found = found.into_iter().map(|line| format!("{page}: {line}"));
+        self.found.extend(found);
+    }
+
+    fn assert_none(self) {
+        assert!(self.found.is_empty(), "{}", self.found.join("\n"));
+    }
+}
+
+#[test]
+fn the_live_page_and_the_page_of_a_finished_run_are_accessible() {
+    let Some(axe) = axe() else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let mut audit = Audit {
+        browser: &browser,
+        axe: &axe,
+        found: Vec::new(),
+    };
+    let lab = Lab::new();
+    let faults = "timeline = [{ fault.kill = 'gold', at_s = 20.0 }, { fault.drop = { p = 0.3 } }]";
+    lab.write("day.toml", format!("[faults]\n{faults}"));
+    let arguments = "day.toml --speed max --limit 60 --paused";
+    let mut team = Team::start_with_page(&lab, arguments);
+    let (page, _) = Page::of(&mut team);
+    browser.open(&page.link());
+    browser.wait_for(
+        "document.body.dataset.state == 'paused' && alliance.view.robots.every(r => r.pid != null)",
+    );
+    page.control(r#"{"clock": {"step": 800}}"#);
+    browser.wait_for("document.body.dataset.tick == '800'");
+    for theme in ["light", "dark"] {
+        for tab in ["tasks", "events", "messages", "links", "faults"] {
+            browser.click(&format!("#tab-{tab}"));
+            audit.check(&format!("live page, {theme}, {tab}"));
+        }
+        browser.click("#new-fault");
+        browser.wait_for("document.querySelector('#menu:popover-open') != null");
+        audit.check(&format!("live page, {theme}, new fault"));
+        browser.press('\u{e00c}'); // Escape
+        browser.choose("#chart-kind", "matrix");
+        audit.check(&format!("live page, {theme}, matrix"));
+        browser.choose("#chart-kind", "curves");
+        browser.press('?');
+        browser.wait_for("document.querySelector('#help-window').open");
+        audit.check(&format!("live page, {theme}, help"));
+        browser.press('\u{e00c}');
+        browser.click("#theme");
+    }
+    page.control(r#"{"clock": {"speed": null}}"#);
+    page.control(r#"{"clock": "resume"}"#);
+    browser.wait_for("document.body.dataset.state == 'ended'");
+    audit.check("live page, ended");
+    team.wait().expect(1);
+
+    let (process, page) = watch(&lab, "run");
+    browser.open(&page.link());
+    browser.wait_for("document.body.dataset.mode == 'log' && document.body.dataset.tick != ''");
+    for tab in ["tasks", "events", "messages", "links", "faults"] {
+        browser.click(&format!("#tab-{tab}"));
+        audit.check(&format!("finished run, {tab}"));
+    }
+    process.signal(Signal::SIGINT);
+    process.wait().expect(0);
+    audit.assert_none();
+}
+
+#[test]
+fn the_pages_of_results_are_accessible() {
+    let Some(axe) = axe() else { return };
+    let lab = Lab::new();
+    lab.write("plan.toml", PLAN);
+    let pages = [
+        ("report", "one/report/report.html"),
+        ("report of two runs", "two/report.html"),
+        ("sweep", "sweep/summary.html"),
+        ("comparison", "comparison/comparison.html"),
+    ];
+    lab.mission("one", "--in-process --limit 60").expect(1);
+    lab.mission("other", "--in-process --limit 60 --seed 2")
+        .expect(1);
+    lab.run("report one").expect(0);
+    lab.run("report one other --out two").expect(0);
+    lab.run("sweep plan.toml --out sweep").expect(0);
+    lab.run("compare plan.toml --out comparison").expect(0);
+    for start in [Browser::start, Browser::start_dark] {
+        let Some(browser) = start(LAPTOP) else {
+            return;
+        };
+        let mut audit = Audit {
+            browser: &browser,
+            axe: &axe,
+            found: Vec::new(),
+        };
+        let is_dark = browser.eval("matchMedia('(prefers-color-scheme: dark)').matches");
+        let theme = if is_dark == true { "dark" } else { "light" };
+        for (name, file) in pages {
+            browser.open(&format!("file://{}", lab.path(file).display()));
+            audit.check(&format!("{name}, {theme}"));
+        }
+        audit.assert_none();
+    }
+}
