@@ -131,7 +131,11 @@ async function show(source, run) {
 
   // No message arrives from a frozen world, so a timer redraws the state.
   if (model.isLive) setInterval(changed, 1000);
-  loop.before((wall_ms) => player?.advance(wall_ms));
+  loop.before((wall_ms) => {
+    const isPlaying = player?.advance(wall_ms);
+    if (model.isBetween) loop.requestPicture();
+    return isPlaying;
+  });
   loop.add(0, () => {
     room.draw();
     tools.draw();

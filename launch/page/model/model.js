@@ -2,6 +2,7 @@
 
 import { setStyles } from "../ui/colors.js";
 import { Curves } from "./curves.js";
+import { between } from "./between.js";
 import { DETECTED, TOOK_OVER, groupOf } from "./events.js";
 import { History } from "./history.js";
 import { Traffic } from "./traffic.js";
@@ -39,6 +40,8 @@ export class Model {
 
   #changed;
   #nextEvent = 0;
+  // The view between this one and the next one, or null.
+  #picture = null;
   // The time of the newest view, in ms of wall-clock time.
   #lastViewAt = 0;
 
@@ -84,8 +87,29 @@ export class Model {
     this.history.add(view, view.now);
     if (view.tick !== this.view?.tick) this.traffic.addView(view);
     this.view = view;
+    this.#picture = null;
     this.#lastViewAt = performance.now();
     this.#changed();
+  }
+
+  /** The view to draw: during the playback of a log, with poses on the way to the next view. */
+  get picture() {
+    return this.#picture ?? this.view;
+  }
+
+  /** Moves the poses of the picture toward the next view of a log, by a share from 0 to 1. */
+  approach(next, share) {
+    this.#picture = between(this.view, next, share);
+  }
+
+  /** Draws the view itself again. */
+  settle() {
+    this.#picture = null;
+  }
+
+  /** Tests whether the picture lies between two views. */
+  get isBetween() {
+    return this.#picture !== null;
   }
 
   /** Tests whether a live world has stopped sending views before the end of its run. */

@@ -67,7 +67,7 @@ export class Room {
 
   /** Returns the object under the pointer: `{robot: rank}`, `{link: [from, to]}`, `{obstacle}` or null. */
   pick(event) {
-    const { view } = this.#model;
+    const { picture: view } = this.#model;
     if (!view) return null;
     const point = this.pointUnder(event);
     const reach_m = this.#model.run.scenario.body.radius_m + NEAR_PX / this.#projection.scale;
@@ -113,7 +113,7 @@ export class Room {
   #lines() {
     const { radio, selected } = this.#choices;
     if (!radio || (this.#model.names.length > ALL_LINES && selected === null)) return [];
-    return radioLines(this.#model.view, this.#projection, selected);
+    return radioLines(this.#model.picture, this.#projection, selected);
   }
 
   #fit() {
@@ -134,7 +134,7 @@ export class Room {
   }
 
   draw() {
-    const { view, run } = this.#model;
+    const { picture: view, run } = this.#model;
     const followed = this.follows && this.#choices.selected !== null && view?.robots[this.#choices.selected];
     if (followed) this.lens.lookAt({ x: followed.pose.position[0], y: followed.pose.position[1] });
     this.#fit();
@@ -170,7 +170,7 @@ export class Room {
   }
 
   #drawRadio(c) {
-    const { names, traffic, now, view } = this.#model;
+    const { names, traffic, now, picture: view } = this.#model;
     const faults = inForce(view);
     for (const line of this.#lines()) {
       const [from, to] = [names[line.from], names[line.to]];
@@ -181,7 +181,7 @@ export class Room {
   }
 
   #drawRobots(c) {
-    const { names, colors, view, run } = this.#model;
+    const { names, colors, picture: view, run } = this.#model;
     const { radius_m } = run.scenario.body;
     const shown = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state !== "absent");
     for (const { robot, rank } of shown) {

@@ -3,6 +3,8 @@
 /** The minimum rate of views during playback, and the same times the number of robots. The actual rate is up to twice as high. */
 const MIN_VIEWS_PER_S = 30;
 const ROBOT_VIEWS_PER_S = 1500;
+/** Up to this rate of views, the poses between two views are drawn, too. */
+const SPARSE_VIEWS_PER_S = 40;
 /** The playback speed for "as fast as possible", times real time. */
 const MAX_SPEED = 500;
 /** The maximum number of views added at once after a slow frame. Views before them are skipped. */
@@ -77,6 +79,10 @@ export class Player {
     if (!view) return;
     this.#place = place;
     this.#addViewsUpTo(target, level, view);
+    if (perSecond / level < SPARSE_VIEWS_PER_S && place > target) {
+      const next = this.#log.view(Math.min(last, target + level), level);
+      if (next) this.#model.approach(next, Math.min(1, (place - target) / level));
+    }
     if (target === last) this.pause();
   }
 
@@ -95,6 +101,7 @@ export class Player {
   pause() {
     this.paused = true;
     if (!this.#mustJump) this.#place = Math.max(0, this.#shown);
+    this.#model.settle();
     this.#changed();
   }
 

@@ -17,6 +17,11 @@ export class Loop {
     this.#parts.push({ least_ms, draw, last_ms: -Infinity, isDue: false });
   }
 
+  /** Requests a redraw of the parts that are drawn before every frame. Called by the function of `before`. */
+  requestPicture() {
+    for (const part of this.#parts) part.isDue ||= part.least_ms === 0;
+  }
+
   /** Requests a redraw of all parts. */
   request() {
     for (const part of this.#parts) part.isDue = true;

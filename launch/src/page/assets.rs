@@ -18,6 +18,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "index.html"
     "layout.css"
     "main.js"
+    "model/between.js"
     "model/branch.js"
     "model/curves.js"
     "model/devices.js"

@@ -355,6 +355,40 @@ mod tests {
     }
 
     #[test]
+    fn a_takeover_is_sent_as_an_event_when_it_has_lasted_two_steps() {
+        let setup = default_setup(1);
+        let received = Received::new(&setup);
+        let (_, mut frames) = received.catch_up();
+        let tasks = &setup.catalog.tasks;
+        let mut sets = setup.catalog.sets.iter();
+        let set = sets.find(|set| tasks[set.task.index()].max_robots == 1);
+        let robot = |rank: usize| setup.scenario.robots[rank].name.as_str();
+        for (tick, kind, robot) in [
+            (10, "activated", robot(0)),
+            (20, "gone", robot(0)),
+            (90, "activated", robot(1)),
+        ] {
+            let mut news = news(tick);
+            news.events[0].kind = kind.to_owned();
+            news.events[0].robot = robot.to_owned();
+            news.events[0].subject = set.unwrap().name.clone();
+            received.events(&news);
+            assert!(frames.try_recv().is_ok());
+        }
+        received.view(view(91, None));
+        assert_eq!(frames.try_recv(), Err(TryRecvError::Empty));
+        received.view(view(92, None));
+        let frame: Value = serde_json::from_str(&frames.try_recv().unwrap()).unwrap();
+        let task = &tasks[set.unwrap().task.index()].name;
+        let takeover = json!({"t_ms": 4500, "kind": "took-over", "robot": robot(1), "subject": task, "reason": robot(0), "detail": "3.50 s after its death"});
+        assert_eq!(frame["events"], json!([takeover]));
+        // A page that opens later receives it, too.
+        let (past, _) = received.catch_up();
+        let past: Value = serde_json::from_str(&past).unwrap();
+        assert_eq!(past["past"]["events"][3], takeover);
+    }
+
+    #[test]
     fn repeated_views_and_events_are_ignored() {
         let received = Received::new(&default_setup(1));
         let (_, mut events) = received.catch_up();

@@ -41,8 +41,8 @@ fn a_file_shows_what_the_page_of_the_server_shows() {
     );
     let again = lab.refusal("export run --html=run.html");
     let reason =
-        "alliance export: run.html exists; delete it, or name another file with --html=FILE\n";
-    assert_eq!(again, reason);
+        "alliance export: run.html exists; delete it, or name another file with --html=FILE";
+    assert_eq!(again.trim_end(), reason);
 
     let (process, page) = watch(&lab, "run");
     let events = page.get("/api/events");
