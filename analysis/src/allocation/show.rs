@@ -1,8 +1,10 @@
 //! An allocation as text and as JSON.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use scenario::Setup;
+use scenario::ids::TaskId;
 use serde_json::{Value, json};
 
 use super::{Allocation, STABLE_ROUNDS};
@@ -10,10 +12,7 @@ use super::{Allocation, STABLE_ROUNDS};
 /// The number of tasks in the text that a line of a robot lists.
 const LISTED: usize = 12;
 
-fn names<'a>(
-    setup: &'a Setup,
-    tasks: &'a std::collections::BTreeSet<scenario::ids::TaskId>,
-) -> Vec<&'a str> {
+fn names<'a>(setup: &'a Setup, tasks: &BTreeSet<TaskId>) -> Vec<&'a str> {
     tasks
         .iter()
         .map(|task| setup.catalog.task_name(*task))

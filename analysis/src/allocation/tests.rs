@@ -66,7 +66,7 @@ fn each_allocator_has_a_result_within_the_limit() {
         assert!(found.rounds <= 1000, "{}", spec.name);
         let is_empty = found.robots.iter().all(BTreeSet::is_empty);
         assert!(!is_empty || !found.is_stable, "{}: {found:?}", spec.name);
-        // A response threshold is reached only after a minute.
+        // By response thresholds, a robot without progress gives up its task in the last of these rounds.
         assert_eq!(
             is_empty,
             spec.name == "threshold",

@@ -44,13 +44,12 @@ impl Frame {
         if let Some(room) = instance.room {
             return Self::of_room(loaded, room, scale, source);
         }
-        let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for place in places(instance) {
-            for axis in 0..2 {
-                least[axis] = least[axis].min(place[axis]);
-                most[axis] = most[axis].max(place[axis]);
-            }
-        }
+        let bound = |axis: usize, start: f64, choose: fn(f64, f64) -> f64| {
+            let coordinates = places(instance).map(|place| place[axis]);
+            coordinates.fold(start, choose)
+        };
+        let least = [0, 1].map(|axis| bound(axis, f64::INFINITY, f64::min));
+        let most = [0, 1].map(|axis| bound(axis, f64::NEG_INFINITY, f64::max));
         let extent = (most[0] - least[0]).max(most[1] - least[1]);
         let fits = |scale: f64| extent * scale + 2.0 * MARGIN_M <= LONGEST_M;
         let scale = match scale {

@@ -1,6 +1,6 @@
 //! The robots of an instance: those of its file, its vehicles, or a number from the command line.
 
-use scenario::Problem;
+use scenario::{MAX_ROBOTS, Problem};
 
 use super::model::Robot;
 use super::source::{Loaded, Source};
@@ -38,6 +38,11 @@ pub fn add_robots(
             "state their number with --robots",
         ));
     };
+    if count > MAX_ROBOTS {
+        let what = format!("{count} robots");
+        let remedy = format!("use at most {MAX_ROBOTS} (--robots)");
+        return Err(Problem::with_source(source.name, what, remedy));
+    }
     // Without a number from the command line, each depot has its own vehicles. Otherwise the depots take turns.
     let fleets = depots.iter().flat_map(|depot| {
         let own = depot.vehicles.unwrap_or(0);

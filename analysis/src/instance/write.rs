@@ -27,6 +27,8 @@ pub struct Written {
 
 /// The default distance at which a robot works on a point, m.
 const REACH_M: f64 = 0.3;
+/// The factor of the time limit for ways around obstacles.
+const DETOURS: f64 = 5.0;
 /// The distance by which workers around a point are closer to it than they may be, m.
 const ROOM_M: f64 = 0.05;
 
@@ -286,7 +288,8 @@ fn reach_m(instance: &Instance, kinds: &[WorkKind], frame: &Frame) -> f64 {
     REACH_M.max((reach_m * 100.0).ceil() / 100.0)
 }
 
-/// Returns the stated time limit, or the time after which one robot has done all tasks one after another, s.
+/// Returns the stated time limit, or the time after which one robot has done all tasks one after another, s. Obstacles
+/// extend it.
 fn limit_s(instance: &Instance, points: &[Point], frame: &Frame) -> f64 {
     if let Some(limit_s) = instance.limit_s {
         return limit_s;
@@ -300,7 +303,12 @@ fn limit_s(instance: &Instance, points: &[Point], frame: &Frame) -> f64 {
         .iter()
         .map(|point| point.task.work_s + across_s)
         .sum();
-    (last_s + work_s).ceil().min(LONGEST_S)
+    let ways = if instance.obstacles.is_empty() {
+        1.0
+    } else {
+        DETOURS
+    };
+    (last_s + ways * work_s).ceil().min(LONGEST_S)
 }
 
 fn kind_table(kind: &WorkKind) -> Table {

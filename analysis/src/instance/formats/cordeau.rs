@@ -69,7 +69,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Loaded, Problem> {
         let (line, row) = next("the row of a customer or depot", 5)?;
         // Number of days, then the days, then the window.
         let days = row.get(6).map_or(0, |days| *days as usize);
-        let window = match row.get(7 + days..) {
+        let window = match row.get(days.saturating_add(7)..) {
             Some([ready, due, ..]) => Some([*ready, *due]),
             _ => None,
         };
