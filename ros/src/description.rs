@@ -1,6 +1,6 @@
 //! Types of messages as data.
 
-/// A message type.
+/// A message type with its fields.
 #[derive(Debug)]
 pub struct MessageType {
     /// The full name, such as `std_msgs/msg/Header`.

@@ -122,7 +122,7 @@ messages! {
         frame_id: String,
     }
 
-    /// A text.
+    /// A text of any length.
     StringMessage = "std_msgs/msg/String" {
         data: String,
     }
@@ -132,7 +132,7 @@ messages! {
         r: f32,
         g: f32,
         b: f32,
-        /// The opacity.
+        /// The opacity, from 0 to 1.
         a: f32,
     }
 
@@ -141,7 +141,7 @@ messages! {
         clock: Time,
     }
 
-    /// A place, m.
+    /// A place in space, m.
     Point = "geometry_msgs/msg/Point" {
         x: f64,
         y: f64,
@@ -200,7 +200,7 @@ messages! {
         transform: Transform,
     }
 
-    /// Relations of frames.
+    /// Relations of frames to their parents.
     TfMessage = "tf2_msgs/msg/TFMessage" {
         transforms: Vec<TransformStamped>,
     }
@@ -292,7 +292,7 @@ messages! {
         is_dense: bool,
     }
 
-    /// A compressed image.
+    /// An image in a compressed format.
     CompressedImage = "sensor_msgs/msg/CompressedImage" {
         header: Header,
         format: String,
@@ -311,7 +311,7 @@ messages! {
         data: Vec<u8>,
     }
 
-    /// A visible object.
+    /// A visible object in a frame.
     Marker = "visualization_msgs/msg/Marker" [
         ARROW: i32 = 0,
         CUBE: i32 = 1,
@@ -355,7 +355,7 @@ messages! {
         mesh_use_embedded_materials: bool,
     }
 
-    /// Visible objects.
+    /// A list of visible objects.
     MarkerArray = "visualization_msgs/msg/MarkerArray" {
         markers: Vec<Marker>,
     }

@@ -37,7 +37,7 @@ def main(layout, bag):
         if connection is None or connection.msgtype != TYPES[display["Class"]]:
             sys.exit(f"{display['Class']} of {topic}: {connection}")
         # A volatile publisher does not match a subscriber for late messages.
-        offered = int(connection.ext.offered_qos_profiles[0].durability)
+        offered = connection.ext.offered_qos_profiles[0].durability.value
         if offered > DURABILITIES[display["Topic"]["Durability Policy"]]:
             sys.exit(f"durability of {topic}")
         found.append(topic)

@@ -42,6 +42,8 @@ impl Bag {
             _ => Path::new("."),
         };
         let at = || format!("cannot write {}", target.display());
+        // The error of a missing folder would name the temporary folder.
+        fs::metadata(parent).with_context(at)?;
         let unfinished = tempfile::Builder::new()
             .prefix(".alliance-new-")
             .tempdir_in(parent)
@@ -61,7 +63,7 @@ impl Bag {
         })
     }
 
-    /// Adds a topic.
+    /// Adds a topic with its message type.
     ///
     /// # Errors
     /// Returns the errors of the file, or an error for more than 65 535 topics.

@@ -36,8 +36,9 @@ struct RobotBody {
 /// A body at a time.
 pub struct Body<'r> {
     robot: &'r str,
-    /// The center, m.
+    /// The x coordinate of the center, m.
     x: f32,
+    /// The y coordinate of the center, m.
     y: f32,
     heading_rad: f32,
     speed_m_s: f32,
@@ -118,6 +119,9 @@ impl BodyTopics {
             robot.latest = Some((now, body.heading_rad));
             let truth = odometry(now, &robot.name, body, turn_rad_s);
             bag.write(&robot.truth, now, &truth)?;
+        }
+        if transforms.is_empty() {
+            return Ok(());
         }
         bag.write(&self.tf, now, &TfMessage { transforms })
     }

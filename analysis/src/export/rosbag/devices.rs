@@ -26,12 +26,12 @@ pub struct DeviceTopics {
     sensors: Sensors,
     radius_m: f32,
     step: SimTime,
-    /// By rank.
+    /// The topics of each robot, by rank.
     robots: Vec<Devices>,
 }
 
 struct Devices {
-    /// The name in ROS.
+    /// The name of the robot in ROS.
     name: String,
     has_side_sensor: bool,
     odom: Topic<Odometry>,

@@ -15,7 +15,7 @@ const CELLS_MAX: f32 = 1000.0;
 
 const OCCUPIED: i8 = 100;
 
-/// The topic `/map`.
+/// The topic `/map`, with its latest map.
 pub struct MapTopic {
     topic: Topic<OccupancyGrid>,
     room: Room,

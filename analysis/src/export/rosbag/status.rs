@@ -14,10 +14,10 @@ use crate::export::look::activity;
 /// The time between two messages without a change.
 const PERIOD: SimTime = SimTime(1000);
 
-/// The topics `/NAME/status`.
+/// The topics `/NAME/status` of all robots.
 pub struct StatusTopics {
     setup: Setup,
-    /// By rank.
+    /// The topics of the robots, by rank.
     robots: Vec<StatusTopic>,
 }
 

@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 use super::bag::{Bag, Topic};
 use crate::columns::{Column, declared};
 
-/// The topics `/alliance/…`.
+/// The topics `/alliance/…` of the team.
 pub struct TeamTopics {
     setup: Setup,
     tasks: StateTopic,
