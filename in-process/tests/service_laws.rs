@@ -1,5 +1,7 @@
 //! The laws of service with task properties, for every allocator on random instances.
 
+#![allow(clippy::unwrap_used)] // Clippy exempts test functions only, not their helpers.
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 

@@ -1,4 +1,5 @@
-//! Random service missions, which cover every key of the section (`[random_mission] mission = "service"`).
+//! Random service missions (`[random_mission] mission = "service"`). They cover every key of the section except the
+//! properties of points and the chargers, which in-process/tests/service_laws.rs covers.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

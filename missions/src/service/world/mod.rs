@@ -254,6 +254,9 @@ impl Service {
         let Some(point) = load.filter(|point| self.points.carrier(*point) == Some(robot)) else {
             return;
         };
+        let worker = &mut self.robots[robot.index()];
+        // The robot does not leave the point in addition.
+        worker.worked = worker.worked.filter(|worked| *worked != point);
         self.points.drop_load(point);
         happened
             .push_mission_event("load-lost", Some(robot))
