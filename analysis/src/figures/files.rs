@@ -22,7 +22,8 @@ pub fn write(figure: &Figure, folder: &Path) -> anyhow::Result<()> {
     let name = || figure.name.clone();
     let png = Pixels::draw(&figure.svg, PRINT_PIXELS).and_then(|pixels| pixels.png());
     write_atomically(&path("png"), &png.with_context(name)?)?;
-    let pdf = pdf::from_svg(&figure.svg).with_context(name)?;
+    // The results of a study repeat byte for byte.
+    let pdf = pdf::outlined(&figure.svg).with_context(name)?;
     write_atomically(&path("pdf"), &pdf)?;
     match &figure.numbers {
         Some(numbers) => numbers.write_csv(folder, &figure.name),

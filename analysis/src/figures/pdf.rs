@@ -2,12 +2,24 @@
 
 use super::pixels::tree;
 
-/// Converts an SVG to a PDF of the same size.
+/// Converts an SVG to a PDF of the same size, with text that can be selected. The order of the fonts in the file varies.
 pub fn from_svg(svg: &str) -> anyhow::Result<Vec<u8>> {
+    convert(svg, true)
+}
+
+/// Converts an SVG to a PDF of the same size, with the outlines of its letters. The same SVG gives the same bytes.
+pub fn outlined(svg: &str) -> anyhow::Result<Vec<u8>> {
+    convert(svg, false)
+}
+
+fn convert(svg: &str, embed_text: bool) -> anyhow::Result<Vec<u8>> {
     // An inch has 96 SVG px.
     let page = svg2pdf::PageOptions { dpi: 96.0 };
-    svg2pdf::to_pdf(&tree(svg)?, svg2pdf::ConversionOptions::default(), page)
-        .map_err(|error| anyhow::anyhow!("{error}"))
+    let options = svg2pdf::ConversionOptions {
+        embed_text,
+        ..svg2pdf::ConversionOptions::default()
+    };
+    svg2pdf::to_pdf(&tree(svg)?, options, page).map_err(|error| anyhow::anyhow!("{error}"))
 }
 
 #[cfg(test)]
@@ -30,5 +42,19 @@ mod tests {
             assert!(text.contains(font), "{font}");
         }
         assert_eq!(text.matches("/FontFile").count(), 2);
+    }
+
+    #[test]
+    fn outlines_have_the_same_bytes_each_time() {
+        let figure = svg("title", 100.0, |area| {
+            TextLabel::LEFT.write(area, "blue", (10.0, 20.0))?;
+            TextLabel::BOLD.write(area, "gold", (10.0, 50.0))
+        });
+        let figure = figure.unwrap();
+        let first = outlined(&figure).unwrap();
+        assert!(first.starts_with(b"%PDF-"));
+        for _ in 0..8 {
+            assert!(outlined(&figure).unwrap() == first);
+        }
     }
 }

@@ -83,7 +83,7 @@ pub fn write(
     let mut film: Box<dyn FilmWriter> = match format {
         FilmFormat::Png => Box::new(PngFilm::new(file, &draw(&svgs[0])?, svgs.len(), rate)?),
         FilmFormat::Gif => {
-            let samples = sample(svgs).map(draw);
+            let samples = sample(svgs).map(|svg| draw(svg));
             let samples = samples.collect::<anyhow::Result<Vec<Pixels>>>()?;
             Box::new(GifFilm::new(file, &samples, certain, rate)?)
         }
@@ -108,7 +108,7 @@ fn sample(svgs: &[String]) -> impl Iterator<Item = &String> {
     (0..count).map(move |index| &svgs[index * last / (count - 1).max(1)])
 }
 
-fn draw(svg: &String) -> anyhow::Result<Pixels> {
+fn draw(svg: &str) -> anyhow::Result<Pixels> {
     Pixels::draw(svg, 1.0)
 }
 

@@ -78,10 +78,12 @@ pub struct PlanCommand {
     pub prepare: fn(&mut Plan, NonZeroUsize) -> anyhow::Result<Option<Comparison>>,
     /// Returns what the plan cannot find, as lines to show before the first run.
     pub remarks: fn(&Header) -> Vec<String>,
-    /// Writes and shows the results from all rows in order, including failed runs, with figures of this size. The path is
-    /// that of the plan as given; `None` after a merge. Returns `true` if no run failed.
-    pub finish: fn(&Path, &Header, &[Row], Option<&Path>, &Sheet) -> anyhow::Result<bool>,
+    pub finish: Finish,
 }
+
+/// A function that writes and shows the results from all rows in order, including failed runs, in a folder, with figures
+/// of this size. The second path is that of the plan as given; `None` after a merge. It returns `true` if no run failed.
+pub type Finish = fn(&Path, &Header, &[Row], Option<&Path>, &Sheet) -> anyhow::Result<bool>;
 
 /// The work that remains after the arguments are checked. It returns `true` if all runs are done and none failed.
 type Task<'t> = Box<dyn FnOnce() -> anyhow::Result<bool> + 't>;

@@ -43,7 +43,8 @@ impl Page<'_> {
             .any(|(_, summary)| summary.lateness_s.is_some());
         let (first, rest) = self.figures.split_at(self.figures.len().min(1));
         let head = html! {
-            @for place in &varied { th.text { (columns[*place]) } }
+            // A long key can break after each dot.
+            @for place in &varied { th.text { (columns[*place].replace('.', ".\u{200b}")) } }
             th { "runs" } @if has_failures { th { "failed" } } th { "complete" } th { "share" } th { "95 % of share" }
             th { "makespan, s" } th { "95 % of makespan" }
             @if has_lateness { th { "lateness, s" } th { "95 % of lateness" } }

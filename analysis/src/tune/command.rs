@@ -263,7 +263,7 @@ fn finish(task: &Task, name: &str, folder: &Path, found: &[Tuned]) -> anyhow::Re
     tests(&results).write_csv(folder, "test")?;
     let figures = super::figures::figures(task, &results)?;
     for figure in figures.iter().flatten() {
-        files::write(&figure, folder)?;
+        files::write(figure, folder)?;
     }
     let page = Page {
         name,
