@@ -34,6 +34,7 @@ mod learning;
 mod liars;
 mod machines;
 mod observe;
+mod observed;
 mod on_time;
 mod other_version;
 mod own_controllers;

@@ -10,3 +10,5 @@ mod observer;
 mod replayed;
 mod stays;
 mod watched;
+
+pub use client::get;
