@@ -13,6 +13,7 @@
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use cluster::process_log::{LogArgs, log_to_stderr};
 pub use missions::Registry;
 use proto::program_build;
 use terminal::fail;
@@ -127,11 +128,15 @@ pub fn main(registry: Registry) -> ExitCode {
     if let Err(error) = ready {
         return fail("alliance", &error, 3);
     }
-    cluster::process_log::log_to_stderr();
     let command: AllianceCli = match arguments::parse(&full_command()) {
         Ok(command) => command,
         Err(status) => return status,
     };
+    match &command.command {
+        Command::Run(command) => command.start_log(),
+        Command::Cluster(command) => command.start_log(),
+        _ => log_to_stderr(LogArgs::default(), "alliance"),
+    }
     match command.command {
         Command::Run(command) => command.run(),
         Command::Watch(command) => command.run(),

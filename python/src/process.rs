@@ -1,7 +1,6 @@
 //! One robot as a separate process with a controller in Python. Everything else is that of the agent in Rust.
 
 use clap::Parser;
-use cluster::process_log::log_to_stderr;
 use cluster::session::prepare_process;
 use launch::Registry;
 use launch::arguments::parse_list;
@@ -33,6 +32,6 @@ pub fn run_agent(
     let registry = Registry::built_in().with_controller(class.into_kind()?);
     let args: Arguments = parse_list(&registry.vocabulary(), &words).map_err(scenario_error)?;
     prepare_process();
-    log_to_stderr();
+    args.agent.start_log();
     Ok(py.detach(|| args.agent.run_as(registry.agents(), Some(name))))
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::Args;
 use cluster::member::{Login, Member};
+use cluster::process_log::{LogArgs, log_to_stderr, set_run};
 use cluster::rendezvous::{Rendezvous, RendezvousError};
 use proto::identity;
 use scenario::limits::read_name;
@@ -42,9 +43,16 @@ pub struct AgentArgs {
     pub run: Option<String>,
     #[command(flatten)]
     pub remote: RemoteArgs,
+    #[command(flatten)]
+    pub log: LogArgs,
 }
 
 impl AgentArgs {
+    /// Starts the log of this process.
+    pub fn start_log(&self) {
+        log_to_stderr(self.log, &self.robot().unwrap_or_default());
+    }
+
     /// Joins the run and controls the robot until the run ends. Prints the reason on stderr and returns the exit
     /// status.
     ///
@@ -149,6 +157,7 @@ impl AgentArgs {
                     Err(_) => return Ok(AgentEnd::WorldLost),
                 },
             };
+            set_run(&member.run);
             let began = Instant::now();
             let result = run_agent(robot, &member, registry, controller, snapshot.take()).await;
             let is_lost = matches!(

@@ -10,6 +10,7 @@ use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 /// Clears the terminal. Does nothing if stderr is not a terminal.
 pub fn clear_screen() {
@@ -68,8 +69,19 @@ macro_rules! stderr_line {
     };
 }
 
+/// The function that writes lines instead of stderr.
+static LINE_WRITER: OnceLock<fn(&str)> = OnceLock::new();
+
+/// Sends all further lines for stderr to a function, without their line feeds. Only the first call has an effect.
+pub fn send_lines_to(writer: fn(&str)) {
+    let _ = LINE_WRITER.set(writer);
+}
+
 /// Writes a line to stderr and ignores failures.
 pub fn write_stderr_line(line: impl Display) {
+    if let Some(writer) = LINE_WRITER.get() {
+        return writer(&line.to_string());
+    }
     // One write per line keeps the lines of several processes apart. A failure cannot be reported anywhere else.
     let _ = io::stderr().write_all(format!("{}\n", escaped(&line.to_string())).as_bytes());
 }

@@ -35,6 +35,7 @@ mod learning;
 mod liars;
 mod machines;
 mod observe;
+mod observed;
 mod on_time;
 mod other_version;
 mod own_controllers;

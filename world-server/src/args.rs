@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::{create_dir, create_dir_all};
 use std::io::ErrorKind;
 use std::iter::once;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
@@ -21,9 +22,11 @@ use scenario::{Problem, Setup};
 use terminal::fail;
 
 use cluster::network::{Network, NetworkArgs};
+use cluster::process_log::{LogArgs, log_to_stderr};
 
 use crate::error::WorldError;
 use crate::gateway;
+use crate::metrics;
 use crate::mission::WorldKind;
 use crate::mission_args::{Known, MissionArgs, positive_time};
 use crate::pace::Speed;
@@ -51,6 +54,11 @@ pub struct RunArgs {
     /// Continue without an agent after this wall-clock time without an answer
     #[arg(long, value_name = "TIME", default_value = "5", value_parser = positive_time, allow_negative_numbers = true)]
     pub stall_after: f64,
+    /// Serve metrics of the world for Prometheus at this address, such as 127.0.0.1:9464
+    #[arg(long, value_name = "ADDRESS")]
+    pub metrics: Option<SocketAddr>,
+    #[command(flatten)]
+    pub log_args: LogArgs,
 }
 
 /// Run a world: physics, sensing and the step clock
@@ -111,6 +119,14 @@ impl RunArgs {
         new_folder(Path::new("runs"), &name)
     }
 
+    /// Rejects an address for metrics that is not free.
+    ///
+    /// # Errors
+    /// Fails if nothing can listen at the address.
+    pub fn check_metrics(&self) -> Result<(), Problem> {
+        self.metrics.map_or(Ok(()), metrics::check_address)
+    }
+
     /// Returns the requested speed. The default is real time if the clock starts paused, and full speed otherwise.
     #[must_use]
     pub fn pace(&self, paused: bool) -> Speed {
@@ -139,11 +155,18 @@ impl RunArgs {
             paused: self.paused,
             log: self.log(setup),
             stall_after: Duration::from_secs_f64(self.stall_after),
+            metrics: self.metrics,
         }
     }
 }
 
 impl WorldArgs {
+    /// Starts the log of this process.
+    pub fn start_log(&self) {
+        let process = if self.gateway { "gateway" } else { "world" };
+        log_to_stderr(self.run.log_args, process);
+    }
+
     /// Runs the mission to its end and reports the outcome on stderr.
     ///
     /// Exit status: 0 if the mission is complete, 1 if it ran but is incomplete, 2 for a mistake in the scenario, the
@@ -158,6 +181,7 @@ impl WorldArgs {
         }
         let prepared = self.mission.setup(known).and_then(|setup| {
             self.refuse_process_faults(&setup)?;
+            self.run.check_metrics()?;
             let network = self.network.network(&setup.scenario)?;
             if network.is_some() && self.id.is_some() && !self.launched {
                 let what = "a run over a network has a random id, so that it rejects messages of earlier runs";

@@ -3,6 +3,7 @@
 use cluster::rendezvous::RendezvousError;
 use cluster::router::RouterError;
 use run_log::recorder::RecordError;
+use scenario::Problem;
 
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
@@ -14,6 +15,9 @@ pub enum WorldError {
     Rendezvous(#[from] RendezvousError),
     #[error(transparent)]
     Router(#[from] RouterError),
+    /// An option that this machine refuses.
+    #[error(transparent)]
+    Option(#[from] Problem),
     /// A failure of signals, ports or the random number generator.
     #[error("system")]
     System(#[from] std::io::Error),

@@ -27,6 +27,8 @@ pub mod gateway;
 pub mod interruption;
 pub mod invocation;
 pub mod latest;
+#[cfg(feature = "bus")]
+pub mod metrics;
 pub mod mission;
 pub mod mission_args;
 #[cfg(feature = "bus")]

@@ -1,6 +1,7 @@
 //! The process of a world: a Zenoh session, a run folder, signals and timers.
 
 use std::collections::BTreeMap;
+use std::net::SocketAddr;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -29,11 +30,13 @@ use crate::gateway::supervisor::{Gateway, StartedGateway};
 use crate::interruption::InterruptionHandler;
 use crate::invocation;
 use crate::latest::link_latest;
+use crate::metrics::Metrics;
 use crate::mission::WorldKind;
 use crate::pace::{Pace, Speed};
 use crate::server::{Bus, Ended, Publishers, Seals, Server, lock};
 use crate::simulation::Simulation;
 use cluster::network::Network;
+use cluster::process_log;
 use cluster::router;
 use run_log::recorder::{Folder, Recorder};
 
@@ -64,6 +67,8 @@ pub struct Options {
     pub network: Option<Network>,
     /// The wall-clock time after which an agent that does not answer is out of the barrier.
     pub stall_after: Duration,
+    /// The address at which the process serves metrics; `None` without metrics.
+    pub metrics: Option<SocketAddr>,
 }
 
 #[derive(Clone, Debug)]
@@ -119,6 +124,13 @@ pub async fn serve_from(start: RunState, options: &Options) -> Result<RunResult,
     } = start;
     let setup = simulation.setup().clone();
     panics::set_process_name(format!("world (mission {})", setup.catalog.mission.name()));
+    process_log::set_run(&options.run);
+    let mut metrics = None;
+    if let Some(address) = options.metrics {
+        let served = Metrics::new(&options.run, setup.catalog.mission.name());
+        served.serve(address)?;
+        metrics = Some(served);
+    }
     // The link is a convenience. The run continues without it.
     let _ = link_latest(Path::new("runs"), &options.folder);
     let keys = KeyExpressions::new(&options.run);
@@ -156,7 +168,7 @@ pub async fn serve_from(start: RunState, options: &Options) -> Result<RunResult,
     let announcement = rendezvous.announce()?;
     tracing::info!(run = options.run, endpoint, "waiting for robots");
 
-    let outcome = supervise(&server, end).await?;
+    let outcome = supervise(&server, metrics.as_mut(), end).await?;
     let ended = Instant::now();
     drop(announcement);
     wait_for_agents(&server).await;
@@ -370,6 +382,7 @@ async fn overhear(
 /// Waits for the end of the run. Handles signals, pace and deadlines in the meantime.
 async fn supervise(
     server: &Mutex<Server>,
+    mut metrics: Option<&mut Metrics>,
     mut end: oneshot::Receiver<Ended>,
 ) -> Result<Outcome, WorldError> {
     let mut terminate = signal(SignalKind::terminate())?;
@@ -387,6 +400,11 @@ async fn supervise(
             _ = clock.tick() => {
                 let mut server = lock(server);
                 server.check_deadlines();
+                if let Some(metrics) = &mut metrics {
+                    let simulation = server.simulation();
+                    let step_ms = simulation.setup().scenario.step_ms;
+                    metrics.update(&simulation.counts(), step_ms, Instant::now());
+                }
                 server.publish_view();
                 announce_missing(&server, &mut missing);
             }

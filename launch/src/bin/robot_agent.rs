@@ -16,8 +16,7 @@ struct AgentCli {
 fn main() -> ExitCode {
     proto::program_build::set(launch::BUILD);
     cluster::session::prepare_process();
-    cluster::process_log::log_to_stderr();
-    AgentCli::parse()
-        .agent
-        .run(launch::Registry::current().agents())
+    let agent = AgentCli::parse().agent;
+    agent.start_log();
+    agent.run(launch::Registry::current().agents())
 }

@@ -16,6 +16,7 @@ struct WorldCli {
 fn main() -> ExitCode {
     proto::program_build::set(launch::BUILD);
     cluster::session::prepare_process();
-    cluster::process_log::log_to_stderr();
-    WorldCli::parse().world.run(&launch::program_content())
+    let world = WorldCli::parse().world;
+    world.start_log();
+    world.run(&launch::program_content())
 }

@@ -12,6 +12,7 @@ use cluster::key_files::KeyFiles;
 use cluster::keyring::Keyring;
 use cluster::locator::Locator;
 use cluster::member::Login;
+use cluster::process_log::{LogArgs, log_to_stderr, set_run};
 use cluster::remote::{self, RemoteArgs};
 use nix::sys::signal::{Signal as NixSignal, kill};
 use nix::unistd::Pid;
@@ -58,6 +59,8 @@ pub struct HostCommand {
     /// End after one run
     #[arg(long)]
     once: bool,
+    #[command(flatten)]
+    log: LogArgs,
 }
 
 /// Connect one host's robots, started by hand, to the world
@@ -74,9 +77,16 @@ pub struct RouterCommand {
     /// End after one run
     #[arg(long)]
     once: bool,
+    #[command(flatten)]
+    log: LogArgs,
 }
 
 impl HostCommand {
+    /// Starts the log of this process.
+    pub fn start_log(&self) {
+        log_to_stderr(self.log, &format!("host {}", self.name));
+    }
+
     /// Takes part in runs until it is interrupted.
     ///
     /// Exit status 0 after an interrupt or its only run, 2 for a mistake in the arguments or keys, 3 if the world refused it or the bus
@@ -94,6 +104,11 @@ impl HostCommand {
 }
 
 impl RouterCommand {
+    /// Starts the log of this process.
+    pub fn start_log(&self) {
+        log_to_stderr(self.log, &format!("router {}", self.name));
+    }
+
     /// Routes messages until it is interrupted. The exit status is that of [`HostCommand::run`].
     #[must_use]
     pub fn run(&self) -> ExitCode {
@@ -144,6 +159,7 @@ impl Daemon {
             () = signals.interrupted() => return Ok(HostEnd::Interrupted),
         };
         let robots = relay.enlisted.robots.join(", ");
+        set_run(&relay.run);
         say(&format!("run {}: robots {robots}", relay.run));
         let default = || PathBuf::from(format!("runs/{}.{}", relay.run, self.name));
         let folder = self.out.clone().unwrap_or_else(default);

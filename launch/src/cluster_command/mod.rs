@@ -10,6 +10,7 @@ use std::process::ExitCode;
 
 use analysis::branch::BranchRequest;
 use clap::{Args, Subcommand};
+use cluster::process_log::{LogArgs, log_to_stderr};
 use missions::Registry;
 use robot_agent::args::AgentArgs;
 use terminal::fail;
@@ -105,6 +106,20 @@ impl AgentCommand {
 }
 
 impl ClusterCommand {
+    /// Starts the log of this process.
+    pub fn start_log(&self) {
+        match &self.action {
+            ClusterAction::Up(command) => command.start_log(),
+            ClusterAction::Host(command) => command.start_log(),
+            ClusterAction::Router(command) => command.start_log(),
+            ClusterAction::Check(_) | ClusterAction::Keys(_) => {
+                log_to_stderr(LogArgs::default(), "alliance");
+            }
+            ClusterAction::World(command) => command.world.start_log(),
+            ClusterAction::Agent(command) => command.agent.start_log(),
+        }
+    }
+
     #[must_use]
     pub fn run(&self) -> ExitCode {
         match &self.action {

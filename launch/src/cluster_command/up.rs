@@ -32,6 +32,11 @@ pub struct Up {
 }
 
 impl Up {
+    /// Starts the log of this process.
+    pub fn start_log(&self) {
+        self.run.start_log();
+    }
+
     /// Runs the command. The exit status is that of `alliance run`.
     #[must_use]
     pub fn run(&self) -> ExitCode {

@@ -23,6 +23,7 @@ use super::supervise::supervise;
 use crate::limits;
 use crate::page::link::{LinkArgs, PageLink};
 use crate::page::view::show_log;
+use cluster::process_log::{log_to_stderr, set_run};
 use cluster::start::StartPlan;
 
 /// Run a mission with one process per robot
@@ -38,7 +39,7 @@ pub struct RunCommand {
     #[arg(long = "controller", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse, help_heading = "Execution")]
     controllers: Vec<ControllerCommand>,
     /// Run everything in this process: the same log, but no page and no pace
-    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after"])]
+    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "metrics"])]
     in_process: bool,
     /// Check invariants after every tick, then replay the run and compare
     #[arg(long, requires = "in_process", help_heading = "Execution")]
@@ -115,6 +116,7 @@ impl RunCommand {
                 mcap_is_there()?;
             }
             let branch = branch.map(|plan| self.start_of(plan)).transpose()?;
+            self.run.check_metrics()?;
             let link = self.link()?;
             Ok((self.run.folder(&setup)?, setup, branch, controllers, link))
         });
@@ -139,6 +141,7 @@ impl RunCommand {
                 return fail(self.name(), &error, 3);
             }
         };
+        set_run(&run);
         let over = self.over.as_ref();
         let plan = RunPlan {
             run,
@@ -190,6 +193,11 @@ impl RunCommand {
         };
         let status = ExitCode::from(u8::from(!allocation.is_stable));
         terminal::print_result(self.name(), text, status)
+    }
+
+    /// Starts the log of this process.
+    pub fn start_log(&self) {
+        log_to_stderr(self.run.log_args, "launcher");
     }
 
     /// Returns the checked setup: that of the arguments, or of the run that a branch repeats.
@@ -379,6 +387,9 @@ impl RunCommand {
         }
         arguments.push(format!("--speed={}", self.run.pace(self.is_paused())));
         arguments.push(format!("--stall-after={}", self.run.stall_after));
+        if let Some(address) = self.run.metrics {
+            arguments.push(format!("--metrics={address}"));
+        }
         arguments
     }
 }

@@ -92,7 +92,7 @@ fn the_live_page_and_the_page_of_a_finished_run_are_accessible() {
         browser.choose("#chart-kind", "matrix");
         audit.check(&format!("live page, {theme}, matrix"));
         browser.choose("#chart-kind", "curves");
-        browser.press('?');
+        browser.click("#help");
         browser.wait_for("document.querySelector('#help-window').open");
         audit.check(&format!("live page, {theme}, help"));
         browser.press('\u{e00c}');
@@ -106,7 +106,7 @@ fn the_live_page_and_the_page_of_a_finished_run_are_accessible() {
 
     let (process, page) = watch(&lab, "run");
     browser.open(&page.link());
-    browser.wait_for("document.body.dataset.mode == 'log' && document.body.dataset.tick != ''");
+    browser.wait_for("document.body.dataset.mode == 'log' && alliance.view != null");
     for tab in ["tasks", "events", "messages", "links", "faults"] {
         browser.click(&format!("#tab-{tab}"));
         audit.check(&format!("finished run, {tab}"));

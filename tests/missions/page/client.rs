@@ -26,6 +26,17 @@ pub fn watch(lab: &Lab, run: &str) -> (Process, Page) {
     (process, page)
 }
 
+/// Returns the status and the body of a page of this machine, or `None` if nothing listens at the port.
+pub fn get(port: u16, path: &str) -> Option<(u16, String)> {
+    TcpStream::connect(("127.0.0.1", port)).ok()?;
+    let page = Page {
+        port,
+        token: String::new(),
+    };
+    let host = page.host();
+    Some(page.ask(&format!("GET {path}"), &[("Host", &host)], ""))
+}
+
 impl Page {
     #[track_caller]
     pub fn from_output(output: &str) -> Self {

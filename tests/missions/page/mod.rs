@@ -11,3 +11,5 @@ mod observer;
 mod replayed;
 mod stays;
 mod watched;
+
+pub use client::get;

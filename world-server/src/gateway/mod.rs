@@ -13,6 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context;
+use cluster::process_log::set_run;
 use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use cluster::session;
 use nix::libc;
@@ -68,6 +69,7 @@ async fn serve() -> anyhow::Result<()> {
         return Ok(());
     };
     let mut run: Rendezvous = serde_json::from_str(&run).context("the run")?;
+    set_run(&run.run);
     let keys = KeyExpressions::new(&run.run);
     let team = session::client(&run.login(ConnectionRole::Team)?, false);
     let team = cluster::open(&team)

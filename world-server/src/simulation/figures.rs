@@ -3,10 +3,37 @@
 use scenario::mission::columns::{ColumnKind, ColumnValue};
 
 use super::Simulation;
+use crate::barrier::Presence;
 use crate::mission::{FigureValue, TeamFigures};
 use run_log::recorder::Ending;
 
+/// Counts of a run so far, for the observation of its process.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Ended ticks.
+    pub ticks: u64,
+    /// Agents that take part now.
+    pub agents: u64,
+    /// Times that the team continued without an agent that did not answer.
+    pub stalls: u64,
+    /// Messages that receivers missed, over all receivers: lost, dropped or cut.
+    pub messages_dropped: u64,
+}
+
 impl Simulation {
+    /// Returns the counts of the run so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        let robots = self.barrier.robots();
+        let agents = robots.filter(|robot| self.barrier.presence(*robot) == Presence::Present);
+        Counts {
+            ticks: self.tick(),
+            agents: agents.count() as u64,
+            stalls: self.stalls,
+            messages_dropped: self.messages_dropped,
+        }
+    }
+
     /// Keeps the figures of the ended tick before the mission changes between two ticks, so that they match the log.
     pub(super) fn keep_figures(&mut self) {
         if self.ended.figures.is_none() {

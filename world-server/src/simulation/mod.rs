@@ -51,6 +51,7 @@ use run_log::recorder::{Answers, Event, FaultEvent};
 
 use commands::QueuedCommand;
 use ended_tick::EndedTick;
+pub use figures::Counts;
 use ground_truth::GroundTruth;
 use process_actions::{Acts, PendingAction};
 use tick::TickPhase;
@@ -103,6 +104,10 @@ pub struct Simulation {
     events: Vec<Event>,
     memories: ViewHistory,
     unscripted: bool,
+    /// The number of times that the team continued without a silent agent.
+    stalls: u64,
+    /// The number of messages that receivers missed.
+    messages_dropped: u64,
     outcome: Option<Outcome>,
     /// The last ended tick, kept to reuse its memory.
     ended: EndedTick,
@@ -150,6 +155,8 @@ impl Simulation {
             events: Vec::new(),
             memories: ViewHistory::new(robots),
             unscripted: false,
+            stalls: 0,
+            messages_dropped: 0,
             outcome: None,
             ended: EndedTick::default(),
             setup,

@@ -108,6 +108,7 @@ impl Simulation {
     pub fn stall(&mut self, robot: RobotId) {
         if self.barrier.is_awaited(robot) {
             self.unscripted = true;
+            self.stalls += 1;
             self.barrier.stall(robot);
             self.settle();
         }

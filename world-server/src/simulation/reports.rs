@@ -198,7 +198,7 @@ impl Simulation {
         }
     }
 
-    /// Adds message losses outside the scenario to the inputs, so that a replay repeats them.
+    /// Counts missed messages, and adds losses outside the scenario to the inputs, so that a replay repeats them.
     fn record_losses(&mut self, report: &Report, inputs: &mut Vec<Input>) {
         let mut index = 0;
         let mut before = None;
@@ -207,6 +207,11 @@ impl Simulation {
             let from = Some((reception.sender, reception.sent));
             index = if from == before { index + 1 } else { 0 };
             before = from;
+            let is_missed = matches!(
+                reception.delivery,
+                Delivery::Lost | Delivery::Dropped | Delivery::Cut
+            );
+            self.messages_dropped += u64::from(is_missed);
             if reception.delivery == Delivery::Lost {
                 self.unscripted = true;
                 inputs.push(Input::Lost {
