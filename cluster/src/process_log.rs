@@ -12,8 +12,9 @@ use terminal::in_one_line;
 use tracing_subscriber::EnvFilter;
 
 /// The filter without `RUST_LOG`. It hides two false warnings of zenoh: one for every connection by a socket, and one
-/// about open files for every failed handshake.
-const DEFAULT_FILTER: &str = "warn,zenoh_link_unixsock_stream=error,zenoh_link_tls=error,world_server=info,robot_agent=info,cluster=info";
+/// about open files for every failed handshake. It also hides warnings of the renderer of pictures about lines without a
+/// length, which draw nothing.
+const DEFAULT_FILTER: &str = "warn,zenoh_link_unixsock_stream=error,zenoh_link_tls=error,tiny_skia=error,world_server=info,robot_agent=info,cluster=info";
 
 /// The environment variable with the format of the log. Processes inherit the format of the process that starts them.
 const LOG_FORMAT: &str = "ALLIANCE_LOG_FORMAT";
@@ -21,7 +22,7 @@ const LOG_FORMAT: &str = "ALLIANCE_LOG_FORMAT";
 /// The form of the lines of a log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LogFormat {
-    /// Lines for people.
+    /// Lines of text, for people.
     #[default]
     Text,
     /// One JSON object per line.

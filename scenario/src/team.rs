@@ -170,7 +170,7 @@ fn insert_name<'t>(table: &mut DeTable<'t>, name: &str, at: &Spanned<DeValue<'_>
 /// A table of `[[robots]]` with its kind.
 struct Block<'t> {
     index: usize,
-    /// The table itself.
+    /// The table as it was parsed.
     value: &'t Spanned<DeValue<'t>>,
     stated: &'t DeTable<'t>,
     kind: Option<(&'t str, &'t DeTable<'t>)>,

@@ -73,7 +73,7 @@ pub const WALL: RGBColor = RGBColor(32, 36, 44);
 pub const QUIET_TEXT: RGBColor = RGBColor(86, 92, 102);
 pub const QUIET_LINE: RGBColor = RGBColor(216, 213, 205);
 
-/// Faults and losses.
+/// The color of faults and losses.
 pub const TROUBLE: RGBColor = RGBColor(184, 51, 10);
 
 /// Work that is done, as a share.

@@ -27,7 +27,7 @@ pub fn tree(svg: &str) -> anyhow::Result<Tree> {
     Ok(Tree::from_str(svg, &OPTIONS)?)
 }
 
-/// An opaque image.
+/// An image without transparent pixels.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pixels {
     pub width: u32,

@@ -326,7 +326,7 @@ seeds = 2
 abandoned_s = 40.0
 violations = ['abandoned', 'duplicated', 'idle', 'slow', 'incomplete', 'replay-identical']
 slow_factor = 1.5
-duplicated_s = 20.0
+duplicated_s = 3.0
 idle_s = 20.0
 allocators = ['static', 'nearest', 'nearest-silent']
 [scenario]
@@ -403,7 +403,7 @@ spills = [{ name = 'left', items = 2, x_fraction = 0.3 }, { name = 'right', item
     fn robots_without_a_radio_duplicate_work() {
         let silent = judged(2, Vec::new(), ViolationKind::Duplicated);
         assert_eq!(silent.kind(), Some(ViolationKind::Duplicated), "{silent:?}");
-        assert!(silent.end_ms > SimTime(20_000));
+        assert!(silent.end_ms > SimTime(3_000));
         assert_eq!(judged(2, Vec::new(), ViolationKind::Idle).kind(), None);
     }
 

@@ -61,7 +61,7 @@ pub struct Floor {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Task {
-    /// The unique name.
+    /// The name, unique in the instance.
     pub id: String,
     /// The x coordinate, m.
     pub x_m: f64,

@@ -57,10 +57,10 @@ pub struct PictureOptions {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moments(Vec<Moment>);
 
-/// A simulated time.
+/// A moment of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Moment {
-    /// The time, s.
+    /// The simulated time, s.
     At(f64),
     /// The end of the run.
     End,

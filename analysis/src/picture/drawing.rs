@@ -69,7 +69,7 @@ impl<'r> Drawing<'r> {
         &self.colors
     }
 
-    /// Draws a scene.
+    /// Returns the drawing of a scene.
     #[must_use]
     pub fn svg(&self, scene: &Scene) -> String {
         let (width, height) = (self.sheet.width_px, self.height_px());

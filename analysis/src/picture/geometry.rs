@@ -21,7 +21,7 @@ pub type Point = (f64, f64);
 /// A projection of the room to scale.
 #[derive(Clone, Copy, Debug)]
 pub struct Projection {
-    /// px per m.
+    /// The scale, px per m.
     pub scale: f64,
     pub room_m: (f64, f64),
     /// The upper left corner of the room, px.

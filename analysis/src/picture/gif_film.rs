@@ -27,7 +27,7 @@ pub struct GifFilm<W: Write> {
     frames: u32,
 }
 
-/// The frame before.
+/// The frame before the current one.
 struct Before {
     rgb: Vec<u8>,
     indices: Vec<u8>,

@@ -201,15 +201,12 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "export",
         &[
-            "alliance export --parquet # the newest run, as tables for notebooks",
             #[cfg(feature = "mcap")]
             "alliance export runs/first --mcap=run.mcap # for Foxglove",
-            "alliance export runs/first --scenario # with all faults, to run again",
-            "alliance export --html=run.html # the page of the run, to open without a server",
             #[cfg(not(feature = "mcap"))]
-            "alliance export runs/first --instance # tasks, robots and assignment",
-            "alliance export runs/first --png 60s,end # the room at two times",
-            "alliance export --video run.gif --from 1min --to 2min --speed 10x # a film for slides",
+            "alliance export runs/first --parquet # as tables for notebooks",
+            "alliance export --html=run.html # the page of the newest run, without a server",
+            "alliance export --video run.gif --speed 10x # a film for slides",
         ],
         &[
             "0 The files are written.",

@@ -10,7 +10,7 @@ use run_log::recorder::Ending;
 /// Counts of a run so far, for the observation of its process.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Ended ticks.
+    /// The number of ended ticks.
     pub ticks: u64,
     /// Agents that take part now.
     pub agents: u64,

@@ -25,8 +25,8 @@ fn broken(how: &str, arguments: &[&str]) -> (Option<i32>, String, PathBuf) {
 #[test]
 fn in_one_process_one_line_names_the_failed_part_and_the_log_stays_readable() {
     for (how, names) in [
-        ("world", "panicked at own-mission/src/bin/broken.rs"),
-        ("controller", "panicked at own-mission/src/bin/broken.rs"),
+        ("world", "panicked at docs/examples/own-mission/src/bin/broken.rs"),
+        ("controller", "panicked at docs/examples/own-mission/src/bin/broken.rs"),
         (
             "nan",
             "the mission's controller returned an invalid speed: NaN m/s",
@@ -64,7 +64,7 @@ fn with_processes_the_agent_or_the_run_ends_and_one_line_names_the_failed_part()
         "visit.toml",
     ];
     let (_, stderr, folder) = broken("controller", &arguments);
-    assert!(stderr.contains("robot-agent blue (mission visit, allocator alliance): panicked at own-mission/src/bin/broken.rs"), "{stderr}");
+    assert!(stderr.contains("robot-agent blue (mission visit, allocator alliance): panicked at docs/examples/own-mission/src/bin/broken.rs"), "{stderr}");
     let events = fs::read_to_string(folder.join("run/events.csv")).unwrap();
     assert!(events.contains(",gone,blue,"), "{events}");
     let (status, stderr, folder) = broken("world", &arguments);
@@ -73,7 +73,7 @@ fn with_processes_the_agent_or_the_run_ends_and_one_line_names_the_failed_part()
         "{status:?}: {stderr}"
     );
     assert!(
-        stderr.contains("world (mission visit): panicked at own-mission/src/bin/broken.rs"),
+        stderr.contains("world (mission visit): panicked at docs/examples/own-mission/src/bin/broken.rs"),
         "{stderr}"
     );
     assert_eq!(command_in(&folder, &["report", "run"]), Some(0));
@@ -101,7 +101,7 @@ fn a_sweep_records_the_failure_as_a_failed_run() {
         .or_else(|_| fs::read_to_string(folder.join("swept/results.csv")));
     let results = results.unwrap_or_else(|error| panic!("{error}: {stderr}"));
     assert!(
-        stderr.contains("panicked at own-mission/src/bin/broken.rs")
+        stderr.contains("panicked at docs/examples/own-mission/src/bin/broken.rs")
             || results.contains("panicked at"),
         "{stderr}\n{results}"
     );
