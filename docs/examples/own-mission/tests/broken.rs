@@ -25,8 +25,14 @@ fn broken(how: &str, arguments: &[&str]) -> (Option<i32>, String, PathBuf) {
 #[test]
 fn in_one_process_one_line_names_the_failed_part_and_the_log_stays_readable() {
     for (how, names) in [
-        ("world", "panicked at docs/examples/own-mission/src/bin/broken.rs"),
-        ("controller", "panicked at docs/examples/own-mission/src/bin/broken.rs"),
+        (
+            "world",
+            "panicked at docs/examples/own-mission/src/bin/broken.rs",
+        ),
+        (
+            "controller",
+            "panicked at docs/examples/own-mission/src/bin/broken.rs",
+        ),
         (
             "nan",
             "the mission's controller returned an invalid speed: NaN m/s",
@@ -73,7 +79,9 @@ fn with_processes_the_agent_or_the_run_ends_and_one_line_names_the_failed_part()
         "{status:?}: {stderr}"
     );
     assert!(
-        stderr.contains("world (mission visit): panicked at docs/examples/own-mission/src/bin/broken.rs"),
+        stderr.contains(
+            "world (mission visit): panicked at docs/examples/own-mission/src/bin/broken.rs"
+        ),
         "{stderr}"
     );
     assert_eq!(command_in(&folder, &["report", "run"]), Some(0));
