@@ -1,7 +1,7 @@
 //! Task allocation instances: files of other programs as scenarios, and runs as instances.
 //!
 //! - [`model`]: an instance, independent of its format. [`formats`]: readers of files. [`check`]: checks with lines.
-//! - [`properties`]: the table of properties that the mission may or may not state. [`write`]: an instance as a scenario.
+//! - [`properties`]: the table of properties that the mission may or may not state. [`mod@write`]: an instance as a scenario.
 //! - [`mod@from_scenario`] and [`result`]: a scenario and a run as an instance.
 //! - [`map`]: occupancy maps as obstacles. [`mod@convert`]: from the text of a file to a scenario. [`command`]: `alliance
 //!   import`.

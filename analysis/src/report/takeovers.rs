@@ -75,10 +75,8 @@ impl fmt::Display for LossTakeover {
     }
 }
 
-/// Finds takeovers while the events of a run arrive, with the definition of [`losses_and_takeovers`]. A claim counts when it has
+/// Finds takeovers while the events of a run arrive, with the definition of the reports. A claim counts when it has
 /// lasted two steps, so a takeover is found that much later. Until a claim ends, it counts as one that does not yield.
-///
-/// [`losses_and_takeovers`]: super::failures::losses_and_takeovers
 pub struct TakeoverDetector {
     step: SimTime,
     robots: Vec<String>,

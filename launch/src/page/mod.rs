@@ -2,7 +2,7 @@
 //!
 //! - [`watch`]: `alliance watch`. [`view`]: the page of a finished run.
 //! - [`link`]: socket, token and link. `gate`: access control. `server`: the HTTP server. `assets`: the files of `launch/page/`.
-//! - [`file`]: a finished run with the page as one file, for `alliance export --html`. `delta`: the changes between its views.
+//! - [`mod@file`]: a finished run with the page as one file, for `alliance export --html`. `delta`: the changes between its views.
 //! - `live`: a live run, received over the bus. `past`: the history for pages that open later. `logged`: a finished run, from its log.
 //!
 //! # Requests to the server
