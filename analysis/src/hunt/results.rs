@@ -90,7 +90,7 @@ pub fn shown(results: &[AllocatorResult]) -> Vec<Shown<'_>> {
 /// otherwise.
 fn written(finding: &Finding) -> Case {
     let mut case = finding.shrunk.case.clone();
-    let ends_there = matches!(finding.kind, ViolationKind::Abandoned | ViolationKind::Slow);
+    let ends_there = finding.kind.is_a_duration();
     if let Some(found) = finding
         .shrunk
         .judgement
@@ -210,9 +210,8 @@ fn record(case: &Case, finding: &Finding, run: &Path) -> anyhow::Result<()> {
     };
     team.end(outcome)?;
     let shows = match finding.kind {
-        ViolationKind::Incomplete | ViolationKind::Abandoned | ViolationKind::Slow => {
-            outcome != Outcome::Complete
-        }
+        ViolationKind::Incomplete => outcome != Outcome::Complete,
+        kind if kind.is_a_duration() => outcome != Outcome::Complete,
         ViolationKind::ReplayIdentical | ViolationKind::WorstPar2 | ViolationKind::Panic => true,
         _ => violated.is_some(),
     };

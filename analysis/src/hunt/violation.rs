@@ -59,6 +59,15 @@ impl ViolationKind {
         Self::Slow,
     ];
 
+    /// Returns whether a condition that lasts too long is the violation, so that a run up to its time shows it.
+    #[must_use]
+    pub fn is_a_duration(self) -> bool {
+        matches!(
+            self,
+            Self::Abandoned | Self::Duplicated | Self::Idle | Self::Slow
+        )
+    }
+
     /// Returns the name in plans and results.
     #[must_use]
     pub fn as_str(self) -> &'static str {
