@@ -39,6 +39,26 @@ struct Panel {
 /// Returns the position of a summary on the y axis, and its interval.
 type At = fn(&Summary) -> Option<(f64, Interval)>;
 
+/// Returns the columns of the measures of a summary, each with its interval; times in s.
+#[must_use]
+pub fn measures(summary: &Summary) -> [(&'static str, Entry); 9] {
+    let share = summary.share().map(|share| (share, summary.completion));
+    let [share, share_from, share_to] = Entry::with_interval(share);
+    let [makespan, makespan_from, makespan_to] = Entry::with_interval(summary.makespan_s);
+    let [lateness, lateness_from, lateness_to] = Entry::with_interval(summary.lateness_s);
+    [
+        ("share", share),
+        ("share_from", share_from),
+        ("share_to", share_to),
+        ("makespan_s", makespan),
+        ("makespan_from_s", makespan_from),
+        ("makespan_to_s", makespan_to),
+        ("lateness_s", lateness),
+        ("lateness_from_s", lateness_from),
+        ("lateness_to_s", lateness_to),
+    ]
+}
+
 /// Returns the numbers of the figure of a column: one row per class of faults, series and group.
 #[must_use]
 pub fn numbers(of_column: &[ColumnSeries]) -> Table {
@@ -47,13 +67,7 @@ pub fn numbers(of_column: &[ColumnSeries]) -> Table {
         for (name, groups) in &against.series {
             for (group, summary) in against.groups.iter().zip(groups) {
                 let Some(summary) = summary else { continue };
-                let share = summary.share().map(|share| (share, summary.completion));
-                let [share, share_from, share_to] = Entry::with_interval(share);
-                let [makespan, makespan_from, makespan_to] =
-                    Entry::with_interval(summary.makespan_s);
-                let [lateness, lateness_from, lateness_to] =
-                    Entry::with_interval(summary.lateness_s);
-                table.add([
+                let group = [
                     ("column", Entry::text(&against.column)),
                     ("value", Entry::text(group)),
                     ("series", Entry::text(name)),
@@ -62,16 +76,8 @@ pub fn numbers(of_column: &[ColumnSeries]) -> Table {
                         Entry::text(against.faults.as_deref().unwrap_or_default()),
                     ),
                     ("runs", Entry::count(summary.runs)),
-                    ("share", share),
-                    ("share_from", share_from),
-                    ("share_to", share_to),
-                    ("makespan_s", makespan),
-                    ("makespan_from_s", makespan_from),
-                    ("makespan_to_s", makespan_to),
-                    ("lateness_s", lateness),
-                    ("lateness_from_s", lateness_from),
-                    ("lateness_to_s", lateness_to),
-                ]);
+                ];
+                table.add(group.into_iter().chain(measures(summary)));
             }
         }
     }

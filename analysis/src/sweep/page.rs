@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::design::{Cell, Design, FAULTS};
 use super::execution::counted;
+use super::figures::measures;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, failed_by_reason, faults_by_kind};
@@ -230,26 +231,14 @@ impl Page<'_> {
     pub fn table(&self) -> Table {
         let columns = self.setting_columns();
         let rows = self.conditions.iter().map(|(cells, summary)| {
-            let share = summary.share().map(|share| (share, summary.completion));
-            let [share, share_from, share_to] = Entry::with_interval(share);
-            let [makespan, makespan_from, makespan_to] = Entry::with_interval(summary.makespan_s);
-            let [lateness, lateness_from, lateness_to] = Entry::with_interval(summary.lateness_s);
             let settings = columns.iter().zip(cells);
             let settings = settings.map(|(column, cell)| (*column, Entry::text(cell)));
-            settings.chain([
+            let counts = [
                 ("runs", Entry::count(summary.runs)),
                 ("failed", Entry::count(summary.failed)),
                 ("complete", Entry::count(summary.complete)),
-                ("share", share),
-                ("share_from", share_from),
-                ("share_to", share_to),
-                ("makespan_s", makespan),
-                ("makespan_from_s", makespan_from),
-                ("makespan_to_s", makespan_to),
-                ("lateness_s", lateness),
-                ("lateness_from_s", lateness_from),
-                ("lateness_to_s", lateness_to),
-            ])
+            ];
+            settings.chain(counts).chain(measures(summary))
         });
         Table::of_rows(rows)
     }
