@@ -13,7 +13,6 @@ use world_server::mission_args::Known;
 use super::convert::{Options, convert};
 use super::formats::Format;
 use super::map;
-use super::properties::Supported;
 use super::source::Source;
 use super::write::Written;
 use crate::exit_status;
@@ -88,8 +87,7 @@ impl ImportCommand {
             scale: self.scale,
             map: self.map.as_deref().map(map::read).transpose()?,
         };
-        let supported = Supported::by_mission();
-        let converted = convert(source, &options, &supported, &known.vocabulary)?;
+        let converted = convert(source, &options, &known.vocabulary)?;
         let scenario = &converted.scenario;
         let starts = known.worlds.find(scenario)?.start_poses(scenario);
         starts.map_err(|error| Problem::with_source(&name, error.describe(scenario), ""))?;

@@ -6,7 +6,6 @@ use super::check::check;
 use super::formats::Format;
 use super::frame::Frame;
 use super::map::OccupancyMap;
-use super::properties::Supported;
 use super::source::{Loaded, Source};
 use super::team::add_robots;
 use super::write::{Written, scenario};
@@ -33,14 +32,13 @@ pub struct Converted {
     pub scenario: Scenario,
 }
 
-/// Converts a file into a scenario with the properties that the mission supports.
+/// Converts a file into a scenario.
 ///
 /// # Errors
 /// Returns the first mistake with its line, from the syntax of the file to the rules of scenarios.
 pub fn convert(
     source: Source<'_>,
     options: &Options,
-    supported: &Supported,
     vocabulary: &Vocabulary,
 ) -> Result<Converted, Problem> {
     let format = options.format.map_or_else(|| Format::guess(source), Ok)?;
@@ -66,7 +64,7 @@ pub fn convert(
         }
     };
     let title = format!("Imported from {}.", source.name);
-    let written = scenario(&loaded, &frame, supported, &title).map_err(refused)?;
+    let written = scenario(&loaded, &frame, &title).map_err(refused)?;
     // Rules that depend on the mission alone, such as places inside obstacles.
     let parsed = Scenario::parse("scenario", &written.text, vocabulary).map_err(refused)?;
     Ok(Converted {

@@ -5,7 +5,7 @@ use scenario::{Problem, Scenario};
 use toml::Table;
 
 use super::model::{Floor, Instance, Robot, Task};
-use super::properties::{PROPERTIES, Supported};
+use super::properties::PROPERTIES;
 
 /// The instance of a scenario.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +33,6 @@ pub fn instance(scenario: &Scenario, seed: u64, starts: &[[f64; 2]]) -> Result<E
     let text = Table::try_from(section);
     let text = text.map_err(|error| Problem::of_value(error.to_string(), ""))?;
     let stated = text.get("points").and_then(|points| points.as_array());
-    let supported = Supported::by_mission();
     let tasks = points(scenario, seed)
         .into_iter()
         .enumerate()
@@ -52,10 +51,7 @@ pub fn instance(scenario: &Scenario, seed: u64, starts: &[[f64; 2]]) -> Result<E
             };
             // Points that the seed draws state nothing.
             let values = stated.and_then(|stated| stated.get(index)?.as_table());
-            for property in PROPERTIES
-                .iter()
-                .filter(|property| supported.has(property.name))
-            {
+            for property in PROPERTIES {
                 if let Some(value) = values.and_then(|values| values.get(property.name)) {
                     (property.read)(&mut task, value);
                 }

@@ -13,7 +13,7 @@ use toml::{Table, Value};
 use super::frame::Frame;
 use super::kinds::{Point, Points, WorkKind, dropped, points};
 use super::model::{Instance, Robot, Task};
-use super::properties::{Context, PROPERTIES, Supported, Without};
+use super::properties::{Context, PROPERTIES};
 use super::source::Loaded;
 
 /// The scenario of an instance.
@@ -36,18 +36,13 @@ const ROOM_M: f64 = 0.05;
 ///
 /// # Errors
 /// Returns an error if the tasks need more kinds than a scenario accepts.
-pub fn scenario(
-    loaded: &Loaded,
-    frame: &Frame,
-    supported: &Supported,
-    title: &str,
-) -> Result<Written, Problem> {
+pub fn scenario(loaded: &Loaded, frame: &Frame, title: &str) -> Result<Written, Problem> {
     let instance = &loaded.instance;
     let Points {
         kinds,
         points,
         notes: changes,
-    } = points(instance, supported);
+    } = points(instance);
     if kinds.len() > MAX_KINDS {
         let what = format!("the tasks need {} kinds of work", kinds.len());
         let remedy = format!("use at most {MAX_KINDS} different skills and numbers of workers");
@@ -61,9 +56,9 @@ pub fn scenario(
             .iter()
             .map(|reason| format!("dropped: {reason}")),
     );
-    notes.extend(lost_properties(instance, supported));
+    notes.extend(lost_loads(instance));
     notes.extend(changes);
-    let team = team(instance, frame, &kinds, supported, &mut notes);
+    let team = team(instance, frame, &kinds, &mut notes);
 
     let mut file = File(String::new());
     file.comment(title);
@@ -138,10 +133,7 @@ pub fn scenario(
             each.extend(numbers([("arrival_s", task.arrival_s)]));
         }
         each.extend(numbers([("work_s", task.work_s)]));
-        for property in PROPERTIES
-            .iter()
-            .filter(|property| supported.has(property.name))
-        {
+        for property in PROPERTIES {
             if let Some(value) = (property.write)(task, &context) {
                 each.insert(property.name.to_owned(), value);
             }
@@ -155,22 +147,14 @@ pub fn scenario(
     })
 }
 
-/// Returns a note for each property that the mission lacks and other keys do not express.
-fn lost_properties(instance: &Instance, supported: &Supported) -> Vec<String> {
-    let context = Context {
-        frame: &Frame::UNCHANGED,
-        point: &|id| id.to_owned(),
-    };
-    let lost = PROPERTIES.iter().filter_map(|property| {
-        let Without::Dropped(reason) = property.without else {
-            return None;
-        };
-        let states = |task: &&Task| (property.write)(task, &context).is_some();
-        let count = instance.tasks.iter().filter(states).count();
-        let is_lost = count > 0 && !supported.has(property.name);
-        is_lost.then(|| dropped(property.name, count, reason))
-    });
-    let mut lost: Vec<String> = lost.collect();
+/// Returns notes about the loads of tasks and robots, which the mission lacks.
+fn lost_loads(instance: &Instance) -> Vec<String> {
+    let mut lost = Vec::new();
+    let loads = instance.tasks.iter().filter(|task| task.demand.is_some());
+    let count = loads.count();
+    if count > 0 {
+        lost.push(dropped("demand", count, "robots carry any load"));
+    }
     if instance.robots.iter().any(|robot| robot.capacity.is_some()) {
         lost.push("dropped: capacity of robots: robots carry any load".to_owned());
     }
@@ -182,17 +166,10 @@ fn team(
     instance: &Instance,
     frame: &Frame,
     kinds: &[WorkKind],
-    supported: &Supported,
     notes: &mut Vec<String>,
 ) -> Vec<(Table, String)> {
-    let needed: BTreeSet<&str> = match supported.has("needs") {
-        true => instance
-            .tasks
-            .iter()
-            .flat_map(|task| task.needs.keys().map(String::as_str))
-            .collect(),
-        false => BTreeSet::new(),
-    };
+    let needs = instance.tasks.iter().flat_map(|task| task.needs.keys());
+    let needed: BTreeSet<&str> = needs.map(String::as_str).collect();
     let mut team = Vec::new();
     let mut idle = Vec::new();
     for robot in &instance.robots {
@@ -318,12 +295,6 @@ fn kind_table(kind: &WorkKind) -> Table {
     each.insert("work_s".to_owned(), table([("min", min), ("max", max)]));
     if kind.workers != 1 {
         each.insert("workers".to_owned(), Value::Integer(kind.workers.into()));
-    }
-    if let Some(deadline_s) = kind.deadline_s {
-        each.insert(
-            "deadline_s".to_owned(),
-            table([("min", deadline_s), ("max", deadline_s)]),
-        );
     }
     each
 }

@@ -9,7 +9,6 @@ use missions::Registry;
 use scenario::{Problem, Scenario};
 
 use super::convert::{Converted, Options, convert};
-use super::properties::Supported;
 use super::source::Source;
 
 /// A problem of vehicle routing with time windows in Solomon's form, by this project: a depot and four customers.
@@ -118,7 +117,7 @@ pub const YAML: &str = "\
 pub fn import(name: &str, text: &str, options: &Options) -> Result<Converted, Problem> {
     let vocabulary = Registry::built_in().vocabulary();
     let source = Source { name, text };
-    convert(source, options, &Supported::by_mission(), &vocabulary)
+    convert(source, options, &vocabulary)
 }
 
 /// Converts a text without robots, for a team of this size.

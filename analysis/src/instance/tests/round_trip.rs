@@ -184,6 +184,8 @@ proptest! {
             arrival_s: task.arrival_s,
             kind: task.kind.clone(),
             workers: task.workers,
+            // Scenarios have no key for loads.
+            demand: task.demand,
             ..Task::default()
         };
         for property in PROPERTIES {
