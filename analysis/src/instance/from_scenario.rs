@@ -56,6 +56,14 @@ pub fn instance(scenario: &Scenario, seed: u64, starts: &[[f64; 2]]) -> Result<E
                     (property.read)(&mut task, value);
                 }
             }
+            // A predecessor may have a name of its own. Instances have ids only.
+            for before in &mut task.after {
+                let mut points = section.points.iter();
+                let named = points.position(|point| point.name.as_ref() == Some(before));
+                if let Some(number) = named {
+                    *before = format!("p{number}");
+                }
+            }
             task
         });
     let tasks = tasks.collect();

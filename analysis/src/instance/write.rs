@@ -252,7 +252,10 @@ fn reach_m(instance: &Instance, kinds: &[WorkKind], frame: &Frame) -> f64 {
     if let Some(reach_m) = instance.reach_m {
         return frame.length(reach_m);
     }
-    let most = kinds.iter().map(|kind| kind.workers).max().unwrap_or(1);
+    let together = |task: &Task| task.needs.values().sum::<u32>();
+    let workers = kinds.iter().map(|kind| kind.workers);
+    let workers = workers.chain(instance.tasks.iter().map(together));
+    let most = workers.max().unwrap_or(1);
     if instance
         .robot_penetrability
         .is_some_and(|value| value > 0.0)

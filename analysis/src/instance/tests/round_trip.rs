@@ -126,6 +126,30 @@ fn json(instance: &Instance) -> String {
     serde_json::to_string(instance).unwrap()
 }
 
+#[test]
+fn a_predecessor_with_a_name_has_the_id_of_its_point() {
+    let vocabulary = Registry::built_in().vocabulary();
+    let text = "
+robots = [{ name = 'blue', start = { x_m = 1, y_m = 1 } }]
+[service]
+kinds = [{ name = 'task', work_s = { min = 1, max = 1 } }]
+points = [
+    { kind = 'task', x_m = 3, y_m = 3, name = 'gate' },
+    { kind = 'task', x_m = 5, y_m = 3, after = ['gate'] },
+    { kind = 'task', x_m = 7, y_m = 3, after = ['p1'] },
+]
+";
+    let scenario = Scenario::parse("named.toml", text, &vocabulary).unwrap();
+    let instance = exported(&scenario);
+    let after: Vec<_> = instance
+        .tasks
+        .iter()
+        .map(|task| task.after.join(" "))
+        .collect();
+    assert_eq!(after, ["", "p0", "p1"]);
+    imported("named.json", &json(&instance));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
