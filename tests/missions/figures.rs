@@ -6,6 +6,7 @@ use alliance_tests::figures;
 use alliance_tests::runs::{log_of, run, setup, vocabulary};
 use analysis::random_mission::faults::RandomFaults;
 use analysis::random_mission::{CountRange, LengthRange, RandomMission};
+use missions::service::data::ServiceSection;
 use run_log::{LogLevel, RunFile, RunLog};
 use scenario::Scenario;
 
@@ -84,11 +85,28 @@ fn every_figure_agrees_with_the_tables() {
     assert_figures_agree(0..32);
 }
 
+/// Returns seeds of service missions whose points have properties, such as windows and needs, or that have chargers.
+fn seeds_with_properties() -> impl Iterator<Item = u64> {
+    (0..).filter(|seed| {
+        let scenario = random_scenario(*seed);
+        let is_service = scenario.mission().name() == "service";
+        is_service && {
+            let section = ServiceSection::of(&scenario);
+            section.has_properties() || !section.chargers.is_empty()
+        }
+    })
+}
+
+#[test]
+fn every_figure_of_points_with_properties_agrees_with_the_tables() {
+    assert_figures_agree(seeds_with_properties().take(24));
+}
+
 /// `cargo test -p alliance-tests --test missions -- --ignored every_figure_of_a_thousand_runs`
 #[test]
 #[ignore = "takes minutes; `every_figure_agrees_with_the_tables` is its short form"]
 fn every_figure_of_a_thousand_runs_agrees_with_the_tables() {
-    assert_figures_agree(0..1000);
+    assert_figures_agree((0..1000).chain(seeds_with_properties().take(300)));
 }
 
 /// The comparison must detect errors, otherwise it proves nothing.

@@ -4,9 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use missions::observe::data::ObserveSection;
 use missions::push::data::PushSection;
-use missions::service::data::{ServiceSection, points};
 use missions::waste::data::WasteSection;
-use run_log::{PoseRow, TargetRow};
+use run_log::TargetRow;
 use scenario::mission::FigureValue;
 
 use super::{Calculated, Named, OfMission, ROUNDING, Tables};
@@ -61,216 +60,36 @@ pub fn waste(tables: &Tables<'_>) -> OfMission {
     (mission, robots.collect())
 }
 
-fn mean(ms: &[u64]) -> Option<f64> {
+pub(super) fn mean(ms: &[u64]) -> Option<f64> {
     (!ms.is_empty()).then(|| ms.iter().sum::<u64>() as f64 / ms.len() as f64)
-}
-
-/// A point of a service mission.
-struct Point {
-    kind: usize,
-    /// The exact time of the arrival, which can lie between two ticks, ms.
-    arrival_ms: u64,
-    period_ms: u64,
-    has_arrived: bool,
-    open: bool,
-    /// True if a robot has worked on it since its arrival.
-    begun: bool,
 }
 
 /// The number of steps of a kind of work, as bounds.
 #[derive(Clone, Copy, Default)]
-struct Steps {
-    least: u64,
-    most: u64,
+pub(super) struct Steps {
+    pub least: u64,
+    pub most: u64,
 }
 
 impl Steps {
-    fn add(&mut self, is_certain: bool) {
+    pub fn add(&mut self, is_certain: bool) {
         self.least += u64::from(is_certain);
         self.most += 1;
     }
 
-    fn plus(self, other: Self) -> Self {
+    pub fn plus(self, other: Self) -> Self {
         Self {
             least: self.least + other.least,
             most: self.most + other.most,
         }
     }
 
-    fn times(self, step_s: f64) -> Calculated {
+    pub fn times(self, step_s: f64) -> Calculated {
         Calculated::Between(
             self.least as f64 * step_s - ROUNDING,
             self.most as f64 * step_s + ROUNDING,
         )
     }
-}
-
-fn number_of(point: &str) -> usize {
-    let number = point.trim_start_matches('p').parse();
-    number.expect("the name of a point")
-}
-
-/// Follows the workers of all points through the events. A robot works on a point from `begun` up to `left`, or until
-/// the point is done or expired.
-pub fn service(tables: &Tables<'_>) -> OfMission {
-    let scenario = &tables.setup.scenario;
-    let section = ServiceSection::of(scenario);
-    let until_ms = section
-        .duration_s
-        .map_or(u64::MAX, |end_s| (1000.0 * end_s).round() as u64);
-    let period_ms = |kind: usize| {
-        let period_s = section.kinds[kind].period_s.unwrap_or_default();
-        (1000.0 * period_s).round() as u64
-    };
-    let new = |kind: usize, arrival_ms: u64| Point {
-        kind,
-        arrival_ms,
-        period_ms: period_ms(kind),
-        has_arrived: false,
-        open: false,
-        begun: false,
-    };
-    let mut all: Vec<Point> = points(scenario, tables.setup.seed)
-        .iter()
-        .map(|point| new(point.kind, point.arrives.0))
-        .collect();
-    let team = tables.robots.len();
-    let mut worked: Vec<Option<usize>> = vec![None; team];
-    let (mut work, mut surplus) = (vec![Steps::default(); team], vec![Steps::default(); team]);
-    let (mut waits_ms, mut responses_ms) = (Vec::new(), Vec::new());
-    let (mut expired, mut last_done_ms) = (0_u64, None);
-    let mut left_over = tables.events.as_slice();
-    for tick in 0..tables.ticks {
-        let now_ms = tick * tables.step_ms;
-        let count = left_over
-            .iter()
-            .take_while(|row| row.t_ms.0 <= now_ms)
-            .count();
-        let (events, rest) = left_over.split_at(count);
-        left_over = rest;
-        let mut done_by: BTreeMap<usize, usize> = BTreeMap::new();
-        let mut begun: Vec<Option<usize>> = vec![None; team];
-        let mut left = vec![false; team];
-        for row in events {
-            let rank = tables.rank(&row.robot);
-            match (row.kind.as_str(), rank) {
-                ("hit", _) if row.detail.starts_with("point ") => {
-                    let name = row.detail.split(' ').next_back().unwrap_or_default();
-                    all.push(new(section.kind_named(name).unwrap_or(0), now_ms));
-                }
-                ("arrived", _) => {
-                    let point = &mut all[number_of(&row.subject)];
-                    point.arrival_ms += u64::from(point.has_arrived) * point.period_ms;
-                    (point.has_arrived, point.open, point.begun) = (true, true, false);
-                }
-                ("expired", _) => {
-                    all[number_of(&row.subject)].open = false;
-                    expired += 1;
-                }
-                ("begun", Some(rank)) => begun[rank] = Some(number_of(&row.subject)),
-                ("left", Some(rank)) => left[rank] = true,
-                ("done", Some(rank)) => {
-                    let point = number_of(&row.subject);
-                    done_by.insert(point, rank);
-                    all[point].open = false;
-                    responses_ms.push(now_ms - all[point].arrival_ms);
-                    last_done_ms = Some(now_ms);
-                }
-                _ => {}
-            }
-        }
-        // The workers of each point in order of rank, each with whether the log proves the work.
-        let mut workers: BTreeMap<usize, Vec<(usize, bool)>> = BTreeMap::new();
-        for rank in 0..team {
-            let goes_on = worked[rank].filter(|_| !left[rank]).and_then(|point| {
-                // A robot of a lower rank acts before the point is done, if it works in that step at all.
-                match done_by.get(&point) {
-                    None => all[point].open.then_some((point, true)),
-                    Some(by) if *by == rank => Some((point, true)),
-                    Some(by) => (rank < *by).then_some((point, false)),
-                }
-            });
-            let works = begun[rank].map(|point| (point, true)).or(goes_on);
-            worked[rank] = works.map(|(point, _)| point);
-            if let Some((point, is_certain)) = works {
-                workers.entry(point).or_default().push((rank, is_certain));
-            }
-        }
-        for (number, workers) in workers {
-            let point = &mut all[number];
-            if !std::mem::replace(&mut point.begun, true) {
-                waits_ms.push(now_ms - point.arrival_ms);
-            }
-            let kind = &section.kinds[point.kind];
-            let are_certain = workers.iter().all(|(_, is_certain)| *is_certain);
-            for (place, (rank, is_certain)) in workers.into_iter().enumerate() {
-                let is_surplus = !kind.kept && place >= kind.workers as usize;
-                if are_certain || kind.kept {
-                    let steps = if is_surplus { &mut surplus } else { &mut work };
-                    steps[rank].add(is_certain);
-                } else {
-                    work[rank].add(false);
-                    surplus[rank].add(false);
-                }
-            }
-        }
-    }
-    if section.kinds.iter().any(|kind| kind.kept) {
-        // Work at a point with enough workers has no events if the work of the others is kept.
-        for (steps, counted) in surplus.iter_mut().zip(&tables.counted) {
-            steps.most += counted.len() as u64;
-        }
-    }
-    let pending = all
-        .iter()
-        .filter(|point| !point.has_arrived && point.arrival_ms < until_ms);
-    let open = pending.count() + all.iter().filter(|point| point.open).count();
-    responses_ms.sort_unstable();
-    let p95 = |ms: &[u64]| (!ms.is_empty()).then(|| ms[(ms.len() * 95).div_ceil(100) - 1]);
-    let step_s = tables.step_s();
-    let wasted = surplus.iter().copied().reduce(Steps::plus);
-    let wasted = wasted.unwrap_or_default();
-    let makespan_ms = last_done_ms.filter(|_| tables.is_complete());
-    let mission: Named = vec![
-        ("done", (responses_ms.len() as u64).into()),
-        ("expired", expired.into()),
-        ("open", (open as u64).into()),
-        ("makespan_ms", makespan_ms.into()),
-        ("wait.mean_ms", mean(&waits_ms).into()),
-        ("response.mean_ms", mean(&responses_ms).into()),
-        ("response.p95_ms", p95(&responses_ms).into()),
-        ("wasted_robot_s", wasted.times(step_s)),
-    ];
-    let robots = tables.robots.iter().enumerate();
-    let robots = robots.map(|(rank, robot)| -> Named {
-        vec![
-            ("done", tables.count("done", robot).into()),
-            ("work_s", work[rank].times(step_s)),
-            ("surplus_s", surplus[rank].times(step_s)),
-            ("way_m", way(tables, rank)),
-        ]
-    });
-    (mission, robots.collect())
-}
-
-/// Returns the way of a robot, m. A row of poses.csv has the speed of the previous step, so that the last step before
-/// the end or before an absence is not in the table.
-fn way(tables: &Tables<'_>, rank: usize) -> Calculated {
-    let robot = &tables.setup.scenario.robots[rank];
-    let own = tables.poses.iter().filter(|row| row.robot == robot.name);
-    let own: Vec<&PoseRow> = own.collect();
-    let way_m: f64 = own
-        .iter()
-        .map(|row| f64::from(row.speed_m_s) * tables.step_s())
-        .sum();
-    let gaps = own
-        .windows(2)
-        .filter(|pair| pair[1].t_ms.0 - pair[0].t_ms.0 > tables.step_ms)
-        .count();
-    let fastest_m_s = f64::from(tables.setup.scenario.body_of(robot).speed_m_s);
-    let slack_m = 1e-6 * way_m.max(1.0);
-    let missing_m = (gaps + 1) as f64 * fastest_m_s * tables.step_s();
-    Calculated::Between(way_m - slack_m, way_m + missing_m + slack_m)
 }
 
 pub fn push(tables: &Tables<'_>) -> OfMission {

@@ -6,6 +6,7 @@
 
 mod missions;
 mod report;
+mod service;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{Debug, Display};
@@ -20,7 +21,8 @@ use run_log::{
 use scenario::Setup;
 use scenario::mission::{FigureValue, MissionFigures};
 
-use self::missions::{observe, push, service, waste};
+use self::missions::{observe, push, waste};
+use self::service::service;
 pub use report::report;
 
 /// The tolerance for sums of real numbers, relative to the sum.

@@ -251,8 +251,13 @@ impl MissionData for Service {
 
     /// Returns the squares of the stated points, each with room for a robot.
     fn free_areas(&self, scenario: &Scenario) -> Vec<[Vec2; 2]> {
-        let points = ServiceSection::of(scenario).points.iter();
-        let places = points.map(|point| Vec2::new(point.x_m, point.y_m));
+        let section = ServiceSection::of(scenario);
+        let points = section.points.iter().flat_map(|point| {
+            let deliver_to = point.deliver_to.map(Vec2::from);
+            [Some(Vec2::new(point.x_m, point.y_m)), deliver_to]
+        });
+        let chargers = section.chargers.iter().map(Charger::place);
+        let places = points.flatten().chain(chargers);
         let radius_m = scenario.body.radius_m;
         places.map(|at| [at - radius_m, at + radius_m]).collect()
     }

@@ -1,24 +1,32 @@
-//! Random service missions (`[random_mission] mission = "service"`). They cover every key of the section except the
-//! properties of points and the chargers, which in-process/tests/service_laws.rs covers.
+//! Random service missions (`[random_mission] mission = "service"`). They cover every key of the section. Half of them
+//! have points with properties, such as windows and needs, and a quarter has chargers.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use scenario::Scenario;
 use scenario::mission::section::MissionSection;
+use scenario::{Energy, Scenario};
 
 use super::check::covered;
 use super::room::has_room;
+use super::slots::check_filled;
 use super::{
-    Interval, Kind, KnowledgeSource, Point, RandomPoints, SERVICE, ServiceSection, TaskGranularity,
+    Charger, Interval, Kind, KnowledgeSource, Point, RandomPoints, SERVICE, ServiceSection,
+    TaskGranularity,
 };
 
 /// The latest arrival time, s.
 const LAST_S: f64 = 240.0;
 const SOME: f64 = 0.25;
 const LACKED: f64 = 0.3;
+/// The batteries of missions with chargers. They last for 50 s to 200 s.
+const ENERGY: Energy = Energy {
+    capacity_j: 1000.0,
+    idle_w: 5.0,
+    drive_w: 15.0,
+};
 
 /// Writes a random section and random skills into a scenario.
 pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
@@ -70,13 +78,21 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         // One robot always has room.
         kind.workers = (1..=kind.workers).rev().find(fits).unwrap_or(1);
     }
+    if dice.0.random_bool(0.5) {
+        dice.add_properties(&mut section, scenario, [along_x.clone(), along_y.clone()]);
+    }
+    if dice.0.random_bool(SOME) {
+        scenario.energy = Some(ENERGY);
+        section.reserve = dice.maybe(0.2..0.6);
+        section.chargers = dice.chargers([along_x, along_y]);
+    }
     // A kind without points may have no task.
     let sure: Vec<usize> = section.kinds_of_points().collect();
     for robot in &mut scenario.robots {
         robot.skills = Some(dice.skills(&section.kinds, &sure));
     }
     scenario.mission = MissionSection::new(SERVICE, section.clone());
-    section.uncovered = covered(scenario).is_err();
+    section.uncovered = covered(scenario).is_err() || check_filled(scenario).is_err();
     scenario.mission = MissionSection::new(SERVICE, section);
 }
 
@@ -99,6 +115,56 @@ impl Dice<'_> {
             }),
             period_s: self.maybe(20.0..120.0),
         }
+    }
+
+    /// Adds windows, values, priorities, precedence, needs and deliveries to stated points.
+    fn add_properties(
+        &mut self,
+        section: &mut ServiceSection,
+        scenario: &Scenario,
+        [along_x, along_y]: [Range<f64>; 2],
+    ) {
+        let (kinds, reach_m) = (section.kinds.clone(), section.reach_m);
+        let comes_back = |name: &str| {
+            let kind = kinds.iter().find(|kind| kind.name == name);
+            kind.is_some_and(|kind| kind.period_s.is_some())
+        };
+        let mut in_order: Vec<String> = Vec::new();
+        for (number, point) in section.points.iter_mut().enumerate() {
+            point.opens_s = self.maybe(0.0..60.0);
+            let open_s = self.maybe(10.0..120.0);
+            point.deadline_s = open_s.map(|open_s| point.opens_s.unwrap_or(0.0) + open_s);
+            point.value = self.maybe(0.0..20.0);
+            let priority = self.0.random_range(-3..=3);
+            point.priority = self.0.random_bool(SOME).then_some(priority);
+            if !comes_back(&point.kind) {
+                point.after = in_order.clone();
+                point.after.retain(|_| self.0.random_bool(SOME));
+                in_order.push(format!("p{number}"));
+            }
+            if section.tasks == TaskGranularity::Points && self.0.random_bool(SOME) {
+                let needs = kinds.iter().filter(|_| self.0.random_bool(0.5));
+                point.needs = needs.map(|kind| (kind.name.clone(), 1)).collect();
+                let copies = self.0.random_range(1..=2);
+                point.needs.insert(point.kind.clone(), copies);
+                if !has_room(scenario, reach_m, point.needs.values().sum()) {
+                    point.needs.clear();
+                }
+            } else if !comes_back(&point.kind) && self.0.random_bool(SOME) {
+                let (x_m, y_m) = (self.between(along_x.clone()), self.between(along_y.clone()));
+                point.deliver_to = Some([x_m as f32, y_m as f32]);
+            }
+        }
+    }
+
+    fn chargers(&mut self, [along_x, along_y]: [Range<f64>; 2]) -> Vec<Charger> {
+        let chargers = (0..self.0.random_range(1..=2)).map(|_| Charger {
+            x_m: self.between(along_x.clone()) as f32,
+            y_m: self.between(along_y.clone()) as f32,
+            rate_w: self.between(20.0..100.0),
+            slots: 1,
+        });
+        chargers.collect()
     }
 
     /// Draws the skills of a robot. At least one skill is of a kind with points.
