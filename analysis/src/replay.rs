@@ -208,7 +208,7 @@ fn team_to_end<S: Sink>(
     let setup = setup_of(logged)?;
     let inputs = logged.inputs()?;
     let what = match logged.run.log {
-        LogLevel::Full => "replaying the run",
+        LogLevel::Full | LogLevel::Compact => "replaying the run",
         LogLevel::Summary => "the log is a summary: running it again",
         LogLevel::Off => "the run has no tables: running it again",
     };

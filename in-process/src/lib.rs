@@ -21,7 +21,7 @@ use proto::tick::Outcome;
 use proto::view::View;
 use robot_agent::allocator::ConfigError;
 use run_log::recorder::{RecordError, Recorder, Sink};
-use run_log::{Branch, BranchOrigin, Input, InputLine, LogLevel, RunFile};
+use run_log::{Branch, BranchOrigin, Input, InputLine, LogLevel, RunFile, Table};
 use scenario::ids::RobotId;
 use scenario::{Problem, Profile, Setup};
 use world_server::barrier::Presence;
@@ -109,7 +109,7 @@ impl<S: Sink> Team<S> {
         answer_source: Option<Box<dyn AnswerSource>>,
     ) -> Result<Self, StartError> {
         let mut run = Run::new(registry, setup, inputs, answer_source)?;
-        if log == LogLevel::Full {
+        if log.keeps(Table::AllocationMessages) {
             run.simulation.record_allocation_messages();
         }
         let recorder = Recorder::new(run.simulation.setup(), log, sink)?;

@@ -4,7 +4,7 @@
 //! - [`controller`]: controllers written in Python, which replace an [`allocator`] or the whole controller ([`agent`]).
 //! - [`values`], [`readings`]: the arguments of a controller's step.
 //! - [`math`]: numerical functions for such controllers.
-//! - [`run`]: a whole run in this process. [`env`]: runs that are stepped from outside. [`process`]: one robot as a
+//! - [`run`]: a whole run in this process. [`table`]: the tables of a logged run. [`env`]: runs that are stepped from outside. [`process`]: one robot as a
 //!   process.
 //!
 //! The Python package checks the types of its callers and contains the documentation for users. Errors of a mission
@@ -24,6 +24,7 @@ mod readings;
 mod request;
 mod rows;
 mod run;
+mod table;
 mod values;
 
 /// The Python module `alliance_sim._engine`.
@@ -39,6 +40,8 @@ mod _engine {
     use crate::process::run_agent;
     #[pymodule_export]
     use crate::run::run;
+    #[pymodule_export]
+    use crate::table::full_table;
     #[pymodule_export]
     use crate::values::{Message, Set, Stream};
 

@@ -2,15 +2,19 @@
 //!
 //! - [`Table`]: the files that grow, with their header lines. [`LogLevel`] selects the tables of a run. Each table has
 //!   a row type; [`InputLine`] is a line of inputs.jsonl. [`Section`]: the sections of ticks.csv.
+//! - [`compact`]: the rows that a compact log does not write, and their recovery.
 //! - [`external`]: the answers of robots with external controllers, in foreign.bin.
 //! - [`Document`]: the files that are written as a whole; [`RunFile`]: run.json.
 //! - `RunLog`: reads a run folder, or a log in `Memory`, up to the last complete tick.
 
+pub mod compact;
 pub mod external;
+mod full_table;
 mod input;
 mod level;
 mod memory;
 mod read;
+mod read_rows;
 pub mod recorder;
 mod rows;
 mod run_file;
@@ -22,6 +26,7 @@ pub use input::{Branch, Input, InputLine};
 pub use level::LogLevel;
 pub use memory::{Document, MemoryLog};
 pub use read::{ReadError, RunLog, Seal};
+pub use read_rows::Rows;
 pub use rows::{
     AllocationMessageRow, AllocationRow, CellKind, CellValue, Column, DeclaredRow, EventRow,
     MessageRow, MissionRow, MotivationRow, PoseRow, RowHash, TableRow, TargetRow, TickRow,

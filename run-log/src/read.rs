@@ -14,6 +14,7 @@ use super::external::{self, ExternalAnswer};
 use super::input::InputLine;
 use super::level::LogLevel;
 use super::memory::{Document, MemoryLog};
+use super::read_rows::Rows;
 use super::rows::{TableRow, parse_hash};
 use super::run_file::{RunFile, RunOutcome};
 use super::section::{RUN_SECTION, WORLD_ROBOT};
@@ -79,6 +80,8 @@ pub struct RunLog {
     folder: PathBuf,
     /// The complete part of every table.
     tables: BTreeMap<Table, Vec<u8>>,
+    /// The times of the sealed ticks up to `last`.
+    times: Vec<SimTime>,
 }
 
 impl RunLog {
@@ -143,14 +146,18 @@ impl RunLog {
             lengths.collect()
         };
         let before = lengths(&tables);
-        let (last, torn) = if run.log == LogLevel::Off {
+        let (seals, torn) = if run.log == LogLevel::Off {
             for (table, bytes) in &mut tables {
                 bytes.truncate(whole_rows(*table, bytes).map(<[u8]>::len).sum());
             }
-            (None, None)
+            (Vec::new(), None)
         } else {
-            cut(&mut tables)
+            cut(&mut tables, run.log)
         };
+        let last = seals.last().copied();
+        let mut times: Vec<SimTime> = seals.into_iter().map(|seal| seal.now).collect();
+        // The last tick can be sealed again.
+        times.dedup();
         let pairs = before.into_iter().zip(lengths(&tables));
         let excess = pairs.filter(|(before, after)| before != after);
         Self {
@@ -161,6 +168,7 @@ impl RunLog {
             excess: excess.map(|((table, _), _)| table).collect(),
             folder: folder.to_owned(),
             tables,
+            times,
         }
     }
 
@@ -171,7 +179,8 @@ impl RunLog {
         serde_json::from_slice(&self.run_json).unwrap_or_default()
     }
 
-    /// Returns the complete part of a table, including the header line.
+    /// Returns the complete part of a table as it was written, including the header line. [`RunLog::full_table`] also has
+    /// the rows that a compact log does not write.
     #[must_use]
     pub fn table(&self, table: Table) -> &[u8] {
         &self.tables[&table]
@@ -182,11 +191,16 @@ impl RunLog {
         self.each_row().collect()
     }
 
-    /// Iterates over the rows of a table. A long run has millions of rows, too many for memory.
-    pub fn each_row<R: TableRow>(&self) -> impl Iterator<Item = Result<R, ReadError>> {
-        csv::Reader::from_reader(self.tables[&R::TABLE].as_slice())
-            .into_deserialize()
-            .map(|row| row.map_err(|error| self.malformed(R::TABLE, &error)))
+    /// Iterates over the rows of a table. A long run has millions of rows, too many for memory. The rows of a compact log
+    /// are the same as those of a full log.
+    #[must_use]
+    pub fn each_row<R: TableRow>(&self) -> Rows<'_, R> {
+        Rows::new(self)
+    }
+
+    /// Returns the times of all ticks, in a log with a seal for each tick.
+    pub(super) fn times(&self) -> &[SimTime] {
+        &self.times
     }
 
     /// Returns the inputs in order.
@@ -213,7 +227,7 @@ impl RunLog {
             .map_err(|error| self.malformed(Table::External, &error))
     }
 
-    fn malformed(&self, table: Table, reason: &dyn std::error::Error) -> ReadError {
+    pub(super) fn malformed(&self, table: Table, reason: &dyn std::error::Error) -> ReadError {
         ReadError::Malformed {
             path: self.folder.join(table.file_name()),
             // A malformed name or number can contain control characters.
@@ -231,10 +245,10 @@ struct SealRows {
     tables: BTreeMap<String, u64>,
 }
 
-/// Truncates all tables after the last tick that is complete in each. Returns the seal of that tick and the table that
-/// ends before ticks.csv, if there is one.
-fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> (Option<Seal>, Option<Table>) {
-    let seals = seals(&tables[&Table::Ticks]);
+/// Truncates all tables after the last tick that is complete in each. Returns the seals up to that tick and the table
+/// that ends before ticks.csv, if there is one.
+fn cut(tables: &mut BTreeMap<Table, Vec<u8>>, level: LogLevel) -> (Vec<Seal>, Option<Table>) {
+    let seals = seals(&tables[&Table::Ticks], level);
     let ends: BTreeMap<Table, Vec<usize>> = tables
         .iter()
         .map(|(&table, bytes)| match table {
@@ -248,27 +262,28 @@ fn cut(tables: &mut BTreeMap<Table, Vec<u8>>) -> (Option<Seal>, Option<Table>) {
     for (table, bytes) in tables {
         let end = match whole.checked_sub(1) {
             Some(last) => ends[table][last],
-            None => header_length(*table, bytes),
+            None => header_length(*table, bytes, level),
         };
         bytes.truncate(end);
     }
-    let last = whole.checked_sub(1).and_then(|last| seals.get(last));
-    (last.map(|last| last.seal), torn)
+    let whole = seals.into_iter().take(whole);
+    (whole.map(|rows| rows.seal).collect(), torn)
 }
 
 /// Returns the length of a table's header line, or 0 if the line is incomplete.
-fn header_length(table: Table, bytes: &[u8]) -> usize {
-    match table.header() {
+fn header_length(table: Table, bytes: &[u8], level: LogLevel) -> usize {
+    match table.header_at(level) {
         Some(header) if bytes.starts_with(header.as_bytes()) => header.len(),
         Some(_) => 0,
         None => whole_lines(bytes).next().map_or(0, <[u8]>::len),
     }
 }
 
-/// Returns the seals of ticks.csv up to the first incomplete or malformed row.
-fn seals(bytes: &[u8]) -> Vec<SealRows> {
-    let mut seals = Vec::new();
-    let mut end = header_length(Table::Ticks, bytes);
+/// Returns the seals of ticks.csv up to the first incomplete or malformed row. A compact log has a seal for each tick,
+/// and its seals end before the first missing one.
+fn seals(bytes: &[u8], level: LogLevel) -> Vec<SealRows> {
+    let mut seals: Vec<SealRows> = Vec::new();
+    let mut end = header_length(Table::Ticks, bytes, level);
     if end == 0 {
         return seals;
     }
@@ -280,6 +295,10 @@ fn seals(bytes: &[u8]) -> Vec<SealRows> {
         };
         end += line.len();
         if robot == WORLD_ROBOT && section == RUN_SECTION {
+            let before = seals.last().map(|rows| rows.seal);
+            if level == LogLevel::Compact && !seal.follows(before) {
+                break;
+            }
             let tables = std::mem::take(&mut hashes);
             seals.push(SealRows { seal, end, tables });
         } else if robot == WORLD_ROBOT {
@@ -287,6 +306,17 @@ fn seals(bytes: &[u8]) -> Vec<SealRows> {
         }
     }
     seals
+}
+
+impl Seal {
+    /// Returns whether no tick is missing between the seals. The last tick can be sealed again.
+    fn follows(&self, before: Option<Self>) -> bool {
+        match before {
+            None => self.tick == 0,
+            Some(before) if before.tick == self.tick => before.now == self.now,
+            Some(before) => before.tick + 1 == self.tick && before.now < self.now,
+        }
+    }
 }
 
 /// Splits a row of ticks.csv. Its fields never contain quotes.

@@ -1,18 +1,23 @@
 //! The tables of the log. Each is declared once: its rows as they are read, and its columns with name, type and meaning.
 //! The header line, the exports and the table of columns in `docs/GUARANTEES.md` follow from the declarations.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use scenario::time::SimTime;
 use serde::de::{DeserializeOwned, Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use super::compact::{self, CompactForm};
+use super::level::LogLevel;
 use super::table::Table;
 
 /// A row of one of the CSV tables.
-pub trait TableRow: DeserializeOwned {
+pub trait TableRow: Clone + DeserializeOwned {
     /// The table of these rows.
     const TABLE: Table;
+    /// The form of the table in a compact log.
+    const FORM: CompactForm<Self> = CompactForm::EveryRow;
 }
 
 /// A row of a table whose columns do not depend on the mission.
@@ -186,7 +191,7 @@ pub(super) fn parse_hash(digits: &str) -> Option<u64> {
 macro_rules! table {
     (
         $(#[doc = $about:literal])+
-        $row:ident in $table:ident {
+        $row:ident in $table:ident $(, compact $form:path)? {
             #[doc = $time:literal]
             t_ms,
             $(
@@ -210,6 +215,7 @@ macro_rules! table {
 
         impl TableRow for $row {
             const TABLE: Table = Table::$table;
+            $(const FORM: CompactForm<Self> = $form;)?
         }
 
         impl DeclaredRow for $row {
@@ -236,7 +242,7 @@ macro_rules! table {
 
 table! {
     /// A row of motivations.csv: a behavior set of a robot.
-    MotivationRow in Motivations {
+    MotivationRow in Motivations, compact compact::MOTIVATIONS {
         /// The time of the tick. The row contains the end of its step.
         t_ms,
         /// The name of the robot.
@@ -264,7 +270,7 @@ table! {
 
 table! {
     /// A row of allocation.csv: a behavior set of a robot whose allocator has no motivations.
-    AllocationRow in Allocation {
+    AllocationRow in Allocation, compact compact::ALLOCATION {
         /// The time of the tick. The row contains the end of its step.
         t_ms,
         /// The name of the robot.
@@ -321,7 +327,7 @@ table! {
 
 table! {
     /// A row of messages.csv: a broadcast at a receiver.
-    MessageRow in Messages {
+    MessageRow in Messages, compact compact::MESSAGES {
         /// The time of the delivery, or the time at which it was due.
         t_ms,
         /// The robot that receives the broadcast.
@@ -425,7 +431,7 @@ table! {
 
 table! {
     /// A row of poses.csv: a body.
-    PoseRow in Poses {
+    PoseRow in Poses, compact compact::POSES {
         /// The time of the tick. The row contains the start of its step.
         t_ms,
         /// The name of the robot.
@@ -480,6 +486,18 @@ table! {
 }
 
 impl Table {
+    /// Returns the first line with its line end at a log level. [`Table::header`] is that of a full log.
+    pub(super) fn header_at(self, level: LogLevel) -> Option<Cow<'static, str>> {
+        let header = self.header()?;
+        let times = (level == LogLevel::Compact && self.is_predicted())
+            .then(|| header.replacen("t_ms", compact::FROM, 1));
+        Some(times.map_or(Cow::Borrowed(header), Cow::Owned))
+    }
+
+    fn is_predicted(self) -> bool {
+        matches!(self, Self::Motivations | Self::Allocation | Self::Poses)
+    }
+
     /// Returns the first line with its line end; empty for JSON lines. `None` for mission.csv, whose columns depend on
     /// the mission.
     #[must_use]

@@ -297,7 +297,7 @@ fn impossible_branches_are_refused_in_one_line() {
     make("run", &[]);
     make("cbba", &["--allocator", "cbba"]);
     for torn in ["torn", "unfinished", "damaged"] {
-        make(torn, &[]);
+        make(torn, &["--log", "full"]);
     }
     let poses = lab.path("torn/poses.csv");
     let bytes = std::fs::read(&poses).unwrap();

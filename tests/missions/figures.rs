@@ -48,7 +48,7 @@ fn random_scenario(seed: u64) -> Scenario {
 }
 
 /// Runs a random scenario to its end, every second one with crashes, stalls and losses outside the scenario.
-fn random_run(seed: u64) -> RunLog {
+pub fn random_run(seed: u64) -> RunLog {
     let setup = setup(random_scenario(seed), seed);
     log_of(if (seed / 4).is_multiple_of(2) {
         run(setup, LogLevel::Full).1

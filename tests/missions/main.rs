@@ -10,6 +10,7 @@ mod by_hand;
 mod campaign;
 mod check;
 mod closed_loop;
+mod compact_logs;
 mod compare;
 mod control;
 mod control_python;

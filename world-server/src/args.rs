@@ -48,7 +48,7 @@ pub struct RunArgs {
     /// Start with the clock paused
     #[arg(long)]
     pub paused: bool,
-    /// Amount of logged data [default: full; summary above 2,000 behavior sets]
+    /// Amount of logged data [default: compact; summary above 2,000 behavior sets]
     #[arg(long, value_name = "LEVEL", value_parser = log_level(), help_heading = OUTPUT)]
     pub log: Option<LogLevel>,
     /// Continue without an agent after this wall-clock time without an answer

@@ -12,7 +12,7 @@ use proto::control::wire::Format;
 use proto::keys::KeyExpressions;
 use proto::program_build;
 use proto::tick::Outcome;
-use run_log::LogLevel;
+use run_log::{LogLevel, Table};
 use scenario::ids::RobotId;
 use scenario::{Scenario, Setup};
 use serde_json::json;
@@ -96,7 +96,7 @@ pub async fn serve(
     )?;
     let mut simulation = Simulation::new(setup, mission, options.launched);
     simulation.send_ground_truth_to(options.ground_truth_robots.clone());
-    if options.log == LogLevel::Full {
+    if options.log.keeps(Table::AllocationMessages) {
         simulation.record_allocation_messages();
     }
     for handler in handlers {

@@ -2,22 +2,25 @@
 
 mod causes;
 mod difference;
+mod sections;
 mod tables;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use run_log::{LogLevel, ReadError, RunLog, RunOutcome, Table, TickRow};
+use run_log::{LogLevel, RUN_SECTION, ReadError, RunLog, RunOutcome, Table, TickRow};
 use serde_json::Value;
 
 pub use difference::{Comparison, Difference};
 
 use crate::{LATEST, exit_status, open};
 use causes::{ValueDifference, input_difference, setup_difference, values_that_differ};
-use tables::{row_difference, table_difference};
+use sections::sections_of;
+use tables::{difference_of_tick, row_difference, table_difference};
 
 /// Find the first difference between two runs
 #[derive(Args, Clone, Debug)]
@@ -100,10 +103,17 @@ const NOT_REPRODUCED: [&str; 3] = ["build", "agent_builds", "controllers"];
 /// # Errors
 /// Returns an error when a table cannot be read.
 pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
-    let (rows_a, rows_b) = (ticks(a)?, ticks(b)?);
+    let (mut rows_a, mut rows_b) = (ticks(a)?, ticks(b)?);
+    if a.run.log != b.run.log {
+        keep_common(&mut rows_a, &mut rows_b);
+    }
     let mut pairs = rows_a.iter().zip(&rows_b);
     if let Some((row_a, row_b)) = pairs.find(|(row_a, row_b)| row_a != row_b) {
-        let mut found = row_difference(a, b, (row_a, row_b), (&rows_a, &rows_b));
+        let mut found = if is_compact(row_a, a) && is_compact(row_b, b) {
+            difference_in_tick(a, b, (row_a, row_b))?
+        } else {
+            row_difference(a, b, (row_a, row_b), (&rows_a, &rows_b))?
+        };
         found.cause = match setup_difference(a, b) {
             None => input_difference(a, b, found.tick)?,
             found => found,
@@ -128,8 +138,16 @@ pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
         (None, Some(seal)) => format!("{:016x}", seal.hash),
         (None, None) => "none".to_owned(),
     };
+    let is_over = |log: &RunLog| log.run.hash.is_some();
+    if a.run.log != b.run.log && !(is_over(a) && is_over(b)) {
+        // The common hashes do not show where a killed run ends.
+        let ticks = |log: &RunLog| log.last.map_or(log.run.result.ticks, |seal| seal.tick + 1);
+        if ticks(a) != ticks(b) {
+            return ends("ticks", ticks(a).to_string(), ticks(b).to_string());
+        }
+    }
     // The tick log does not show the remaining differences. An interrupted run has no outcome.
-    if a.run.hash.is_some() && b.run.hash.is_some() {
+    if is_over(a) && is_over(b) {
         if hash(a) != hash(b) {
             return ends("hash", hash(a), hash(b));
         }
@@ -154,6 +172,39 @@ pub fn compare(a: &RunLog, b: &RunLog) -> Result<Comparison, ReadError> {
         ticks,
         hash: hash(a),
     })
+}
+
+/// Keeps the hashes of the run in the ticks that both logs have, for logs of different levels.
+fn keep_common(rows_a: &mut Vec<TickRow>, rows_b: &mut Vec<TickRow>) {
+    let ticks_of = |rows: &[TickRow]| rows.iter().map(|row| row.tick).collect::<BTreeSet<_>>();
+    let (ticks_a, ticks_b) = (ticks_of(rows_a), ticks_of(rows_b));
+    for rows in [rows_a, rows_b] {
+        rows.retain(|row| {
+            let is_common = ticks_a.contains(&row.tick) && ticks_b.contains(&row.tick);
+            row.section == RUN_SECTION && is_common
+        });
+    }
+}
+
+/// Returns whether the row stands for all sections of its tick.
+fn is_compact(row: &TickRow, log: &RunLog) -> bool {
+    row.section == RUN_SECTION && log.run.log.has_every_tick()
+}
+
+/// Locates a difference within a tick by the hashes of its sections, which a repetition of the runs computes. A run that
+/// cannot be repeated is compared by the rows of its tables.
+fn difference_in_tick(
+    a: &RunLog,
+    b: &RunLog,
+    (row_a, row_b): (&TickRow, &TickRow),
+) -> Result<Difference, ReadError> {
+    if let (Some(rows_a), Some(rows_b)) = (sections_of(a, row_a), sections_of(b, row_b)) {
+        let mut pairs = rows_a.iter().zip(&rows_b);
+        if let Some(pair) = pairs.find(|(row_a, row_b)| row_a != row_b) {
+            return row_difference(a, b, pair, (&rows_a, &rows_b));
+        }
+    }
+    difference_of_tick(a, b, (row_a, row_b))
 }
 
 /// Returns the hash rows of a log: one per section in a full log, otherwise one per tick for the run so far. The seals

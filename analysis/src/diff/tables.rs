@@ -88,13 +88,46 @@ fn line_difference(table: Table, a: &[u8], b: &[u8]) -> Option<Difference> {
     })
 }
 
+/// Locates a difference within a tick whose sections have no hashes: the first row of a table that differs.
+pub fn difference_of_tick(
+    a: &RunLog,
+    b: &RunLog,
+    (row_a, row_b): (&TickRow, &TickRow),
+) -> Result<Difference, ReadError> {
+    // The order of the sections in a tick. State changes follow from motivations.
+    let sections = [
+        Section::Messages,
+        Section::Motivations,
+        Section::Events,
+        Section::State,
+    ];
+    for section in sections {
+        for table in tables_of(section.as_str()) {
+            if let Some(found) = first_field(*table, a, b, row_a)? {
+                return Ok(Difference {
+                    tick: Some(row_a.tick),
+                    t_ms: Some(row_a.t_ms),
+                    robot: found.robot,
+                    ..Difference::at_end(section.as_str(), Some(found.field), found.a, found.b)
+                });
+            }
+        }
+    }
+    let [hash_a, hash_b] = [row_a, row_b].map(|row| format!("{:016x}", row.hash));
+    Ok(Difference {
+        tick: Some(row_a.tick),
+        t_ms: Some(row_a.t_ms),
+        ..Difference::at_end(&row_a.section, None, hash_a, hash_b)
+    })
+}
+
 /// Locates the first pair of rows that differ. `rows` contains all rows of both logs.
 pub fn row_difference(
     a: &RunLog,
     b: &RunLog,
     (row_a, row_b): (&TickRow, &TickRow),
     rows: (&[TickRow], &[TickRow]),
-) -> Difference {
+) -> Result<Difference, ReadError> {
     fn place(row: &TickRow) -> (Tick, &str, &str) {
         (row.tick, &row.robot, &row.section)
     }
@@ -109,9 +142,9 @@ pub fn row_difference(
     };
     let only_b = row_b.tick < row_a.tick || (row_b.tick == row_a.tick && is_missing(rows.0, row_b));
     let row = if !same_place && only_b { row_b } else { row_a };
-    let field = tables_of(&row.section)
-        .iter()
-        .find_map(|table| first_field(*table, a, b, row));
+    let fields = tables_of(&row.section).iter();
+    let mut fields = fields.map(|table| first_field(*table, a, b, row));
+    let field = fields.find_map(Result::transpose).transpose()?;
     let describe = |row: &TickRow| {
         if same_place {
             format!("{:016x}", row.hash)
@@ -120,10 +153,10 @@ pub fn row_difference(
         }
     };
     let (field, a, b) = match field {
-        Some((field, a, b)) => (Some(field), a, b),
+        Some(found) => (Some(found.field), found.a, found.b),
         None => (None, describe(row_a), describe(row_b)),
     };
-    Difference {
+    Ok(Difference {
         cause: None,
         tick: Some(row.tick),
         t_ms: Some(row.t_ms),
@@ -132,7 +165,7 @@ pub fn row_difference(
         field,
         a,
         b,
-    }
+    })
 }
 
 /// Returns the tables that contain the data of a section.
@@ -143,7 +176,7 @@ fn tables_of(section: &str) -> &'static [Table] {
     } else if is(Section::Messages) {
         &[Table::Messages]
     } else if is(Section::Motivations) {
-        &[Table::Motivations, Table::Events]
+        &[Table::Motivations, Table::Allocation, Table::Events]
     } else if is(Section::State) {
         &[Table::Poses, Table::Mission, Table::Targets]
     } else {
@@ -151,22 +184,36 @@ fn tables_of(section: &str) -> &'static [Table] {
     }
 }
 
-/// Returns the first differing field of a table in the rows of that tick and robot: its name and both values.
+/// A field that differs, with its robot and both values.
+struct FieldDifference {
+    robot: String,
+    field: String,
+    a: String,
+    b: String,
+}
+
+/// Returns the first differing field of a table in the rows of that tick and robot.
 fn first_field(
     table: Table,
     a: &RunLog,
     b: &RunLog,
     place: &TickRow,
-) -> Option<(String, String, String)> {
-    let header = a.table(table).split(|&byte| byte == b'\n').next();
+) -> Result<Option<FieldDifference>, ReadError> {
+    let at = Some(place.t_ms);
+    let (table_a, table_b) = (a.full_table(table, at)?, b.full_table(table, at)?);
+    // An optional table without rows has no header line.
+    let header = [&table_a, &table_b]
+        .into_iter()
+        .find(|table| !table.is_empty());
+    let header = header.and_then(|table| table.split(|&byte| byte == b'\n').next());
     let header = String::from_utf8_lossy(header.unwrap_or_default());
     let columns: Vec<&str> = header.split(',').collect();
     let robot_column = columns
         .iter()
         .position(|column| matches!(*column, "robot" | "receiver"));
     let time = place.t_ms.0.to_string();
-    let rows = |log: &RunLog| -> Vec<StringRecord> {
-        csv::Reader::from_reader(log.table(table))
+    let rows = |table: &[u8]| -> Vec<StringRecord> {
+        csv::Reader::from_reader(table)
             .into_records()
             .filter_map(Result::ok)
             .filter(|row| {
@@ -177,7 +224,7 @@ fn first_field(
             })
             .collect()
     };
-    let (rows_a, rows_b) = (rows(a), rows(b));
+    let (rows_a, rows_b) = (rows(&table_a), rows(&table_b));
     for index in 0..rows_a.len().max(rows_b.len()) {
         let (row_a, row_b) = (rows_a.get(index), rows_b.get(index));
         for (column, name) in columns.iter().enumerate() {
@@ -192,10 +239,19 @@ fn first_field(
                     .filter(|_| column > 2)
                     .and_then(|row| row.get(2))
                     .map_or_else(String::new, |subject| format!(" of {subject}"));
-                let field = format!("{}: {name}{subject}", table.file_name());
-                return Some((field, cell(row_a), cell(row_b)));
+                let robot = row_a.or(row_b).zip(robot_column);
+                let robot = robot.and_then(|(row, column)| row.get(column));
+                return Ok(Some(FieldDifference {
+                    robot: robot
+                        .filter(|robot| !robot.is_empty())
+                        .unwrap_or(WORLD_ROBOT)
+                        .to_owned(),
+                    field: format!("{}: {name}{subject}", table.file_name()),
+                    a: cell(row_a),
+                    b: cell(row_b),
+                }));
             }
         }
     }
-    None
+    Ok(None)
 }

@@ -228,7 +228,7 @@ fn full_history(
     times: &[f64],
     notes: &mut Vec<String>,
 ) -> anyhow::Result<(RunFile, History, Vec<Room>)> {
-    let is_full = logged.run.log == LogLevel::Full;
+    let is_full = logged.run.log.has_every_tick();
     let mut rooms = Vec::new();
     if !is_full || !times.is_empty() {
         let step = SimTime(logged.run.setup.scenario.step_ms);

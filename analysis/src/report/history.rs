@@ -1,4 +1,4 @@
-//! The contents of a full log, sorted by robot and behavior set into spans, times and levels.
+//! The contents of a full or compact log, sorted by robot and behavior set into spans, times and levels.
 
 use std::sync::{Arc, Mutex};
 use std::thread::{self, ScopedJoinHandle};
@@ -65,7 +65,7 @@ impl History {
         Self::read_with(log, || {})
     }
 
-    /// Returns the number of rows for which [`History::read_with`] calls back.
+    /// Returns the number of written rows, for which [`History::read_with`] calls back.
     #[must_use]
     pub fn count_rows(log: &RunLog) -> usize {
         use Table::{Allocation, Messages, Motivations, Poses};
@@ -74,8 +74,8 @@ impl History {
         bytes.filter(|byte| **byte == b'\n').count()
     }
 
-    /// Reads all tables of a log like [`History::read`]. Calls `step_done` once for each row of the large tables, some
-    /// rows at a time. Each of these tables fills other fields of the robots, so several threads read them.
+    /// Reads all tables of a log like [`History::read`]. Calls `step_done` once for each written row of the large tables,
+    /// some rows at a time. Each of these tables fills other fields of the robots, so several threads read them.
     pub fn read_with(log: &RunLog, step_done: impl FnMut() + Send) -> Result<Self, HistoryError> {
         let setup = &log.run.setup;
         let step = SimTime(setup.scenario.step_ms);
@@ -360,29 +360,31 @@ impl History {
     }
 }
 
-/// Passes each row of a table to `add`, and counts the rows.
+/// Passes each row of a table to `add`, and counts the rows of its file.
 fn each_row<R: TableRow>(
     log: &RunLog,
     step_done: &Mutex<impl FnMut()>,
     mut add: impl FnMut(&R) -> Result<(), HistoryError>,
 ) -> Result<(), HistoryError> {
     /// Rows between two counts, so that threads seldom wait for each other.
-    const AT_ONCE: usize = 4096;
-    let count = |rows: usize| {
+    const AT_ONCE: u64 = 4096;
+    let count = |rows: u64| {
         // After a panic of another thread, the count does not matter.
         if let Ok(mut step_done) = step_done.lock() {
             (0..rows).for_each(|_| step_done());
         }
     };
-    let mut uncounted = 0;
-    for row in log.each_row() {
-        add(&row?)?;
-        uncounted += 1;
-        if uncounted == AT_ONCE {
-            count(std::mem::take(&mut uncounted));
+    let mut counted = 0;
+    let mut rows = log.each_row();
+    while let Some(row) = rows.advance() {
+        add(row?)?;
+        let uncounted = rows.lines() - counted;
+        if uncounted >= AT_ONCE {
+            count(uncounted);
+            counted += uncounted;
         }
     }
-    count(uncounted);
+    count(rows.lines() - counted);
     Ok(())
 }
 

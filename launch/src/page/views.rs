@@ -130,7 +130,7 @@ fn size_of_view(view: &View) -> usize {
 /// Removes the utilities of tasks that a robot cannot do now from the view of a large team. The page shows 0 for them.
 pub fn remove_idle_sets(view: &mut View) {
     let sets: usize = view.robots.iter().map(|robot| robot.sets.len()).sum();
-    if sets <= LogLevel::FULL_LOG_SETS_MAX {
+    if sets <= LogLevel::COMPACT_LOG_SETS_MAX {
         return;
     }
     for robot in &mut view.robots {

@@ -12,11 +12,12 @@ use clap::Args;
 use missions::Registry;
 use run_log::RunLog;
 use scenario::{Problem, Setup};
-use terminal::fail;
+use terminal::{fail, stderr_line};
 use world_server::args::{OUTPUT, RunArgs, random_run_id, run_id_for};
 use world_server::mission_args::MissionArgs;
 
 use super::controllers::{self, ControllerCommand};
+use super::disk;
 use super::one_process;
 use super::plan::{BranchStart, RunPlan};
 use super::supervise::supervise;
@@ -310,9 +311,12 @@ impl RunCommand {
 
     /// Runs the mission, then writes the profile and the export if requested. Returns the exit status.
     fn carry_out(&self, plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<u8> {
+        let log = plan.branch.as_ref().map(|branch| branch.plan.log());
+        let log = log.unwrap_or_else(|| self.run.log(&plan.setup));
+        if let Some(note) = disk::note(&plan.setup, log, &plan.folder) {
+            stderr_line!("{note}");
+        }
         let status = if self.in_process {
-            let log = plan.branch.as_ref().map(|branch| branch.plan.log());
-            let log = log.unwrap_or_else(|| self.run.log(&plan.setup));
             one_process::run(plan, log, self.check)?
         } else {
             supervise(plan, link)?

@@ -5,6 +5,7 @@ pub mod bus;
 pub mod child_processes;
 pub mod controllers;
 pub mod crew;
+mod disk;
 mod one_process;
 mod orders;
 pub mod plan;

@@ -78,13 +78,13 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
         if let Some(origin) = &run.branch {
             let parent = shell_quoted(Path::new(&origin.run));
             stderr_line!("next    alliance diff {parent} {folder}");
-            if run.log == LogLevel::Full {
+            if run.log.has_every_tick() {
                 stderr_line!("        alliance report {parent} {folder}");
             }
             return Ok(());
         }
         stderr_line!("next    alliance watch {folder}");
-        if run.log == LogLevel::Full {
+        if run.log.has_every_tick() {
             stderr_line!("        alliance report {folder}");
         }
     }
@@ -101,12 +101,12 @@ pub fn exit_status(outcome: RunOutcome) -> u8 {
     }
 }
 
-/// Returns the reason for a log that is not full although the user did not choose its level.
+/// Returns the reason for a log without every tick although the user did not choose its level.
 fn reduced_log(chosen: Option<LogLevel>, behavior_sets: usize) -> Option<String> {
     let level = LogLevel::default_for(behavior_sets);
-    (chosen.is_none() && level != LogLevel::Full).then(|| {
+    (chosen.is_none() && !level.has_every_tick()).then(|| {
         format!(
-            "log     {}, because the team has {behavior_sets} behavior sets; use --log full for a report",
+            "log     {}, because the team has {behavior_sets} behavior sets; use --log compact for a report",
             level.as_str()
         )
     })
@@ -241,7 +241,7 @@ mod tests {
         assert_eq!(
             reduced_log(None, 2_001).as_deref(),
             Some(
-                "log     summary, because the team has 2001 behavior sets; use --log full for a report"
+                "log     summary, because the team has 2001 behavior sets; use --log compact for a report"
             )
         );
     }

@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from . import _engine
+
 #: Libraries for data frames. The first installed one is the default.
 FRAMES = ("pandas", "polars")
 
@@ -41,8 +43,17 @@ class Results(Mapping[str, Any]):
             known = ", ".join(self._names)
             raise KeyError(f"{self.folder} has no table '{name}'; it has {known}")
         if name not in self._tables:
-            self._tables[name] = read(self.folder / f"{name}.csv", self.frame)
+            self._tables[name] = read(self._text(f"{name}.csv"), self.frame)
         return self._tables[name]
+
+    def _text(self, file_name: str) -> str:
+        """Returns the text of a table. The tables of a compact log get the rows that follow from others."""
+        run = self.folder / "run.json"
+        if run.exists() and json.loads(run.read_text()).get("log") == "compact":
+            text = _engine.full_table(self.folder, file_name)
+            if text is not None:
+                return text
+        return (self.folder / file_name).read_text()
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
@@ -93,12 +104,11 @@ def is_text(name: str) -> bool:
     return name.rpartition(".")[2] in TEXTS
 
 
-def read(path: Path, frame: str) -> Any:
+def read(text: str, frame: str) -> Any:
     """Reads one table up to its last complete line: a killed world leaves an incomplete one.
 
     An empty cell is an empty text in a column of texts, and a missing number in any other column, as in the Parquet export.
     """
-    text = path.read_text()
     text = text[: text.rfind("\n") + 1]
     header, *rows = csv.reader(io.StringIO(text)) if frame == "numpy" else [next(csv.reader(io.StringIO(text)), [])]
     texts = [name for name in header if is_text(name)]

@@ -24,6 +24,15 @@ def test_load_returns_the_tables_of_a_run(folder):
     assert results.run["scenario"]["name"] == "waste-cleanup" or results.run["result"]["ticks"] == 400
 
 
+def test_a_compact_log_has_the_rows_of_a_full_one(folder, tmp_path):
+    run("waste", {"*": "nearest"}, 3, limit=20, log=tmp_path / "run", level="compact")
+    full, compact = load(folder, "numpy"), load(tmp_path / "run", "numpy")
+    assert set(full) == set(compact)
+    for table in set(full) - {"ticks"}:
+        for name, values in full[table].items():
+            assert np.array_equal(values, compact[table][name], equal_nan=values.dtype.kind == "f"), f"{table}: {name}"
+
+
 def test_data_frames_are_those_of_the_installed_library(folder):
     pandas = needed("pandas")
     for results in load(folder), load(folder, "pandas"):

@@ -1,5 +1,5 @@
-//! A recorder on a separate thread, so that the run continues while rows of earlier ticks are encoded and written. Only the
-//! full log uses the thread; the other levels are too small to profit.
+//! A recorder on a separate thread, so that the run continues while rows of earlier ticks are encoded and written. Only full
+//! and compact logs use the thread; the other levels are too small to profit.
 //!
 //! Ticks are handed over in batches, because waking the thread for each tick is slow. The queue is bounded: if the disk is too
 //! slow, the run waits. Only a killed process loses rows, as it does without the thread.
@@ -8,7 +8,7 @@ use std::mem;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
-use crate::{Input, LogLevel};
+use crate::Input;
 use proto::event::EventLine;
 use proto::team::Broadcast;
 use scenario::ids::Tick;
@@ -52,11 +52,11 @@ struct Batch {
 }
 
 impl<S: Sink + Send + 'static> BackgroundRecorder<S> {
-    /// Starts a recorder, on a separate thread for the full log.
+    /// Starts a recorder, on a separate thread for a full or compact log.
     pub fn new(recorder: Recorder<S>) -> Result<Self, RecordError> {
         let names = Names::of(recorder.encoder.setup());
         let robots = recorder.encoder.setup().scenario.robots.len();
-        let work = if recorder.encoder.level() == LogLevel::Full {
+        let work = if recorder.encoder.level().has_every_tick() {
             let (queue, batches) = sync_channel(WAITING);
             let handle = thread::Builder::new()
                 .name("recorder".to_owned())

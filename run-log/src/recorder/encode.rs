@@ -1,15 +1,16 @@
 //! The rows that a tick adds to each table.
 
-use crate::{Input, InputLine};
+use crate::{DeclaredRow, Input, InputLine, MessageRow, Table};
 use proto::event::EventLine;
-use proto::telemetry::Reception;
+use proto::telemetry::{AllocationRow, Motivation, Reception};
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
 use super::answers::motivation_bits;
+use super::changed_rows::{ChangedRows, RowChange, allocation_bits};
 use super::in_flight::InFlight;
 use super::names::Names;
-use super::record::{EventKind, TickRecord};
+use super::record::{BodyRecord, EventKind, TickRecord};
 use super::repeated::{RowCache, body_bits};
 use super::row::{CachedFields, Row};
 use scenario::mission::FigureValue;
@@ -28,20 +29,64 @@ pub(super) fn motivations(
         for (motivation, tail) in report.motivations.iter().zip(tails) {
             let row = Row::new(rows).fields(&repeated.now);
             row.end_with(tail, motivation_bits(motivation), |row| {
-                row.text(names.robot(report.robot))
-                    .text(names.set(Some(motivation.set)))
-                    .text(names.task_of(motivation.set))
-                    .real(motivation.motivation)
-                    .real(motivation.impatience)
-                    .flag(motivation.sensory_feedback)
-                    .flag(motivation.activity_suppression)
-                    .flag(motivation.impatience_reset)
-                    .flag(motivation.acquiescence)
-                    .word(motivation.state.as_str())
-                    .end();
+                motivation_values(names, row.text(names.robot(report.robot)), motivation);
             });
         }
     }
+}
+
+/// Encodes the rows of motivations.csv that a compact log writes.
+pub(super) fn changed_motivations(
+    names: &Names,
+    repeated: &RowCache,
+    changed: &mut ChangedRows,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
+    let robots = (0..).map(RobotId).zip(&mut changed.motivations);
+    for ((robot, latest), answer) in robots.zip(record.answers) {
+        let motivations = present(answer.counts, &answer.report.motivations);
+        let bits = motivations.iter().map(motivation_bits);
+        latest.update(&changed.rule, bits, |change| match change {
+            RowChange::End => end(repeated, robot, Table::Motivations, rows),
+            RowChange::Row(index) => {
+                let row = start(repeated, robot, rows);
+                motivation_values(names, row, &motivations[index]);
+            }
+        });
+    }
+}
+
+fn motivation_values(names: &Names, row: Row<'_>, motivation: &Motivation) {
+    row.text(names.set(Some(motivation.set)))
+        .text(names.task_of(motivation.set))
+        .real(motivation.motivation)
+        .real(motivation.impatience)
+        .flag(motivation.sensory_feedback)
+        .flag(motivation.activity_suppression)
+        .flag(motivation.impatience_reset)
+        .flag(motivation.acquiescence)
+        .word(motivation.state.as_str())
+        .end();
+}
+
+/// Starts a row with the time and the robot.
+fn start<'b>(repeated: &RowCache, robot: RobotId, rows: &'b mut Vec<u8>) -> Row<'b> {
+    let row = Row::new(rows).fields(&repeated.now);
+    row.fields(repeated.robot(robot))
+}
+
+/// Adds the row of a compact log that ends all earlier rows of the robot.
+fn end(repeated: &RowCache, robot: RobotId, table: Table, rows: &mut Vec<u8>) {
+    // The header line is missing only for mission.csv.
+    let columns = table.header().unwrap_or_default().split(',').count();
+    let row = start(repeated, robot, rows);
+    (2..columns).fold(row, |row, _| row.text("")).end();
+}
+
+/// Returns the rows of a robot, or none if it is absent.
+fn present<T>(is_present: bool, rows: &[T]) -> &[T] {
+    if is_present { rows } else { &[] }
 }
 
 /// Encodes allocation.csv: one row per behavior set that a robot's allocator reports.
@@ -52,18 +97,46 @@ pub(super) fn allocation(
     rows: &mut Vec<u8>,
 ) {
     for answer in record.counted() {
-        for row in &answer.report.allocation {
-            Row::new(rows)
-                .fields(&repeated.now)
-                .text(names.robot(answer.report.robot))
-                .text(names.task(Some(row.task)))
-                .text(names.set(Some(row.behavior)))
-                .real(row.utility)
-                .text(row.holder.map_or("", |holder| names.robot(holder)))
-                .word(row.state.as_str())
-                .end();
+        for allocation in &answer.report.allocation {
+            let row = Row::new(rows).fields(&repeated.now);
+            allocation_values(
+                names,
+                row.text(names.robot(answer.report.robot)),
+                allocation,
+            );
         }
     }
+}
+
+/// Encodes the rows of allocation.csv that a compact log writes.
+pub(super) fn changed_allocation(
+    names: &Names,
+    repeated: &RowCache,
+    changed: &mut ChangedRows,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
+    let robots = (0..).map(RobotId).zip(&mut changed.allocation);
+    for ((robot, latest), answer) in robots.zip(record.answers) {
+        let allocation = present(answer.counts, &answer.report.allocation);
+        let bits = allocation.iter().map(allocation_bits);
+        latest.update(&changed.rule, bits, |change| match change {
+            RowChange::End => end(repeated, robot, Table::Allocation, rows),
+            RowChange::Row(index) => {
+                let row = start(repeated, robot, rows);
+                allocation_values(names, row, &allocation[index]);
+            }
+        });
+    }
+}
+
+fn allocation_values(names: &Names, row: Row<'_>, allocation: &AllocationRow) {
+    row.text(names.task(Some(allocation.task)))
+        .text(names.set(Some(allocation.behavior)))
+        .real(allocation.utility)
+        .text(allocation.holder.map_or("", |holder| names.robot(holder)))
+        .word(allocation.state.as_str())
+        .end();
 }
 
 /// Encodes messages.csv: one row per broadcast and receiver when its delivery is final. Second copies have rows of their own.
@@ -120,6 +193,18 @@ fn message(
         at: SimTime::default(),
         ..*reception
     };
+    // Unknown senders share a name, so their rows are always complete.
+    let is_known = slot == reception.sender.index();
+    if repeated.omits_repeated && is_known && repeated.messages[slot].are_of(&key) {
+        let row = Row::new(rows).number(reception.at.0);
+        let row = row
+            .fields(repeated.robot(receiver))
+            .fields(repeated.robot(reception.sender));
+        (3..MessageRow::COLUMNS.len())
+            .fold(row, |row, _| row.text(""))
+            .end();
+        return;
+    }
     Row::new(rows)
         .number(reception.at.0)
         .fields(repeated.robot(receiver))
@@ -262,19 +347,44 @@ pub(super) fn poses(
         }
         let row = Row::new(rows).fields(&repeated.now);
         row.end_with(tail, body_bits(body), |row| {
-            let row = row
-                .text(name)
-                .real(body.pose.position.x)
-                .real(body.pose.position.y)
-                .real(body.pose.heading_rad)
-                .real(body.speed_m_s)
-                .flag(body.carrying)
-                .text(names.set(body.active));
-            match body.energy_j {
-                Some(energy_j) => row.real(energy_j).end(),
-                None => row.text("").end(),
-            }
+            body_values(names, row.text(name), body);
         });
+    }
+}
+
+/// Encodes the rows of poses.csv that a compact log writes.
+pub(super) fn changed_poses(
+    names: &Names,
+    repeated: &RowCache,
+    changed: &mut ChangedRows,
+    record: &TickRecord<'_>,
+    rows: &mut Vec<u8>,
+) {
+    let robots = (0..).map(RobotId).zip(&mut changed.poses);
+    for ((robot, latest), body) in robots.zip(record.bodies) {
+        let bodies = present(body.present, std::slice::from_ref(body));
+        latest.update(
+            &changed.rule,
+            bodies.iter().map(body_bits),
+            |change| match change {
+                RowChange::End => end(repeated, robot, Table::Poses, rows),
+                RowChange::Row(_) => body_values(names, start(repeated, robot, rows), body),
+            },
+        );
+    }
+}
+
+fn body_values(names: &Names, row: Row<'_>, body: &BodyRecord) {
+    let row = row
+        .real(body.pose.position.x)
+        .real(body.pose.position.y)
+        .real(body.pose.heading_rad)
+        .real(body.speed_m_s)
+        .flag(body.carrying)
+        .text(names.set(body.active));
+    match body.energy_j {
+        Some(energy_j) => row.real(energy_j).end(),
+        None => row.text("").end(),
     }
 }
 

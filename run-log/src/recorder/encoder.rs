@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::compact::MotivationRule;
 use crate::external::ExternalWriter;
 use crate::{BranchOrigin, ControllerFile, LogLevel, RunFile, RunOutcome, Section, Table};
 use proto::event::EventLine;
@@ -13,6 +14,7 @@ use scenario::mission::FigureValue;
 use scenario::time::SimTime;
 
 use super::allocation_messages;
+use super::changed_rows::ChangedRows;
 use super::encode;
 use super::hash::RunHash;
 use super::in_flight::InFlight;
@@ -32,6 +34,8 @@ pub(super) struct Encoder {
     level: LogLevel,
     names: Names,
     repeated: RowCache,
+    /// The rows of the latest tick, for a compact log.
+    changed: Option<ChangedRows>,
     pages: Pages,
     hash: RunHash,
     section: SectionHash,
@@ -56,7 +60,9 @@ impl Encoder {
         Self {
             setup: setup.clone(),
             level,
-            repeated: RowCache::new(&names),
+            repeated: RowCache::new(&names, level),
+            changed: (level == LogLevel::Compact)
+                .then(|| ChangedRows::new(MotivationRule::new(setup), names.robots().count())),
             names,
             pages: Pages::new(level, setup.catalog.mission),
             hash: RunHash::default(),
@@ -155,15 +161,17 @@ impl Encoder {
         self.latest = Some((record.tick, record.now));
 
         let (names, repeated, pages) = (&self.names, &mut self.repeated, &mut self.pages);
-        pages.add(Table::Motivations, |rows| {
-            encode::motivations(names, repeated, record, rows)
+        let changed = &mut self.changed;
+        pages.add(Table::Motivations, |rows| match changed {
+            Some(changed) => encode::changed_motivations(names, repeated, changed, record, rows),
+            None => encode::motivations(names, repeated, record, rows),
         });
-        if record
-            .counted()
-            .any(|answer| !answer.report.allocation.is_empty())
-        {
-            pages.add_optional(Table::Allocation, |rows| {
-                encode::allocation(names, repeated, record, rows)
+        let had_allocation = changed.as_ref().is_some_and(ChangedRows::has_allocation);
+        let mut counted = record.counted();
+        if had_allocation || counted.any(|answer| !answer.report.allocation.is_empty()) {
+            pages.add_optional(Table::Allocation, |rows| match changed {
+                Some(changed) => encode::changed_allocation(names, repeated, changed, record, rows),
+                None => encode::allocation(names, repeated, record, rows),
             });
         }
         if !record.allocation_messages.is_empty() {
@@ -180,8 +188,9 @@ impl Encoder {
         if let Some(events) = &mut self.events {
             events.append(&mut encode::events(names, record));
         }
-        pages.add(Table::Poses, |rows| {
-            encode::poses(names, repeated, record, rows)
+        pages.add(Table::Poses, |rows| match changed {
+            Some(changed) => encode::changed_poses(names, repeated, changed, record, rows),
+            None => encode::poses(names, repeated, record, rows),
         });
         if !record.targets.is_empty() {
             pages.add_optional(Table::Targets, |rows| {
@@ -262,7 +271,7 @@ impl Encoder {
 
     fn seal_is_due(&self, now: SimTime) -> bool {
         match self.level {
-            LogLevel::Full => true,
+            LogLevel::Full | LogLevel::Compact => true,
             LogLevel::Summary => self
                 .sealed
                 .is_none_or(|(_, last)| last.0 / SUMMARY_SEAL_MS != now.0 / SUMMARY_SEAL_MS),

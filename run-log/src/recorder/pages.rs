@@ -48,7 +48,8 @@ impl Pages {
             return;
         }
         let columns = self.mission_columns;
-        self.add(table, |bytes| match table.header() {
+        let header = table.header_at(self.level);
+        self.add(table, |bytes| match header {
             Some(header) => bytes.extend_from_slice(header.as_bytes()),
             None => {
                 let columns = columns.iter().map(|column| column.name);

@@ -27,7 +27,8 @@ pub struct TickRecord<'a> {
     pub external: &'a [bool],
     /// The received broadcasts of external controllers, in any order.
     pub broadcasts: &'a [Broadcast],
-    /// The messages of allocators whose reports count, by sender and index. Empty unless the log is full.
+    /// The messages of allocators whose reports count, by sender and index. Empty unless the log is full
+    /// or compact.
     pub allocation_messages: &'a [Broadcast],
     /// The world's events in this step, in order. Inputs, state changes and notes are not among them, because their rows of
     /// events.csv are made from [`TickRecord::inputs`] and from the reports.

@@ -1,7 +1,7 @@
-//! Cached parts of rows of a full log. All rows of a tick begin with its time, and most values are the same as in the previous
+//! Cached parts of rows of a full or compact log. All rows of a tick begin with its time, and most values are the same as in the previous
 //! tick.
 
-use crate::WORLD_ROBOT;
+use crate::{LogLevel, WORLD_ROBOT};
 use proto::telemetry::Reception;
 use scenario::ids::{BehaviorId, RobotId, Tick};
 use scenario::time::SimTime;
@@ -12,6 +12,8 @@ use super::record::BodyRecord;
 use super::row::{CachedFields, Fields};
 
 pub(super) struct RowCache {
+    /// True if rows of messages.csv that repeat the latest one of their sender have no contents.
+    pub omits_repeated: bool,
     pub now: Fields,
     pub tick: Fields,
     /// The name in rows that belong to no robot.
@@ -30,12 +32,13 @@ pub(super) struct RowCache {
 pub(super) type BodyBits = ([u32; 4], Option<u32>, bool, Option<BehaviorId>);
 
 impl RowCache {
-    pub fn new(names: &Names) -> Self {
+    pub fn new(names: &Names, level: LogLevel) -> Self {
         let robots: Vec<_> = names
             .robots()
             .map(|name| Fields::of(|row| row.text(name)))
             .collect();
         Self {
+            omits_repeated: level == LogLevel::Compact,
             now: Fields::default(),
             tick: Fields::default(),
             world: Fields::of(|row| row.text(WORLD_ROBOT)),

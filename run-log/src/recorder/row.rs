@@ -7,7 +7,7 @@ use itoa::Integer;
 use zmij::Float;
 
 /// A CSV row that is written field by field without allocation.
-pub(super) struct Row<'b>(&'b mut Vec<u8>);
+pub(crate) struct Row<'b>(&'b mut Vec<u8>);
 
 impl<'b> Row<'b> {
     /// Starts a row at the end of `bytes`.
@@ -15,7 +15,7 @@ impl<'b> Row<'b> {
         Self(bytes)
     }
 
-    pub fn fields(self, fields: &Fields) -> Self {
+    pub(super) fn fields(self, fields: &Fields) -> Self {
         self.0.extend_from_slice(&fields.0);
         self
     }
@@ -101,13 +101,13 @@ impl<'b> Row<'b> {
     }
 
     /// Ends the row with cached fields, and encodes them again with `fields` only if the key has changed.
-    pub fn end_with<K: PartialEq>(
+    pub(super) fn end_with<K: PartialEq>(
         self,
         tail: &mut CachedFields<K>,
         key: K,
         fields: impl FnOnce(Row<'_>),
     ) {
-        if tail.key.as_ref() == Some(&key) {
+        if tail.are_of(&key) {
             self.0.extend_from_slice(&tail.bytes);
         } else {
             let start = self.0.len();
@@ -149,6 +149,13 @@ pub(super) struct CachedFields<K> {
     /// The values of the fields. The same bits give the same fields.
     key: Option<K>,
     bytes: Vec<u8>,
+}
+
+impl<K: PartialEq> CachedFields<K> {
+    /// Returns whether these are the fields of the key.
+    pub fn are_of(&self, key: &K) -> bool {
+        self.key.as_ref() == Some(key)
+    }
 }
 
 impl<K> Default for CachedFields<K> {

@@ -38,7 +38,7 @@ fn tables(lab: &Lab, folder: &str) -> Vec<String> {
 fn a_recording_contains_every_row_and_the_scene() {
     let Some(python) = python(&MCAP) else { return };
     let lab = Lab::new();
-    bad_day(&lab, "run", "--seed 3 --mcap");
+    bad_day(&lab, "run", "--seed 3 --mcap --log full");
     // The script compares every message with its row, and the scene with the log.
     let found = read(&lab, &python, "read_mcap.py", &["run", "run/run.mcap"]);
 
@@ -105,11 +105,13 @@ fn a_recording_contains_every_row_and_the_scene() {
 #[test]
 fn a_recording_is_the_same_at_each_log_level_and_at_each_export() {
     let lab = Lab::new();
-    bad_day(&lab, "full", "--mcap --in-process");
+    bad_day(&lab, "full", "--mcap --in-process --log full");
+    bad_day(&lab, "compact", "--mcap --log compact");
     bad_day(&lab, "summary", "--log summary --in-process");
     bad_day(&lab, "off", "--log off --mcap");
     lab.run("export summary --mcap=elsewhere.mcap").expect(0);
     let full = lab.bytes("full/run.mcap");
+    assert!(full == lab.bytes("compact/run.mcap"), "--log compact");
     assert!(full == lab.bytes("off/run.mcap"), "--log off");
     assert!(full == lab.bytes("elsewhere.mcap"), "--log summary");
     // The export replaces an older file.
@@ -125,7 +127,7 @@ fn tables_keep_every_value() {
         return;
     };
     let lab = Lab::new();
-    bad_day(&lab, "run", "--in-process");
+    bad_day(&lab, "run", "--in-process --log full");
     let finished = lab.run("export run --parquet").expect(0);
     assert_eq!(finished.stderr, "parquet run/parquet\n");
     // The script compares every value with that of the CSV file.
@@ -223,7 +225,8 @@ fn the_run_of_a_killed_world_is_exported_up_to_its_last_complete_tick() {
     // The readers must find the complete part of each table.
     let tables = run_log::Table::ALL.into_iter();
     for table in tables.filter(|table| !table.is_optional()) {
-        lab.write(&format!("run/{}", table.file_name()), log.table(table));
+        let rows = log.full_table(table, None).unwrap();
+        lab.write(&format!("run/{}", table.file_name()), rows);
     }
     let found = read(&lab, &python, "read_mcap.py", &["run", "run/run.mcap"]);
     let hash = format!("{:016x}", last.hash);
@@ -234,7 +237,7 @@ fn the_run_of_a_killed_world_is_exported_up_to_its_last_complete_tick() {
     let motivations = MotivationRow::TABLE.file_name().trim_end_matches(".csv");
     assert_eq!(tables[motivations]["rows"], found["counts"][motivations]);
     assert_eq!(tables["events"]["metadata"]["hash"], hash);
-    assert_eq!(log.run.log, LogLevel::Full);
+    assert_eq!(log.run.log, LogLevel::Compact);
 }
 
 #[test]

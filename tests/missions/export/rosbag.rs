@@ -38,7 +38,7 @@ fn write_day(lab: &Lab) {
 fn a_bag_contains_the_log_for_the_readers_of_others() {
     let lab = Lab::new();
     write_day(&lab);
-    lab.mission("run", "day.toml --limit 60 --in-process")
+    lab.mission("run", "day.toml --limit 60 --in-process --log full")
         .expect(1);
     let finished = lab.run("export run --rosbag").expect(0);
     assert_eq!(finished.answer(), "rosbag  run/rosbag\n");

@@ -53,7 +53,7 @@ pub fn write(logged: &RunLog, mut file: impl Write + Seek) -> anyhow::Result<()>
 
     let mut seen = Vec::new();
     let memory = MemoryLog::default();
-    let again = retrace_into(logged, LogLevel::Full, memory, |simulation| {
+    let again = retrace_into(logged, LogLevel::Compact, memory, |simulation| {
         let view = simulation.view();
         scene.record(&view, &mut seen);
         sensors.see(&view, &mut seen);

@@ -86,7 +86,7 @@ fn ros_names(setup: &Setup) -> Result<Vec<String>, Problem> {
 pub fn write(logged: &RunLog, folder: &Path) -> anyhow::Result<()> {
     check(logged, folder)?;
     let setup = &logged.run.setup;
-    let first = retrace_into(logged, LogLevel::Full, MemoryLog::default(), |_| {})?;
+    let first = retrace_into(logged, LogLevel::Compact, MemoryLog::default(), |_| {})?;
     if let Some(difference) = first.differs {
         return Err(Differs(difference).into());
     }

@@ -11,7 +11,7 @@ proptest! {
     fn has_the_same_bytes_and_hash_whenever_it_is_flushed(
         ticks in 0..100_usize,
         flush_every in 1..60_u64,
-        level in prop::sample::select(vec![LogLevel::Full, LogLevel::Summary]),
+        level in prop::sample::select(vec![LogLevel::Full, LogLevel::Compact, LogLevel::Summary]),
     ) {
         let setup = default_setup(7);
         let ticks = run_of(ticks);

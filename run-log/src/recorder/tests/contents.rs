@@ -97,12 +97,14 @@ fn targets_have_a_table() {
 #[test]
 fn levels_write_their_tables() {
     let (_, full) = log(LogLevel::Full, &sample());
+    let (_, compact) = log(LogLevel::Compact, &sample());
     let (_, summary) = log(LogLevel::Summary, &sample());
     let (_, off) = log(LogLevel::Off, &sample());
     let tables = |memory: &MemoryLog| memory.tables.keys().copied().collect::<Vec<_>>();
     // No allocator of this run writes the optional table.
     let always = Table::ALL.into_iter().filter(|table| !table.is_optional());
     assert_eq!(tables(&full), always.collect::<Vec<_>>());
+    assert_eq!(tables(&compact), tables(&full));
     assert_eq!(
         tables(&summary),
         [Table::Events, Table::Mission, Table::Inputs, Table::Ticks]

@@ -2,6 +2,7 @@
 
 mod allocation_messages;
 mod background;
+mod compact;
 mod contents;
 mod figures;
 mod hashes;
@@ -34,7 +35,7 @@ const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
 
 /// An owned [`TickRecord`].
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct OwnedTick {
     tick: Tick,
     now: SimTime,

@@ -1,6 +1,7 @@
 //! Rows with cached parts are equal to rows that are encoded anew.
 
 use proptest::prelude::*;
+use proto::telemetry::AllocationRow;
 
 use super::*;
 
@@ -100,39 +101,69 @@ fn any_reception() -> impl Strategy<Value = Reception> {
         })
 }
 
+fn any_allocation() -> impl Strategy<Value = AllocationRow> {
+    (
+        mostly(0, vec![1]),
+        mostly(0, vec![1]),
+        mostly(0.5, vec![-0.0, 1.0 / 3.0]),
+        mostly(None, vec![Some(BLUE), Some(GOLD)]),
+    )
+        .prop_map(|(task, behavior, utility, holder)| AllocationRow {
+            task: TaskId(task),
+            behavior: BehaviorId(behavior),
+            utility,
+            holder,
+            state: BehaviorState::Hibernating,
+        })
+}
+
+type ReportParts = (Vec<Motivation>, Vec<AllocationRow>, Vec<Reception>);
+
 prop_compose! {
     /// A robot's body, and its report if it counts.
     fn any_robot()(
         body in any_body(),
-        counts: bool,
+        counts in mostly(true, vec![false]),
         motivations in prop::collection::vec(any_motivation(), 0..3),
+        allocation in prop::collection::vec(any_allocation(), 0..3),
         receptions in prop::collection::vec(any_reception(), 0..3),
-    ) -> (BodyRecord, Option<(Vec<Motivation>, Vec<Reception>)>) {
-        (body, counts.then_some((motivations, receptions)))
+    ) -> (BodyRecord, Option<ReportParts>) {
+        (body, counts.then_some((motivations, allocation, receptions)))
+    }
+}
+
+prop_compose! {
+    /// A run of some ticks with any reports of its robots.
+    pub fn any_run()(
+        run in prop::collection::vec([any_robot(), any_robot(), any_robot()], 1..8),
+    ) -> Vec<OwnedTick> {
+        (0..).zip(run).map(|(tick, robots)| {
+            let mut owned = OwnedTick { tick, now: SimTime(tick * 50), ..sample()[2].clone() };
+            owned.robots = (0..).map(RobotId).zip(robots).map(|(robot, (body, parts))| {
+                (body, parts.map(|(motivations, allocation, mut receptions)| {
+                    receptions.iter_mut().for_each(|reception| reception.at = owned.now);
+                    let report = Report { motivations, allocation, receptions, ..report(robot, tick) };
+                    (Readings::default(), report)
+                }))
+            }).collect();
+            owned
+        }).collect()
     }
 }
 
 proptest! {
     #[test]
     fn rows_of_a_tick_do_not_depend_on_earlier_ticks(
-        run in prop::collection::vec([any_robot(), any_robot(), any_robot()], 1..8),
+        ticks in any_run(),
     ) {
-        let ticks: Vec<_> = (0..).zip(run).map(|(tick, robots)| {
-            let mut owned = OwnedTick { tick, now: SimTime(tick * 50), ..sample()[2].clone() };
-            owned.robots = (0..).map(RobotId).zip(robots).map(|(robot, (body, report_parts))| {
-                (body, report_parts.map(|(motivations, mut receptions)| {
-                    receptions.iter_mut().for_each(|reception| reception.at = owned.now);
-                    let report = Report { motivations, receptions, ..report(robot, tick) };
-                    (Readings::default(), report)
-                }))
-            }).collect();
-            owned
-        }).collect();
         let (_, together) = log(LogLevel::Full, &ticks);
         let alone = ticks.iter().map(|tick| log(LogLevel::Full, std::slice::from_ref(tick)).1);
         let alone: Vec<_> = alone.collect();
-        for table in [Table::Motivations, Table::Messages, Table::Poses] {
-            let rows = |log: &MemoryLog| log.tables[&table][header(table).len()..].to_vec();
+        for table in [Table::Motivations, Table::Allocation, Table::Messages, Table::Poses] {
+            let rows = |log: &MemoryLog| {
+                let rows = log.tables.get(&table).map(|rows| &rows[header(table).len()..]);
+                rows.unwrap_or_default().to_vec()
+            };
             let expected: Vec<u8> = alone.iter().flat_map(rows).collect();
             prop_assert_eq!(
                 String::from_utf8(rows(&together)).unwrap(),

@@ -93,11 +93,11 @@ pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
 }
 
 /// Returns the logs of the run's first 0, 1, … `ticks` ticks, as files and as rows.
-fn prefixes(ticks: usize) -> Vec<(BTreeMap<Table, Vec<u8>>, Rows)> {
+fn prefixes(level: LogLevel, ticks: usize) -> Vec<(BTreeMap<Table, Vec<u8>>, Rows)> {
     let ticks = run_of(ticks);
     (0..=ticks.len())
         .map(|end| {
-            let (run, memory) = log(LogLevel::Full, &ticks[..end]);
+            let (run, memory) = log(level, &ticks[..end]);
             let mut tables = memory.tables;
             // These files do not exist before their first row.
             for table in [Table::Inputs, Table::Allocation, Table::External] {
@@ -118,9 +118,15 @@ fn assert_ticks(log: &RunLog, ticks: usize, prefixes: &[(BTreeMap<Table, Vec<u8>
 
 #[test]
 fn any_file_cut_or_damaged_at_any_byte() {
-    let (mut run, _) = log(LogLevel::Full, &[]);
+    for level in [LogLevel::Full, LogLevel::Compact] {
+        check_cut_and_damaged(level);
+    }
+}
+
+fn check_cut_and_damaged(level: LogLevel) {
+    let (mut run, _) = log(level, &[]);
     run.outcome = RunOutcome::Running;
-    let prefixes = prefixes(4);
+    let prefixes = prefixes(level, 4);
     let whole = &prefixes[4].0;
     for &table in whole.keys() {
         for byte in 0..=whole[&table].len() {
@@ -168,8 +174,11 @@ impl Sink for Dying {
 
 proptest! {
     #[test]
-    fn killed_at_any_byte(fraction in 0.0..1.0_f64, flush_every in 1..4_usize, full: bool) {
-        let level = if full { LogLevel::Full } else { LogLevel::Summary };
+    fn killed_at_any_byte(
+        fraction in 0.0..1.0_f64,
+        flush_every in 1..4_usize,
+        level in prop::sample::select(vec![LogLevel::Full, LogLevel::Compact, LogLevel::Summary]),
+    ) {
         let ticks = run_of(12);
         let total: usize = log(level, &ticks).1.tables.values().map(Vec::len).sum();
         let bytes = (fraction * total as f64) as usize;
@@ -201,7 +210,7 @@ proptest! {
         let ticks_left = torn.last.map_or(0, |seal| seal.tick as usize + 1);
         // Everything flushed is present, except ticks that a summary had not sealed yet.
         let second = |tick: usize| ticks[tick].now.0 / 1000;
-        let is_sealed = |&tick: &usize| full || tick == 0 || second(tick) != second(tick - 1);
+        let is_sealed = |&tick: &usize| level.has_every_tick() || tick == 0 || second(tick) != second(tick - 1);
         let sealed = (0..flushed).rev().find(is_sealed);
         prop_assert!(ticks_left >= sealed.map_or(0, |tick| tick + 1));
         let (run, memory) = log(level, &ticks[..ticks_left]);
