@@ -346,7 +346,10 @@ table! {
         progress: Option<u32>,
         /// The time of sending.
         sent_ms: SimTime,
-        /// The way in which the broadcast was delivered or lost.
+        /// The way in which the broadcast was delivered or lost: `received`, `delayed`, `damaged` (received with bit
+        /// errors), `duplicate` (a second copy), `pending` (in flight at the end), or lost: `dropped` (by a fault), `cut`
+        /// (by a fault or without the receiver), `faded` (by distance), `blocked` (by an obstacle), `corrupted` (by bit
+        /// errors), `lost` (on the network).
         delivery: String,
     }
 }

@@ -273,7 +273,7 @@ impl History {
     /// Adds a row of messages.csv. Rows must come in file order.
     pub fn add_message(&mut self, row: &MessageRow) -> Result<(), HistoryError> {
         const TABLE: &str = "messages.csv";
-        let received = matches!(row.delivery.as_str(), "received" | "delayed");
+        let received = matches!(row.delivery.as_str(), "received" | "delayed" | "damaged");
         // A bulletin that names a task counts as a claim of that task.
         let bulletins = self.catalog.mission.vocabulary().bulletins;
         let names_task = bulletins.contains(&row.kind.as_str()) && !row.task.is_empty();

@@ -194,7 +194,8 @@ fn a_delay_is_rounded_up_to_whole_steps() {
 fn jitter_takes_every_value_evenly() {
     let mut counts = [0; 5];
     for tick in 0..10_000 {
-        let draws = Draws::new(1, RECEIVER, &broadcast(1, tick, 0), 0);
+        let broadcast = broadcast(1, tick, 0);
+        let draws = Draws::new(1, RECEIVER, &broadcast, draws::block(&broadcast, 0));
         counts[draws.jitter_within(SimTime(4)).0 as usize] += 1;
     }
     // The expected count is 2000, with a standard deviation of 40.
