@@ -176,7 +176,9 @@ impl Delivery {
             | Self::Faded
             | Self::Blocked
             | Self::Corrupted => true,
-            Self::Received | Self::Delayed | Self::Duplicate | Self::Pending | Self::Damaged => false,
+            Self::Received | Self::Delayed | Self::Duplicate | Self::Pending | Self::Damaged => {
+                false
+            }
         }
     }
 }

@@ -346,10 +346,7 @@ table! {
         progress: Option<u32>,
         /// The time of sending.
         sent_ms: SimTime,
-        /// The way in which the broadcast was delivered or lost: `received`, `delayed`, `damaged` (received with bit
-        /// errors), `duplicate` (a second copy), `pending` (in flight at the end), or lost: `dropped` (by a fault), `cut`
-        /// (by a fault or without the receiver), `faded` (by distance), `blocked` (by an obstacle), `corrupted` (by bit
-        /// errors), `lost` (on the network).
+        /// `received`, `delayed`, `damaged` (bit errors), `duplicate` or `pending`; lost are `dropped` and `cut` (faults), `faded`, `blocked` (obstacle), `corrupted` (bit errors) and `lost` (network).
         delivery: String,
     }
 }

@@ -1,8 +1,8 @@
 //! Reception between robots under the faults in force.
 
 use proto::control::Phase;
-use scenario::{Scenario, Walls};
 use scenario::fault::{Fault, FaultGroup, LinkEnd};
+use scenario::{Scenario, Walls};
 
 use super::WorldState;
 

@@ -3,8 +3,8 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use scenario::fault::{
-    Corruption, Device, EventTrigger, Fault, FaultKind, FaultRange, FaultSpec, LinkEnd, LinkSelection,
-    ModeForm, ModeSize, MoveRobot, Order, RangeFault, SkillFault, TriggerEvent,
+    Corruption, Device, EventTrigger, Fault, FaultKind, FaultRange, FaultSpec, LinkEnd,
+    LinkSelection, ModeForm, ModeSize, MoveRobot, Order, RangeFault, SkillFault, TriggerEvent,
 };
 use scenario::ids::BehaviorId;
 use scenario::{Catalog, Obstacle, Robot, Scenario};

@@ -89,8 +89,8 @@ mod tests {
     fn flips_and_damaged_messages_match_the_closed_forms() {
         const MESSAGES: u32 = 20_000;
         for (p, bytes) in [(0.001, 20), (0.000_1, 200), (0.02, 3), (0.5, 1)] {
-            let bits = f64::from(8 * bytes);
-            let mut rng = ChaCha8Rng::seed_from_u64(u64::from(bytes));
+            let bits = 8.0 * bytes as f64;
+            let mut rng = ChaCha8Rng::seed_from_u64(bytes);
             let (mut flips, mut damaged) = (0, 0);
             for _ in 0..MESSAGES {
                 let mut payload = vec![0; bytes as usize];

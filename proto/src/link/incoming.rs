@@ -31,9 +31,9 @@ use scenario::Setup;
 use scenario::ids::{RobotId, Tick};
 use scenario::time::SimTime;
 
-use super::{LinkState, Probability};
 use super::corruption::{self, Arrival};
 use super::draws::{self, Draws};
+use super::{LinkState, Probability};
 
 /// The largest number of kept messages. The release of more messages at once would exceed the size limit of a report.
 /// Further messages are dropped, as by any full queue.
@@ -316,9 +316,7 @@ impl IncomingMessages {
             Passage::Received
         };
         match passage {
-            Passage::Kept(_) if self.kept.len() >= CAPACITY => {
-                Passed::lost(Delivery::Dropped)
-            }
+            Passage::Kept(_) if self.kept.len() >= CAPACITY => Passed::lost(Delivery::Dropped),
             _ => Passed {
                 passage,
                 damaged,

@@ -180,7 +180,10 @@ mod tests {
         assert_eq!(half.or(Probability::ALWAYS), Probability::ALWAYS);
         assert_eq!(third.xor(third), Probability::from_share(0.375));
         assert_eq!(third.xor(Probability::NEVER), third);
-        assert_eq!(Probability::ALWAYS.xor(Probability::ALWAYS), Probability::NEVER);
+        assert_eq!(
+            Probability::ALWAYS.xor(Probability::ALWAYS),
+            Probability::NEVER
+        );
     }
 
     #[test]

@@ -62,7 +62,10 @@ fn fading_follows_the_distance_of_moving_robots() {
     assert!(nearest < 3.0 && farthest > 7.0, "{nearest} to {farthest} m");
     for (link, (received, mean, variance)) in links {
         let off = (received - mean) / variance.sqrt();
-        assert!(off.abs() < 4.0, "{link:?}: {received} received, {mean} expected");
+        assert!(
+            off.abs() < 4.0,
+            "{link:?}: {received} received, {mean} expected"
+        );
     }
 }
 
@@ -110,7 +113,10 @@ fn a_checksum_drops_damaged_messages_and_counts_them() {
     let scenario = "[faults]\ntimeline = [{ id = \"bits\", fault.corrupt = { p = 0.0005 } }]\n";
     let log = mission("bits", scenario, Outcome::Complete);
     let counts = counts(&log);
-    assert!(counts["corrupted"] > 50 && counts["received"] > 50, "{counts:?}");
+    assert!(
+        counts["corrupted"] > 50 && counts["received"] > 50,
+        "{counts:?}"
+    );
     assert_eq!(counts.len(), 2, "{counts:?}");
     assert_eq!(hit(&log, "bits").hits, counts["corrupted"]);
     // run.json counts them as lost.
@@ -132,9 +138,15 @@ fn without_a_checksum_damaged_messages_arrive_on_their_links() {
     let is_damaged = |row: &&MessageRow| damaged.contains(&&*row.delivery);
     assert!(rows.iter().filter(is_damaged).all(|row| on_link(&row)));
     let late = |row: &MessageRow| row.t_ms.since(row.sent_ms) > at(0.1);
-    let arrived: Vec<_> = rows.iter().filter(|row| row.delivery == "damaged").collect();
+    let arrived: Vec<_> = rows
+        .iter()
+        .filter(|row| row.delivery == "damaged")
+        .collect();
     assert!(arrived.iter().any(|row| late(row)) && arrived.iter().any(|row| !late(row)));
-    assert_eq!(hit(&log, "bits").hits, rows.iter().filter(is_damaged).count() as u64);
+    assert_eq!(
+        hit(&log, "bits").hits,
+        rows.iter().filter(is_damaged).count() as u64
+    );
 }
 
 /// Returns a mission of any kind with bit errors on all links, which no checksum detects.
@@ -187,6 +199,9 @@ fn processes_and_one_process_damage_the_same_bits() {
         let counts = counts(&lab.log("many"));
         let has = |delivery: &str| counts.contains_key(delivery);
         assert!(has("corrupted") && has("damaged") != checksum, "{counts:?}");
-        assert!(has("faded") == checksum && has("blocked") != checksum, "{counts:?}");
+        assert!(
+            has("faded") == checksum && has("blocked") != checksum,
+            "{counts:?}"
+        );
     }
 }

@@ -115,7 +115,9 @@ impl LinkFaults {
                 self.active.push(active);
             }
         }
-        before.retain(|active| active.state.has(LinkEffect::Copy) || active.state.has(LinkEffect::Corruption));
+        before.retain(|active| {
+            active.state.has(LinkEffect::Copy) || active.state.has(LinkEffect::Corruption)
+        });
         for ended in before {
             self.keep_healed(ended, tick);
         }

@@ -13,7 +13,6 @@
 //!
 //! The positions at the start of the tick whose manifest lists a message decide, as for link faults.
 
-use glam::Vec2;
 use proto::link::{LinkState, Probability};
 use scenario::ids::RobotId;
 use scenario::{Fading, Radio, Walls};
@@ -54,6 +53,7 @@ fn reception(fading: &Fading, distance_m: f32) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
     use proptest::prelude::*;
     use scenario::testkit::default_scenario;
     use scenario::{Obstacle, Robot, Scenario, Setup, Start};
@@ -119,7 +119,10 @@ mod tests {
             (fading(2.0, 4.0), 4.0, 1.125e-7),
         ] {
             let chance = reception(&fading, distance_m);
-            assert!((chance - expected).abs() < 1e-6, "{fading:?} {distance_m}: {chance}");
+            assert!(
+                (chance - expected).abs() < 1e-6,
+                "{fading:?} {distance_m}: {chance}"
+            );
         }
     }
 
@@ -132,7 +135,11 @@ mod tests {
             }),
             ..Radio::default()
         };
-        let mut world = world(radio, [Vec2::new(2.0, 2.0), Vec2::new(6.0, 2.0)], Vec::new());
+        let mut world = world(
+            radio,
+            [Vec2::new(2.0, 2.0), Vec2::new(6.0, 2.0)],
+            Vec::new(),
+        );
         let fade = |share: f64| Probability::from_share(1.0 - share);
         assert_eq!(world.channel(BLUE, GOLD).fade, fade(libm::exp(-1.0)));
         assert_eq!(world.channel(GOLD, BLUE), world.channel(BLUE, GOLD));
@@ -154,7 +161,10 @@ mod tests {
         let id = world.add_obstacle(&obstacle(5.0, 3.0, 0.1, 2.0));
         assert!(world.channel(BLUE, GOLD).blocked && world.channel(GOLD, BLUE).blocked);
         world.move_robot(GOLD, Vec2::new(4.5, 4.0), None).unwrap();
-        assert!(world.channel(BLUE, GOLD).is_clear(), "in front of the obstacle");
+        assert!(
+            world.channel(BLUE, GOLD).is_clear(),
+            "in front of the obstacle"
+        );
         world.move_robot(GOLD, Vec2::new(8.0, 4.0), None).unwrap();
         assert!(world.remove_obstacle(id));
         assert!(world.channel(BLUE, GOLD).is_clear());

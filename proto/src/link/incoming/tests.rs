@@ -336,7 +336,10 @@ fn a_damaged_message_may_be_late_and_doubled() {
     });
     let (counts, _) = send(1, 1, 400, link);
     let arrived = counts["damaged"] + counts["delayed"];
-    assert!(counts["damaged"] > 50 && counts["delayed"] > 50, "{counts:?}");
+    assert!(
+        counts["damaged"] > 50 && counts["delayed"] > 50,
+        "{counts:?}"
+    );
     assert!(counts["pending"] - arrived <= 1, "{counts:?}");
     assert!(arrived - counts["duplicate"] <= 1, "{counts:?}");
     assert!(!counts.contains_key("received"));
@@ -471,8 +474,10 @@ fn the_number_of_kept_messages_is_limited() {
 
 #[test]
 fn a_message_of_another_kind_does_not_change_the_draws() {
-    let drawn =
-        |seed, sender, tick, index| Draws::new(seed, RECEIVER, &broadcast(sender, tick, 7), index);
+    let draw = |seed, broadcast: &Broadcast, index| {
+        Draws::new(seed, RECEIVER, broadcast, draws::block(broadcast, index))
+    };
+    let drawn = |seed, sender, tick, index| draw(seed, &broadcast(sender, tick, 7), index);
     let draws = [
         drawn(1, 0, 4, 0),
         drawn(2, 0, 4, 0),
@@ -484,10 +489,7 @@ fn a_message_of_another_kind_does_not_change_the_draws() {
         assert!(draws[..place].iter().all(|other| other != one));
     }
     // The index among all broadcasts of a tick depends on other kinds, so it does not affect the draws.
-    assert_eq!(
-        Draws::new(1, RECEIVER, &broadcast(0, 4, 0), 0),
-        drawn(1, 0, 4, 0)
-    );
+    assert_eq!(draw(1, &broadcast(0, 4, 0), 0), drawn(1, 0, 4, 0));
 }
 
 /// One tick of a script.

@@ -374,7 +374,10 @@ fn damage_is_attributed_to_its_fault_also_when_it_arrives_late() {
     let mut links = with(&faults);
     let state = links.state(GOLD, BLUE).unwrap();
     assert_eq!(state.corrupt, Probability::from_share(0.375));
-    assert!(state.checksum, "one of the faults leaves the checksum intact");
+    assert!(
+        state.checksum,
+        "one of the faults leaves the checksum intact"
+    );
     assert_eq!(causes(&links, GOLD, 9, Corrupted), [0, 1]);
     assert!(!with(&faults[..1]).state(GOLD, BLUE).unwrap().checksum);
     assert_eq!(with(&faults[..1]).state(GOLD, GREEN), None);
