@@ -327,6 +327,32 @@ fn bit_errors_damage_the_expected_share_of_messages() {
     }
 }
 
+/// The expected payloads are those of `corrupted` in tests/python/agent.py, an independent implementation.
+#[test]
+fn the_flipped_bits_are_those_of_the_specification() {
+    let link = state(|link| link.corrupt = Probability::from_share(0.05));
+    let mut links = links(7);
+    let mut damaged = Vec::new();
+    for tick in 1..=60 {
+        let messages = receive(&mut links, tick, &[(1, 1, link)], &[]);
+        if messages.receptions[0].delivery != Damaged {
+            continue;
+        }
+        let BroadcastContent::Bulletin(bulletin) = &messages.inbox[0].body else {
+            panic!("a message of another kind");
+        };
+        damaged.push((tick - 1, bulletin.payload.clone()));
+    }
+    let payloads = [
+        (13, [5, 3, 7, 7]),
+        (39, [7, 7, 39, 7]),
+        (44, [3, 167, 6, 5]),
+        (54, [7, 7, 7, 6]),
+    ];
+    let payloads = payloads.map(|(tick, bytes)| (tick, Payload::Open(bytes.to_vec())));
+    assert_eq!(damaged, payloads);
+}
+
 #[test]
 fn a_damaged_message_may_be_late_and_doubled() {
     let link = state(|link| {
