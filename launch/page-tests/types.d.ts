@@ -71,6 +71,16 @@ export type Corner = {
   state: BehaviorState;
 };
 
+/** Bit errors in messages on directed links. */
+export type Corruption = {
+  /** True if receivers drop damaged messages. Otherwise they receive the damaged messages that can be decoded. */
+  checksum: boolean;
+  from: LinkEnd;
+  /** The probability that a bit of the payload flips, 0 to 1. Bits are independent of each other. */
+  p: number;
+  to: LinkEnd;
+};
+
 /** Delay of messages on directed links. */
 export type Delay = {
   /** The delay of every message, s. */
@@ -82,7 +92,7 @@ export type Delay = {
 };
 
 /** The delivery of a broadcast at one receiver. */
-export type Delivery = "Received" | "Lost" | "Delayed" | "Duplicate" | "Dropped" | "Cut" | "Pending";
+export type Delivery = "Received" | "Lost" | "Delayed" | "Duplicate" | "Dropped" | "Cut" | "Pending" | "Faded" | "Blocked" | "Corrupted" | "Damaged";
 
 /** The name of a sensing device: one of [`Device::COMMON`] or one of the mission's own. */
 export type Device = string;
@@ -139,6 +149,8 @@ export type Fault = {
   "move-robot": MoveRobot;
 } | {
   skill: SkillFault;
+} | {
+  corrupt: Corruption;
 };
 
 /** The present state of a fault. */

@@ -66,6 +66,7 @@ pub(crate) fn radio(neighbors: usize, robots: usize, room: &Room) -> Radio {
     let range_m = (area * neighbors as f64 / (std::f64::consts::PI * robots as f64)).sqrt();
     Radio {
         range_m: (robots > neighbors).then_some(range_m.ceil() as f32),
+        ..Radio::default()
     }
 }
 

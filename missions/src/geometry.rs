@@ -2,10 +2,19 @@
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use scenario::limits::LONGEST_M;
 
 /// Returns the unit vector of a direction, rad counter-clockwise from x.
 pub(crate) fn direction(angle_rad: f32) -> Vec2 {
     Vec2::new(libm::cosf(angle_rad), libm::sinf(angle_rad))
+}
+
+/// The largest coordinate of a received place, m. Faulty sensors report places outside the room, but not so far away.
+const FARTHEST_M: f32 = 10.0 * LONGEST_M as f32;
+
+/// Checks whether a received place can exist. A damaged or forged message may contain any numbers.
+pub(crate) fn is_possible_place(at: Vec2) -> bool {
+    at.abs().cmple(Vec2::splat(FARTHEST_M)).all()
 }
 
 /// Returns the first `N` of all found numbers, given with squared distances. Sorts them by distance and then by number.
@@ -31,6 +40,15 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn places_far_away_are_impossible() {
+        for coordinate in [f32::NAN, f32::INFINITY, f32::MAX, -1e5] {
+            let place = Vec2::new(1.0, coordinate);
+            assert!(!is_possible_place(place), "{place}");
+        }
+        assert!(is_possible_place(Vec2::new(-3.0, 900.0)));
+    }
 
     proptest! {
         #[test]

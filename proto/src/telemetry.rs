@@ -134,8 +134,17 @@ pub enum Delivery {
     Dropped,
     /// Cut off: mute, deaf, partition, out of range, or due when the receiver did not take part.
     Cut,
-    /// In flight. [`Delivery::Delayed`] or [`Delivery::Cut`] follows, unless the receiver or the run ends first.
+    /// In flight. [`Delivery::Delayed`], [`Delivery::Damaged`] or [`Delivery::Cut`] follows, unless the receiver or the run
+    /// ends first.
     Pending,
+    /// Lost by fading.
+    Faded,
+    /// Lost because an obstacle lies between sender and receiver.
+    Blocked,
+    /// Lost because of bit errors: a checksum does not match, or the payload cannot be decoded.
+    Corrupted,
+    /// Received with bit errors, at once or late. The logged content is that of the damaged message.
+    Damaged,
 }
 
 impl Delivery {
@@ -150,6 +159,26 @@ impl Delivery {
             Self::Dropped => "dropped",
             Self::Cut => "cut",
             Self::Pending => "pending",
+            Self::Faded => "faded",
+            Self::Blocked => "blocked",
+            Self::Corrupted => "corrupted",
+            Self::Damaged => "damaged",
+        }
+    }
+
+    /// Returns true if the receiver misses the message.
+    #[must_use]
+    pub fn is_missed(self) -> bool {
+        match self {
+            Self::Lost
+            | Self::Dropped
+            | Self::Cut
+            | Self::Faded
+            | Self::Blocked
+            | Self::Corrupted => true,
+            Self::Received | Self::Delayed | Self::Duplicate | Self::Pending | Self::Damaged => {
+                false
+            }
         }
     }
 }

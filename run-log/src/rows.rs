@@ -352,7 +352,7 @@ table! {
         progress: Option<u32>,
         /// The time of sending.
         sent_ms: SimTime,
-        /// The way in which the broadcast was delivered or lost.
+        /// `received`, `delayed`, `damaged` (bit errors), `duplicate` or `pending`; lost are `dropped` and `cut` (faults), `faded`, `blocked` (obstacle), `corrupted` (bit errors) and `lost` (network).
         delivery: String,
     }
 }

@@ -22,6 +22,7 @@ mod parameters;
 mod path;
 mod profile;
 mod properties;
+mod radio;
 mod reading;
 mod resolve;
 pub mod rng;
@@ -59,6 +60,7 @@ pub use parameters::{ParameterDefault, ParameterRange, ParameterSpec};
 pub use path::KeyPath;
 pub use profile::{LearnedTimes, LearnedTimesByTask, Profile};
 pub use properties::{ParameterFile, SkippedKey};
+pub use radio::{Fading, Radio, Walls};
 pub use resolve::Resolved;
 pub use roster::Roster;
 pub use setup::{Setup, SetupFile};
@@ -98,7 +100,7 @@ pub struct Scenario {
     pub skills: BTreeMap<String, f64>,
     /// The sensor ranges of all robots.
     pub sensors: Sensors,
-    /// The radio range of all robots.
+    /// The radio of all robots.
     #[serde(skip_serializing_if = "Radio::is_unlimited")]
     pub radio: Radio,
     /// The robots' batteries; absent disables the energy simulation.
@@ -303,22 +305,6 @@ impl Default for Sensors {
             avoidance_range_m: 0.4,
             item_range_m: 1.0,
         }
-    }
-}
-
-/// Properties of the radio of all robots.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Radio {
-    /// The maximum distance between the centers of robots that receive each other, m; absent is unlimited.
-    pub range_m: Option<f32>,
-}
-
-impl Radio {
-    /// Returns true if each robot receives all others.
-    #[must_use]
-    pub fn is_unlimited(&self) -> bool {
-        self.range_m.is_none()
     }
 }
 

@@ -27,6 +27,8 @@ pub enum Purpose {
     Targets = 8,
     /// The random choices of a robot's allocator.
     Allocation = 9,
+    /// Bit errors of messages on a link.
+    Corruption = 10,
 }
 
 /// Returns the stream of a purpose that belongs to no robot.

@@ -63,9 +63,7 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
         POWER.check(["energy", "idle_w"], energy.idle_w)?;
         POWER.check(["energy", "drive_w"], energy.drive_w)?;
     }
-    if let Some(range_m) = scenario.radio.range_m {
-        above_zero(1e4, "m").check(["radio", "range_m"], range_m)?;
-    }
+    scenario.radio.check()?;
     mission(scenario, catalog)?;
     robots(scenario, catalog)?;
     obstacles(scenario)?;

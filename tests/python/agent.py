@@ -24,7 +24,7 @@ import time
 import xxhash
 import zenoh
 
-VERSION = 12
+VERSION = 13
 
 # The structs with their fields in order, "NAME TYPE". TYPE is a number type, bool, str, bytes or another type; [T] is a list, ?T an option.
 STRUCTS = {
@@ -32,7 +32,8 @@ STRUCTS = {
     "Welcome": "robot u16, incarnation u32, first_tick u64, setup str, pairs ?[u128]",
     "TickMessage": "incarnation u32, tick u64, now u64, last_counted ?u64, manifest [ManifestEntry], held [u16], readings Readings",
     "ManifestEntry": "sender u16, tick u64, incarnation u32, count u16, link ?LinkState",
-    "LinkState": "cut bool, hold bool, drop u64, delay u64, jitter u64, duplicate u64, reorder u64",
+    "LinkState": "cut bool, hold bool, drop u64, delay u64, jitter u64, duplicate u64, reorder u64,"
+    " blocked bool, fade u64, corrupt u64, checksum bool",
     "TaskOffer": "robot u16, behavior u16, task u16, utility f64",
     "Readings": "pose ?Pose, front_border ??f32, side_border ??f32, proximity ?Proximity, ground ?Ground, energy_j ?f32, mission SensorReading",
     "Pose": "position Vec2, heading_rad f32",
@@ -92,7 +93,7 @@ ENUMS = {
     "BehaviorState": "Hibernating, Waiting, Active",
     "Reason": "Threshold, NotApplicable, Suppressed, ResetBy u16, AcquiescedPsi, GaveUpLambda, Arbitration, WaitOver, WaitBound, Chosen,"
     " Reassigned, Claimed, Outbid, Awarded, LeaseEnded, NoProgress, Drawn",
-    "Delivery": "Received, Lost, Delayed, Duplicate, Dropped, Cut, Pending",
+    "Delivery": "Received, Lost, Delayed, Duplicate, Dropped, Cut, Pending, Faded, Blocked, Corrupted, Damaged",
     "BroadcastKind": "Heartbeat, FirstBulletin, SecondBulletin, Allocation",
     "TaskState": "Executing, Waiting, Idle, Released",
     "BroadcastContent": "Heartbeat Heartbeat, Bulletin Bulletin, Allocation AllocationMessage",
@@ -132,10 +133,20 @@ class Reader:
         self.at += length
         return piece
 
-    def number(self):
+    def number(self, bits=64):
         first = self.take(1)[0]
-        width = {251: 2, 252: 4, 253: 8, 254: 16}.get(first, 0)
-        return int.from_bytes(self.take(width), "little") if width else first
+        if first <= 250:
+            return first
+        width = 2 << (first - 251)
+        if 8 * width > min(bits, 128):
+            raise ValueError("the number is too wide")
+        return int.from_bytes(self.take(width), "little")
+
+    def flag(self):
+        first = self.take(1)[0]
+        if first > 1:
+            raise ValueError("neither 0 nor 1")
+        return bool(first)
 
     def value(self, of):
         if of in STRUCTS:
@@ -143,14 +154,14 @@ class Reader:
         if of in TUPLES:
             return tuple(self.value(kind) for _, kind in TUPLES[of])
         if of in ENUMS:
-            name, kind = ENUMS[of][self.number()]
+            name, kind = ENUMS[of][self.number(32)]
             if kind[:1] != "(":
                 return (name, self.value(kind))
             return (name, {field: self.value(each) for field, each in pairs(kind[1:-1], "; ")})
         if of in ("", "nothing"):
             return None
         if of[0] == "?":
-            return self.some(of[1:]) if self.take(1)[0] else None
+            return self.some(of[1:]) if self.flag() else None
         if of[0] == "[":
             return [self.value(of[1:-1]) for _ in range(self.number())]
         if of == "3Hit":
@@ -160,7 +171,7 @@ class Reader:
             return data.decode() if of == "str" else data
         if of in ("f32", "f64"):
             return struct.unpack("<f" if of == "f32" else "<d", self.take(4 if of == "f32" else 8))[0]
-        return bool(self.take(1)[0]) if of == "bool" else self.number()
+        return self.flag() if of == "bool" else self.number(int(of[1:]))
 
     def some(self, of):
         return (self.value(of),) if of[0] == "?" else self.value(of)
@@ -400,12 +411,12 @@ class Links:
                     continue
                 kind = kind_of(broadcast)
                 index = indices[kind] = indices.get(kind, -1) + 1
-                delivery, wait, due, twice = self.delivery(entry["link"], broadcast, kind, index, now)
+                delivery, wait, due, twice, broadcast = self.delivery(entry["link"], broadcast, kind, index, now)
                 at = due if wait == "due" else now
                 receptions.append(self.reception(broadcast, broadcast["tick"], delivery, at, broadcast))
                 if wait:
                     self.kept.append((broadcast, wait, due, twice))
-                if delivery == "Received":
+                if delivery in ("Received", "Damaged"):
                     received.append(broadcast)
                     self.copy(broadcast, now, twice)
         broadcasts = sorted(received + late, key=order)
@@ -424,28 +435,33 @@ class Links:
             if wait != "due" or due > now:
                 kept.append((broadcast, wait, due, twice))
                 continue
-            delivery = "Cut" if due < now else "Delayed"
+            delivery = "Cut" if due < now else "Damaged" if "is_damaged" in broadcast else "Delayed"
             receptions.append(self.reception(broadcast, broadcast["tick"], delivery, due, broadcast))
-            if delivery == "Delayed":
+            if delivery != "Cut":
                 received.append(broadcast)
                 self.copy(broadcast, due, twice)
         self.kept = kept
         return received, receptions
 
     def delivery(self, link, broadcast, kind, index, now):
-        """Returns the delivery of the `index`-th message of its kind in its tick, with its wait condition, due time and duplicate flag."""
+        """Returns the delivery of the `index`-th message of its kind in its tick, with its wait condition, due time and duplicate flag,
+        and the message with its bit errors."""
         if link is None:
-            return "Received", None, now, False
+            return "Received", None, now, False, broadcast
         stream = 3 << 32 | broadcast["sender"] << 16 | self.rank
         number = [kind for kind, _ in ENUMS["BroadcastKind"]].index(kind)
-        drop, jitter, duplicate, reorder, *_ = chacha8(self.seed, stream, broadcast["tick"] << 19 | number << 16 | index)
+        block = broadcast["tick"] << 19 | number << 16 | index
+        drop, jitter, duplicate, reorder, fade, *_ = chacha8(self.seed, stream, block)
         delay = link["delay"] + ((link["jitter"] + 1) * jitter >> 32)
         due = now + -(-delay // self.step_ms) * self.step_ms
         overtakes = any(other["sender"] == broadcast["sender"] and wait == "overtaken" for other, wait, _, _ in self.kept)
-        if link["cut"]:
-            return "Cut", None, now, False
-        if drop < link["drop"]:
-            return "Dropped", None, now, False
+        lost = ["Cut"] * link["cut"] + ["Blocked"] * link["blocked"] + ["Faded"] * (fade < link["fade"]) + ["Dropped"] * (drop < link["drop"])
+        if lost:
+            return lost[0], None, now, False, broadcast
+        passed = self.corrupted(link, broadcast, block)
+        if passed is None:
+            return "Corrupted", None, now, False, broadcast
+        twice = duplicate < link["duplicate"]
         if link["hold"]:
             wait, due = "held", now
         elif reorder < link["reorder"] and not overtakes:
@@ -453,10 +469,29 @@ class Links:
         elif due > now:
             wait = "due"
         else:
-            return "Received", None, now, duplicate < link["duplicate"]
+            return "Damaged" if "is_damaged" in passed else "Received", None, now, twice, passed
         if len(self.kept) >= self.CAPACITY:
-            return "Dropped", None, now, False
-        return "Pending", wait, due, duplicate < link["duplicate"]
+            return "Dropped", None, now, False, broadcast
+        return "Pending", wait, due, twice, passed
+
+    def corrupted(self, link, broadcast, block):
+        """Returns the message with its bit errors, or `None` if the receiver drops it. A bit flips by its word of the stream."""
+        if not link["corrupt"]:
+            return broadcast
+        payload, flips = bytearray(encode("BroadcastContent", broadcast["body"])), 0
+        for bit in range(8 * len(payload)):
+            if bit % 16 == 0:
+                words = chacha8(self.seed, 10 << 32 | broadcast["sender"] << 16 | self.rank, (block << 17) + bit // 16)
+            if words[bit % 16] < link["corrupt"]:
+                payload[bit // 8] ^= 1 << bit % 8
+                flips += 1
+        if not flips:
+            return broadcast
+        try:
+            body = decode("BroadcastContent", bytes(payload))
+        except (ValueError, IndexError, UnicodeDecodeError):
+            return None
+        return None if link["checksum"] else broadcast | {"body": body, "is_damaged": True}
 
     def copy(self, broadcast, at, twice):
         if twice:

@@ -120,7 +120,8 @@ impl<'a> Robot<'a> {
     ) -> Self {
         let joined = |event: &&EventRow| event.kind == "joined" && event.robot == name;
         let is_received = |row: &&MessageRow| {
-            row.receiver == name && (row.delivery == "received" || row.delivery == "delayed")
+            let is_delivered = ["received", "delayed", "damaged"].contains(&&*row.delivery);
+            row.receiver == name && is_delivered
         };
         let mut received: Vec<&MessageRow> = messages.iter().filter(is_received).collect();
         received.sort_by_key(|row| {

@@ -78,7 +78,9 @@ fn values(order: &Order, argument: &FaultArgument) -> Vec<Order> {
         return Vec::new();
     };
     let simpler: Vec<toml::Value> = match (argument.range, value) {
-        (FaultRange::Flag, toml::Value::Boolean(true)) => vec![false.into()],
+        (FaultRange::Flag, toml::Value::Boolean(flag)) if *flag != argument.default_flag() => {
+            vec![argument.default_flag().into()]
+        }
         (FaultRange::Choice(choices), toml::Value::String(name)) => {
             let names = choices.iter().map(|(name, _)| *name);
             let before = names.take_while(|other| other != name);

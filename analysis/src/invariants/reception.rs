@@ -1,8 +1,8 @@
 //! Reception between robots under the faults in force.
 
 use proto::control::Phase;
-use scenario::Scenario;
 use scenario::fault::{Fault, FaultGroup, LinkEnd};
+use scenario::{Scenario, Walls};
 
 use super::WorldState;
 
@@ -10,7 +10,8 @@ use super::WorldState;
 const MARGIN_M: f32 = 0.5;
 
 /// Returns whether two robots, by rank, receive each other without loss and delay. Both must take part, and no fault
-/// may affect a link between them. Duplicates do not matter.
+/// may affect a link between them. Duplicates do not matter. Under fading, and with walls that block, reception is
+/// undetermined.
 #[must_use]
 pub fn hear_each_other(scenario: &Scenario, state: &WorldState, one: usize, other: usize) -> bool {
     let takes_part = |rank: usize| state.robots[rank].takes_part;
@@ -19,7 +20,9 @@ pub fn hear_each_other(scenario: &Scenario, state: &WorldState, one: usize, othe
         .faults
         .iter()
         .filter(|fault| fault.phase == Phase::InForce);
-    takes_part(one)
+    scenario.radio.fading.is_none()
+        && scenario.radio.walls == Walls::Pass
+        && takes_part(one)
         && takes_part(other)
         && apart_m(state, one, other) <= range_m - MARGIN_M
         && !in_force.into_iter().any(|fault| {
@@ -45,6 +48,7 @@ fn affects(scenario: &Scenario, state: &WorldState, fault: &Fault, from: usize, 
         Fault::Delay(spec) => link(&spec.from, &spec.to),
         Fault::Reorder(spec) => link(&spec.from, &spec.to),
         Fault::Hold(spec) => link(&spec.from, &spec.to),
+        Fault::Corrupt(spec) => link(&spec.from, &spec.to),
         Fault::Mute(robot) => robot == name(from),
         Fault::Deaf(robot) => robot == name(to),
         Fault::Partition(spec) => {

@@ -27,15 +27,11 @@ impl Transmission {
     /// Returns the transmission of a reception, or `None` while the message is in flight.
     #[must_use]
     pub fn new(message: &MessageView) -> Option<Self> {
-        let is_lost = match message.reception.delivery {
-            Delivery::Received | Delivery::Delayed | Delivery::Duplicate => false,
-            Delivery::Lost | Delivery::Dropped | Delivery::Cut => true,
-            Delivery::Pending => return None,
-        };
-        Some(Self {
+        let delivery = message.reception.delivery;
+        (delivery != Delivery::Pending).then(|| Self {
             sender: message.reception.sender,
             receiver: message.receiver,
-            is_lost,
+            is_lost: delivery.is_missed(),
         })
     }
 }

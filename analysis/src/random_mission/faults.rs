@@ -3,8 +3,8 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use scenario::fault::{
-    Device, EventTrigger, Fault, FaultKind, FaultRange, FaultSpec, LinkEnd, LinkSelection,
-    ModeForm, ModeSize, MoveRobot, Order, RangeFault, SkillFault, TriggerEvent,
+    Corruption, Device, EventTrigger, Fault, FaultKind, FaultRange, FaultSpec, LinkEnd,
+    LinkSelection, ModeForm, ModeSize, MoveRobot, Order, RangeFault, SkillFault, TriggerEvent,
 };
 use scenario::ids::BehaviorId;
 use scenario::{Catalog, Obstacle, Robot, Scenario};
@@ -314,6 +314,18 @@ impl Dice<'_> {
             "range" => {
                 let range_m = self.between(1.0, 8.0) as f32;
                 Fault::Range(RangeFault { range_m })
+            }
+            "corrupt" => {
+                let LinkSelection { from, to } = self.link();
+                // Messages have some hundred bits.
+                let p = self.between(0.000_1, 0.01);
+                let checksum = self.rng.random_bool(0.5);
+                Fault::Corrupt(Corruption {
+                    from,
+                    to,
+                    p,
+                    checksum,
+                })
             }
             "sensor" => {
                 let robot = self.robot();

@@ -1,5 +1,6 @@
 //! The contents of a full or compact log, sorted by robot and behavior set into spans, times and levels.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::thread::{self, ScopedJoinHandle};
 
@@ -16,6 +17,7 @@ use scenario::time::SimTime;
 use scenario::{Catalog, Obstacle, Setup};
 use world_server::simulation::Simulation;
 
+use super::links::LinkHistory;
 use super::robot_history::{ReceivedClaim, RobotHistory, SetHistory, TrackPoint};
 use super::spans::{Span, Spans};
 
@@ -32,6 +34,8 @@ pub struct History {
     pub end: SimTime,
     /// The robots' log data, by rank.
     pub robots: Vec<RobotHistory>,
+    /// The messages by the ranks of sender and receiver.
+    pub links: BTreeMap<(usize, usize), LinkHistory>,
     pub events: Vec<EventRow>,
     pub mission: Vec<MissionRow>,
     /// The visible marks of the mission at the start.
@@ -99,6 +103,7 @@ impl History {
             (joined(levels), joined(messages), poses.map(|()| history))
         });
         let (mut history, messages, poses) = (levels?, messages?, poses?);
+        history.links = messages.links;
         let read = messages.robots.into_iter().zip(poses.robots);
         for (robot, (messages, poses)) in history.robots.iter_mut().zip(read) {
             robot.received_claims = messages.received_claims;
@@ -152,6 +157,7 @@ impl History {
             step,
             end,
             robots,
+            links: BTreeMap::new(),
             catalog,
             events: Vec::new(),
             mission: Vec::new(),
@@ -273,7 +279,10 @@ impl History {
     /// Adds a row of messages.csv. Rows must come in file order.
     pub fn add_message(&mut self, row: &MessageRow) -> Result<(), HistoryError> {
         const TABLE: &str = "messages.csv";
-        let received = matches!(row.delivery.as_str(), "received" | "delayed");
+        let sender = self.known_rank(TABLE, &row.sender)?;
+        let receiver = self.known_rank(TABLE, &row.receiver)?;
+        self.links.entry((sender, receiver)).or_default().add(row);
+        let received = matches!(row.delivery.as_str(), "received" | "delayed" | "damaged");
         // A bulletin that names a task counts as a claim of that task.
         let bulletins = self.catalog.mission.vocabulary().bulletins;
         let names_task = bulletins.contains(&row.kind.as_str()) && !row.task.is_empty();
@@ -281,11 +290,12 @@ impl History {
         if !received || !(claims || row.state == "waiting") {
             return Ok(());
         }
-        let sender = self.known_rank(TABLE, &row.sender)?;
-        let receiver = self.known_rank(TABLE, &row.receiver)?;
-        let task = self
-            .task_named(&row.task)
-            .ok_or_else(|| unknown(TABLE, &row.task))?;
+        let task = match self.task_named(&row.task) {
+            Some(task) => task,
+            // A damaged message may name no task. The receiver ignores it.
+            None if row.delivery == "damaged" => return Ok(()),
+            None => return Err(unknown(TABLE, &row.task)),
+        };
         let claim = ReceivedClaim {
             at: row.t_ms,
             sender,

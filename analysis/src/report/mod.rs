@@ -16,6 +16,7 @@ pub(crate) mod failures;
 mod faults;
 pub(crate) mod figures;
 pub(crate) mod history;
+mod links;
 mod made;
 pub(crate) mod metrics;
 pub(crate) mod page;

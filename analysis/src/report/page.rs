@@ -8,6 +8,7 @@ use scenario::time::SimTime;
 use super::failures::{DetectionSign, Loss, OrphanOutcome, Takeover, TakeoverCause};
 use super::faults::{FaultMark, FaultMarkPhase, faults};
 use super::history::History;
+use super::links::links;
 use super::made::RunOrigin;
 use super::metrics::{Metrics, Recurring};
 use super::verdict::verdict;
@@ -34,6 +35,7 @@ pub(super) fn definitions() -> Markup {
             dt { "idle share" } dd { "Part of the time present in which none of the robot's behavior sets was active; waiting counts as idle." }
             dt { "activations per minute" } dd { "How often a behavior set of the robot became active, per minute present." }
             dt { "messages and bytes per second" } dd { "Broadcasts of the robot, each counted once, and their payloads (encoded and sealed, without the overhead of zenoh and TCP), per second present. Taken from run.json; unknown for a killed run." }
+            dt { "delivered" } dd { "Share of a link's messages that its receiver got, at once, late or with bit errors. Second copies and messages in flight do not count. Messages beyond the radio range are not in the log." }
             dt { "applicable" } dd { "Time in which a behavior set for the task had sensory feedback 1 in a robot that was present." }
             dt { "orphan" } dd { "Part of the time applicable in which no robot was productive. A robot is productive from its activation for the task to the last effect of that stint: an event that changed a column of mission.csv, or progress that the robot noted. The time after the last effect, and a stint without effects, are not productive." }
             dt { "unattended" } dd { "Part of the time applicable in which no behavior set for the task was active in any robot that was present." }
@@ -105,8 +107,10 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
         let title = format!("Events: {}", recurring.event);
         (title, moments(part.history, recurring))
     });
+    let links = links(part.history).map(|table| ("Links".to_owned(), table));
     let sections = tables(part).map(|(title, table)| (title.to_owned(), table));
-    let sections: Vec<(String, Markup)> = sections.into_iter().chain(recurring).collect();
+    let sections = sections.into_iter().chain(links).chain(recurring);
+    let sections: Vec<(String, Markup)> = sections.collect();
     let body = html! {
         h1 { (title) }
         p { (scenario.description) }

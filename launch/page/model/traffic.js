@@ -6,7 +6,7 @@ const MAX_BROADCASTS = 400;
 const LINK_MESSAGES = 20;
 const LINK_WINDOW_MS = 30_000;
 
-const LOST = new Set(["Lost", "Dropped", "Cut"]);
+const LOST = new Set(["Lost", "Dropped", "Cut", "Faded", "Blocked", "Corrupted"]);
 
 export class Traffic {
   /**

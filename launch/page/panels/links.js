@@ -1,6 +1,7 @@
 // The table of radio links, senders down and receivers across, with recent losses. A large team has only the links of
 // the selected robot. A click opens the menu of a link.
 
+import { reception } from "../model/channel.js";
 import { affectsLink, inForce, linkState } from "../model/faults.js";
 import { attribute, byId, el, text } from "../ui/dom.js";
 import { closeMenu, numberField, openMenu } from "../ui/menu.js";
@@ -79,7 +80,7 @@ export class Links {
   }
 
   draw() {
-    const { view, names, traffic, now } = this.#model;
+    const { view, names, traffic, now, run } = this.#model;
     if (!isShown("links") || !view) return;
     const isSmall = names.length <= ALL_LINKS;
     this.#build(isSmall ? "all" : this.#choices.selected);
@@ -99,7 +100,9 @@ export class Links {
       attribute(button, "data-loss", link.count ? loss.toFixed(2) : "");
       attribute(button, "data-disturbed", isDisturbed ? "yes" : "no");
       const words = `${state === "cut" ? "cut, " : ""}${link.count ? losses(link) : "no recent messages"}`;
-      const description = `${words}${isDisturbed ? ", affected by a fault" : ""}`;
+      const places = [from, to].map((rank) => view.robots[rank].pose.position);
+      const expected = run.scenario.radio ? `, ${percent(reception(run.scenario.radio, ...places, view.obstacles))} expected to arrive` : "";
+      const description = `${words}${expected}${isDisturbed ? ", affected by a fault" : ""}`;
       // The name contains the visible text, so that a user of voice control can say it.
       attribute(button, "aria-label", `${names[from]} to ${names[to]}: ${shown}, ${description}`);
       attribute(button, "title", `${names[from]} to ${names[to]}: ${description}`);

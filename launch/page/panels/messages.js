@@ -11,7 +11,7 @@ const MAX_NAMED = 6;
 /** Kinds of bulletins; the mission has the names. */
 const BULLETINS = ["FirstBulletin", "SecondBulletin"];
 
-const isGood = (delivery) => delivery === "Received" || delivery === "Delayed";
+const isGood = (delivery) => ["Received", "Delayed", "Damaged"].includes(delivery);
 
 export class Messages {
   #model;

@@ -15,7 +15,7 @@ function controls({ key, label: words, unit, about, form, from, to, is_whole, is
     case "name":
       return single(selectField(words, names.map(named), attributes), (input) => input.value);
     case "flag":
-      return single(selectField(words, [["", "no"], named("yes")], attributes), (input) => input.value === "yes");
+      return single(selectField(words, value === 1 ? [named("yes"), named("no")] : [named("no"), named("yes")], attributes), (input) => input.value === "yes");
     case "groups": {
       const options = { ...attributes, required: true, placeholder: "blue,gold / green" };
       return single(textField(words, options), (input) => groupsIn(input.value));

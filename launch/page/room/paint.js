@@ -344,10 +344,13 @@ export function paintRays(c, p, robot, scenario, palette) {
   }
 }
 
-/** Draws a radio line. `link` is `{count, loss, isCut}`. `isDisturbed`: a fault in force may affect it. */
-export function paintRadio(c, { a, b }, { count, loss, isCut }, isDisturbed, palette) {
+/**
+ * Draws a radio line. `link` is `{count, loss, isCut, expected}`. A line is fainter the fewer messages are `expected` to
+ * arrive by the scenario. `isDisturbed`: a fault in force may affect it.
+ */
+export function paintRadio(c, { a, b }, { count, loss, isCut, expected }, isDisturbed, palette) {
   c.strokeStyle = isCut ? palette.bad : loss > 0 || isDisturbed ? palette.warn : palette["ink-2"];
-  c.globalAlpha = count === 0 && !isDisturbed ? 0.35 : 0.85;
+  c.globalAlpha = (count === 0 && !isDisturbed ? 0.35 : 0.85) * (0.2 + 0.8 * expected);
   c.lineWidth = loss > 0 || isDisturbed ? 2 : 1.2;
   c.setLineDash(isCut ? [2, 5] : loss > 0 || isDisturbed ? [8, 4] : []);
   c.beginPath();

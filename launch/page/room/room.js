@@ -1,5 +1,6 @@
 // The room from above: draws it to scale and finds the object under the pointer.
 
+import { reception } from "../model/channel.js";
 import { affectsLink, inForce, linkState } from "../model/faults.js";
 import { TOOK_OVER } from "../model/events.js";
 import { progress } from "../model/mission.js";
@@ -170,13 +171,15 @@ export class Room {
   }
 
   #drawRadio(c) {
-    const { names, traffic, now, picture: view } = this.#model;
+    const { names, traffic, now, picture: view, run } = this.#model;
     const faults = inForce(view);
     for (const line of this.#lines()) {
       const [from, to] = [names[line.from], names[line.to]];
       const isDisturbed = faults.some((fault) => affectsLink(fault, from, to));
       const state = linkState(traffic.link(line.from, line.to, now), faults, from, to);
-      paint.paintRadio(c, line, state, isDisturbed, this.#palette);
+      const [at, there] = [line.from, line.to].map((rank) => view.robots[rank].pose.position);
+      const expected = reception(run.scenario.radio, at, there, view.obstacles);
+      paint.paintRadio(c, line, { ...state, expected }, isDisturbed, this.#palette);
     }
   }
 

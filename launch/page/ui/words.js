@@ -51,8 +51,9 @@ export function faultInWords(fault, kinds) {
   const values = typeof content === "string" ? { [kind.arguments[0].key]: content } : content;
   const words = kind.arguments.flatMap(({ key, option, default: usual, is_time }) => {
     const value = values[key] ?? null;
-    if (value === null || value === false || (option !== null && value === usual)) return [];
-    if (value === true) return [`--${option}`];
+    if (value === null || (option !== null && value === usual)) return [];
+    // The option of a flag changes its default.
+    if (typeof value === "boolean") return value === (usual === 1) ? [] : [`--${option}`];
     const shown = valueInWords(value) + (is_time ? "s" : "");
     return [option === null ? shown : `--${option} ${shown}`];
   });
@@ -147,4 +148,8 @@ export const DELIVERIES = {
   Dropped: { sign: "✗", word: "dropped by a fault" },
   Cut: { sign: "⊘", word: "cut" },
   Duplicate: { sign: "⧉", word: "received twice" },
+  Faded: { sign: "✗", word: "lost by fading" },
+  Blocked: { sign: "⊘", word: "blocked by an obstacle" },
+  Corrupted: { sign: "✗", word: "lost by bit errors" },
+  Damaged: { sign: "≠", word: "received with bit errors" },
 };

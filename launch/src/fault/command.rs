@@ -170,7 +170,10 @@ fn values(spec: &FaultSpec, matches: &ArgMatches) -> Result<Table, Problem> {
                 let words = matches.get_many::<String>(argument.key);
                 Some(groups(words.into_iter().flatten()))
             }
-            ValueKind::Flag => Some(Value::Boolean(matches.get_flag(argument.key))),
+            ValueKind::Flag => {
+                let is_stated = matches.get_flag(argument.key);
+                Some(Value::Boolean(is_stated != argument.default_flag()))
+            }
             ValueKind::Mode(mode) => {
                 let size = matches.get_one::<String>(SIZE).map(String::as_str);
                 let deg = mode.deg.and_then(|_| matches.get_one::<f64>(DEG).copied());

@@ -3,14 +3,16 @@
 //! The link state of the tick whose manifest lists a message determines its delivery. Later changes of the link have no
 //! effect on it. The rules apply in this order:
 //!
-//! 1. **cut** or **dropped**: the message is lost.
-//! 2. **held**: the message is kept until the world no longer lists its sender as held, and is received in that tick. A
+//! 1. **cut**, **blocked**, **faded** or **dropped**: the message is lost.
+//! 2. **corrupted**: bits of the payload flip. The message is lost if a checksum detects that, or if it cannot be decoded.
+//!    Otherwise the damaged message takes its place.
+//! 3. **held**: the message is kept until the world no longer lists its sender as held, and is received in that tick. A
 //!    robot gets no information about ticks in which it does not take part. If the sender was released in such a tick,
 //!    the message is received when the robot is back.
-//! 3. **overtaken**: the message is kept until a later message of its sender is received. It is received one step after
+//! 4. **overtaken**: the message is kept until a later message of its sender is received. It is received one step after
 //!    that, but not before its delay is over. The overtaking message itself is not overtaken. With probability 1,
 //!    messages are therefore still received, each pair in reverse order.
-//! 4. **delayed**: by delay plus jitter, rounded up to whole steps.
+//! 5. **delayed**: by delay plus jitter, rounded up to whole steps.
 //!
 //! A message that was due while the robot did not take part is cut. A **duplicate** arrives one step after the message
 //! is received, and is ignored.
@@ -29,8 +31,9 @@ use scenario::Setup;
 use scenario::ids::{RobotId, Tick};
 use scenario::time::SimTime;
 
-use super::LinkState;
-use super::draws::Draws;
+use super::corruption::{self, Arrival};
+use super::draws::{self, Draws};
+use super::{LinkState, Probability};
 
 /// The largest number of kept messages. The release of more messages at once would exceed the size limit of a report.
 /// Further messages are dropped, as by any full queue.
@@ -73,6 +76,7 @@ struct Kept {
     until: Until,
     /// `true` if a second copy follows.
     twice: bool,
+    is_damaged: bool,
 }
 
 /// The condition for the reception of a kept message.
@@ -90,6 +94,32 @@ enum Passage {
     Received,
     Lost(Delivery),
     Kept(Until),
+}
+
+/// A message after a link's effects on it.
+struct Passed {
+    passage: Passage,
+    /// The message with bit errors; `None` if it is intact.
+    damaged: Option<Arc<Broadcast>>,
+    /// `true` if a second copy follows.
+    twice: bool,
+}
+
+impl Passed {
+    fn lost(delivery: Delivery) -> Self {
+        Self {
+            passage: Passage::Lost(delivery),
+            ..Self::received()
+        }
+    }
+
+    fn received() -> Self {
+        Self {
+            passage: Passage::Received,
+            damaged: None,
+            twice: false,
+        }
+    }
 }
 
 impl IncomingMessages {
@@ -168,8 +198,13 @@ impl IncomingMessages {
                 messages.receptions.push(missed);
                 continue;
             }
-            let delayed = self.reception(&kept.broadcast, Delivery::Delayed, due);
-            messages.receptions.push(delayed);
+            let delivery = if kept.is_damaged {
+                Delivery::Damaged
+            } else {
+                Delivery::Delayed
+            };
+            let late = self.reception(&kept.broadcast, delivery, due);
+            messages.receptions.push(late);
             if kept.twice {
                 self.copy(&kept.broadcast, due);
             }
@@ -192,7 +227,7 @@ impl IncomingMessages {
             let link = entry.link.as_deref().filter(|link| !link.is_clear());
             let mut indices = [0; BroadcastKind::ALL.len()];
             for _ in 0..entry.count {
-                let Some(broadcast) = arrived.next().flatten() else {
+                let Some(mut broadcast) = arrived.next().flatten() else {
                     messages.receptions.push(Reception {
                         at: now,
                         sender: entry.sender,
@@ -204,12 +239,21 @@ impl IncomingMessages {
                     continue;
                 };
                 let count = &mut indices[broadcast.body.kind() as usize];
-                let (passage, twice) = match link {
+                let Passed {
+                    passage,
+                    damaged,
+                    twice,
+                } = match link {
                     Some(link) => self.pass(*link, &broadcast, *count, now),
-                    None => (Passage::Received, false),
+                    None => Passed::received(),
                 };
                 *count += 1;
+                let is_damaged = damaged.is_some();
+                if let Some(damaged) = damaged {
+                    broadcast = damaged;
+                }
                 let (delivery, at) = match passage {
+                    Passage::Received if is_damaged => (Delivery::Damaged, now),
                     Passage::Received => (Delivery::Received, now),
                     Passage::Lost(delivery) => (delivery, now),
                     Passage::Kept(Until::Due(due)) => (Delivery::Pending, due),
@@ -230,29 +274,39 @@ impl IncomingMessages {
                         broadcast,
                         until,
                         twice,
+                        is_damaged,
                     }),
                 }
             }
         }
     }
 
-    /// Returns the effect of a link on the `index`-th message of its kind in its tick, and whether a second copy
-    /// follows.
-    fn pass(
-        &self,
-        link: LinkState,
-        broadcast: &Broadcast,
-        index: u16,
-        now: SimTime,
-    ) -> (Passage, bool) {
-        let draws = Draws::new(self.seed, self.robot, broadcast, index);
+    /// Returns the effects of a link on the `index`-th message of its kind in its tick.
+    fn pass(&self, link: LinkState, broadcast: &Broadcast, index: u16, now: SimTime) -> Passed {
+        let block = draws::block(broadcast, index);
+        let draws = Draws::new(self.seed, self.robot, broadcast, block);
+        if link.cut {
+            return Passed::lost(Delivery::Cut);
+        }
+        if link.blocked {
+            return Passed::lost(Delivery::Blocked);
+        }
+        if link.fade.hits(draws.fade) {
+            return Passed::lost(Delivery::Faded);
+        }
+        if link.drop.hits(draws.drop) {
+            return Passed::lost(Delivery::Dropped);
+        }
+        let damaged = match self.corrupt(link, broadcast, block) {
+            Arrival::Intact => None,
+            Arrival::Damaged(damaged) if !link.checksum => Some(damaged),
+            Arrival::Damaged(_) | Arrival::Undecodable => {
+                return Passed::lost(Delivery::Corrupted);
+            }
+        };
         let twice = link.duplicate.hits(draws.duplicate);
         let due = now + self.whole_steps(link.delay + draws.jitter_within(link.jitter));
-        let passage = if link.cut {
-            Passage::Lost(Delivery::Cut)
-        } else if link.drop.hits(draws.drop) {
-            Passage::Lost(Delivery::Dropped)
-        } else if link.hold {
+        let passage = if link.hold {
             Passage::Kept(Until::Released)
         } else if link.reorder.hits(draws.reorder) && !self.awaits_overtaking(broadcast.sender) {
             Passage::Kept(Until::Overtaken(due))
@@ -262,11 +316,21 @@ impl IncomingMessages {
             Passage::Received
         };
         match passage {
-            Passage::Kept(_) if self.kept.len() >= CAPACITY => {
-                (Passage::Lost(Delivery::Dropped), false)
-            }
-            _ => (passage, twice),
+            Passage::Kept(_) if self.kept.len() >= CAPACITY => Passed::lost(Delivery::Dropped),
+            _ => Passed {
+                passage,
+                damaged,
+                twice,
+            },
         }
+    }
+
+    /// Returns the effect of the link's bit errors on a message.
+    fn corrupt(&self, link: LinkState, broadcast: &Broadcast, block: u128) -> Arrival {
+        if link.corrupt == Probability::NEVER {
+            return Arrival::Intact;
+        }
+        corruption::transmit(self.seed, self.robot, broadcast, block, link.corrupt)
     }
 
     fn awaits_overtaking(&self, sender: RobotId) -> bool {

@@ -5,6 +5,7 @@
 //! [`IncomingMessages`] holds the messages in flight to one robot and no faults: the bytes of reports are part of the
 //! hash, so a reported delivery cannot name its cause, and the world, which holds the faults, looks it up.
 
+mod corruption;
 mod draws;
 mod incoming;
 
@@ -45,9 +46,17 @@ impl Probability {
         let neither = u128::from((1 << 32) - self.0) * u128::from((1 << 32) - other.0);
         Self((1 << 32) - (neither >> 32) as u64)
     }
+
+    /// Returns the probability that exactly one of two independent events happens.
+    #[must_use]
+    pub fn xor(self, other: Self) -> Self {
+        let only = |one: Self, not: Self| u128::from(one.0) * u128::from((1 << 32) - not.0);
+        Self(((only(self, other) + only(other, self)) >> 32) as u64)
+    }
 }
 
-/// The effect of faults on the messages of one sender at one receiver in one tick. The default is an undisturbed link.
+/// The effect of faults and of the radio channel on the messages of one sender at one receiver in one tick. The default is
+/// an undisturbed link.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
@@ -65,6 +74,14 @@ pub struct LinkState {
     pub duplicate: Probability,
     /// The probability that the next message of the same sender overtakes a message.
     pub reorder: Probability,
+    /// `true` if an obstacle blocks all messages.
+    pub blocked: bool,
+    /// The probability that a message is lost by fading.
+    pub fade: Probability,
+    /// The probability that a bit of a payload flips.
+    pub corrupt: Probability,
+    /// `true` if damaged messages are dropped. Otherwise those that can be decoded are delivered.
+    pub checksum: bool,
 }
 
 impl LinkState {
@@ -85,12 +102,14 @@ impl LinkState {
                 late || self.reorder > Probability::NEVER
             }
             LinkEffect::Copy => self.duplicate > Probability::NEVER,
+            LinkEffect::Corruption => self.corrupt > Probability::NEVER,
         }
     }
 
     /// Returns the effect that decided the delivery of a message that was listed in this state. `None` if no effect did:
     /// the message was received at once, it was lost on the network or by a full queue, or it was due when the
-    /// receiver did not take part. A late reception has none either, because [`Delivery::Pending`] precedes it.
+    /// receiver did not take part. A late reception has none either, because [`Delivery::Pending`] precedes it. The radio
+    /// channel of the scenario is no fault, so fading and obstacles have none.
     #[must_use]
     pub fn effect_behind(&self, delivery: Delivery) -> Option<LinkEffect> {
         let effect = match delivery {
@@ -100,7 +119,12 @@ impl LinkState {
             Delivery::Pending if self.hold => LinkEffect::Hold,
             Delivery::Pending => LinkEffect::Delay,
             Delivery::Duplicate => LinkEffect::Copy,
-            Delivery::Received | Delivery::Lost | Delivery::Delayed => return None,
+            Delivery::Corrupted | Delivery::Damaged => LinkEffect::Corruption,
+            Delivery::Received
+            | Delivery::Lost
+            | Delivery::Delayed
+            | Delivery::Faded
+            | Delivery::Blocked => return None,
         };
         self.has(effect).then_some(effect)
     }
@@ -116,6 +140,10 @@ impl LinkState {
             jitter: self.jitter + other.jitter,
             duplicate: self.duplicate.or(other.duplicate),
             reorder: self.reorder.or(other.reorder),
+            blocked: self.blocked || other.blocked,
+            fade: self.fade.or(other.fade),
+            corrupt: self.corrupt.xor(other.corrupt),
+            checksum: self.checksum || other.checksum,
         }
     }
 }
@@ -130,6 +158,8 @@ pub enum LinkEffect {
     Delay,
     /// A second copy of the message.
     Copy,
+    /// Bit errors in the message.
+    Corruption,
 }
 
 #[cfg(test)]
@@ -148,6 +178,12 @@ mod tests {
         assert_eq!(half.or(third), Probability::from_share(0.625));
         assert_eq!(half.or(Probability::NEVER), half);
         assert_eq!(half.or(Probability::ALWAYS), Probability::ALWAYS);
+        assert_eq!(third.xor(third), Probability::from_share(0.375));
+        assert_eq!(third.xor(Probability::NEVER), third);
+        assert_eq!(
+            Probability::ALWAYS.xor(Probability::ALWAYS),
+            Probability::NEVER
+        );
     }
 
     #[test]

@@ -35,6 +35,8 @@ pub struct Deliveries {
     /// Messages delivered in the step after they were sent.
     pub received: u32,
     pub delayed: u32,
+    /// Messages delivered with bit errors.
+    pub damaged: u32,
     /// Messages that were not delivered, for any reason.
     pub lost: u32,
     /// Second copies of delivered messages.
@@ -49,7 +51,13 @@ impl Deliveries {
             *match reception.delivery {
                 Delivery::Received => &mut deliveries.received,
                 Delivery::Delayed => &mut deliveries.delayed,
-                Delivery::Lost | Delivery::Dropped | Delivery::Cut => &mut deliveries.lost,
+                Delivery::Damaged => &mut deliveries.damaged,
+                Delivery::Lost
+                | Delivery::Dropped
+                | Delivery::Cut
+                | Delivery::Faded
+                | Delivery::Blocked
+                | Delivery::Corrupted => &mut deliveries.lost,
                 Delivery::Duplicate => &mut deliveries.duplicate,
                 Delivery::Pending => &mut deliveries.pending,
             } += 1;

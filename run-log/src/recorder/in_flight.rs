@@ -36,10 +36,10 @@ impl InFlight {
                 self.0.insert(key, *reception);
                 return false;
             }
-            Delivery::Delayed | Delivery::Cut => {
+            Delivery::Delayed | Delivery::Damaged | Delivery::Cut => {
                 self.0.remove(&key);
             }
-            Delivery::Received | Delivery::Lost | Delivery::Duplicate | Delivery::Dropped => {}
+            _ => {}
         }
         true
     }

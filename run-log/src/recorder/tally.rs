@@ -127,7 +127,8 @@ fn count(figures: &mut RobotFigures, answer: &Answer) {
     figures.ticks_counted += 1;
     figures.messages_sent += u64::from(report.broadcasts);
     figures.bytes_sent += u64::from(report.broadcast_bytes);
-    figures.messages_received += u64::from(deliveries.received + deliveries.delayed);
+    figures.messages_received +=
+        u64::from(deliveries.received + deliveries.delayed + deliveries.damaged);
     figures.messages_delayed += u64::from(deliveries.delayed);
     figures.messages_lost += u64::from(deliveries.lost);
     figures.messages_duplicate += u64::from(deliveries.duplicate);

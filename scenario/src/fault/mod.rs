@@ -35,7 +35,7 @@ use crate::names::ALL;
 pub use campaign::{FaultMix, RandomFaults};
 pub use device::Device;
 pub use kinds::{
-    ActuatorFault, ActuatorMode, Delay, Fault, LinkQuality, Loss, MoveRobot, Partition,
+    ActuatorFault, ActuatorMode, Corruption, Delay, Fault, LinkQuality, Loss, MoveRobot, Partition,
     RadioQuality, RangeFault, SensorError, SensorFault, SensorMode, Side, SkillFault,
 };
 pub use mission::{FaultValue, MissionFault};

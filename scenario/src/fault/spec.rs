@@ -175,6 +175,12 @@ impl FaultArgument {
         }
     }
 
+    /// Returns the value of a flag without its option: true if the default value is 1.
+    #[must_use]
+    pub fn default_flag(&self) -> bool {
+        self.default == Some(1.0)
+    }
+
     /// Returns true if the command line requires the argument.
     #[must_use]
     pub fn is_required(&self) -> bool {
@@ -252,7 +258,7 @@ pub enum FaultRange {
     To,
     /// Groups of robots: `blue,gold / green`.
     Groups,
-    /// True or, without it, false.
+    /// True or false. Its [option](ArgumentForm::Option) changes the [default](FaultArgument::default_flag).
     Flag,
     /// One of these names, each with its effect. Each name is a command, too.
     Choice(&'static [(&'static str, &'static str)]),

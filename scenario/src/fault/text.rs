@@ -143,7 +143,7 @@ impl FaultArgument {
         let number = value.as_float();
         match self.form {
             ArgumentForm::Option(name) if self.range == FaultRange::Flag => {
-                let is_set = value == toml::Value::Boolean(true);
+                let is_set = value == toml::Value::Boolean(!self.default_flag());
                 return if is_set {
                     write!(f, " --{name}")
                 } else {

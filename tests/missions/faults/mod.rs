@@ -1,5 +1,6 @@
 //! Faults in missions: each has its stated effect, appears in the log, and is repeated byte for byte.
 
+mod channels;
 mod controllers;
 mod links;
 mod processes;

@@ -170,9 +170,13 @@ pub fn run_file(log: &RunLog) -> Result<Differences, ReadError> {
             (
                 "received",
                 stated.messages_received,
-                received("received delayed"),
+                received("received delayed damaged"),
             ),
-            ("lost", stated.messages_lost, received("lost dropped cut")),
+            (
+                "lost",
+                stated.messages_lost,
+                received("lost dropped cut faded blocked corrupted"),
+            ),
             ("delayed", stated.messages_delayed, received("delayed")),
             (
                 "duplicate",

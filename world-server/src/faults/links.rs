@@ -30,7 +30,7 @@ pub struct LinkFaults {
     order: StepOrder,
     tick: Tick,
     active: Vec<ActiveFault>,
-    /// The ended faults that duplicated messages. A second copy can arrive long afterwards.
+    /// The ended faults that duplicated or damaged messages. A second copy or a late message can arrive long afterwards.
     healed: Vec<HealedFault>,
     /// The positions, indexed by rank. They are current only while a radio range is in force.
     positions: Vec<Vec2>,
@@ -115,7 +115,9 @@ impl LinkFaults {
                 self.active.push(active);
             }
         }
-        before.retain(|active| active.state.duplicate > Probability::NEVER);
+        before.retain(|active| {
+            active.state.has(LinkEffect::Copy) || active.state.has(LinkEffect::Corruption)
+        });
         for ended in before {
             self.keep_healed(ended, tick);
         }
@@ -197,6 +199,7 @@ impl LinkFaults {
         // The message of a second copy may have been listed long ago, in another state of the link.
         let effect = match self.state(sender, receiver) {
             _ if delivery == Delivery::Duplicate => Some(LinkEffect::Copy),
+            _ if delivery == Delivery::Damaged => Some(LinkEffect::Corruption),
             Some(state) if listed == self.tick => state.effect_behind(delivery),
             _ => None,
         };
@@ -206,7 +209,7 @@ impl LinkFaults {
         let active = self.active.iter();
         let active = active.filter(move |active| active.since <= listed && causes(active));
         let healed = self.healed.iter().filter(move |healed| {
-            delivery == Delivery::Duplicate
+            matches!(delivery, Delivery::Duplicate | Delivery::Damaged)
                 && healed.in_force.iter().any(|range| range.contains(&listed))
                 && causes(&healed.fault)
         });
@@ -280,6 +283,14 @@ impl LinkFaults {
                 let reorder = Probability::from_share(chance.p);
                 let state = LinkState { reorder, ..clear };
                 (self.between(&chance.from, &chance.to), state, None)
+            }
+            Fault::Corrupt(corruption) => {
+                let state = LinkState {
+                    corrupt: Probability::from_share(corruption.p),
+                    checksum: corruption.checksum,
+                    ..clear
+                };
+                (self.between(&corruption.from, &corruption.to), state, None)
             }
             Fault::Hold(link) => {
                 let state = LinkState {

@@ -207,11 +207,7 @@ impl Simulation {
             let from = Some((reception.sender, reception.sent));
             index = if from == before { index + 1 } else { 0 };
             before = from;
-            let is_missed = matches!(
-                reception.delivery,
-                Delivery::Lost | Delivery::Dropped | Delivery::Cut
-            );
-            self.messages_dropped += u64::from(is_missed);
+            self.messages_dropped += u64::from(reception.delivery.is_missed());
             if reception.delivery == Delivery::Lost {
                 self.unscripted = true;
                 inputs.push(Input::Lost {

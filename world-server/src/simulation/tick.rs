@@ -136,7 +136,10 @@ impl Simulation {
         message.last_counted = recipient.last_counted;
         self.barrier.take_manifest(robot, &mut message.manifest);
         for entry in &mut message.manifest {
-            entry.link = self.links.state(entry.sender, robot).map(Box::new);
+            let channel = self.world.channel(entry.sender, robot);
+            let faults = self.links.state(entry.sender, robot);
+            let state = faults.map_or(channel, |faults| faults.and(channel));
+            entry.link = (!state.is_clear()).then(|| Box::new(state));
         }
         self.links.write_held_senders(robot, &mut message.held);
         self.ground_truth

@@ -4,7 +4,7 @@ use glam::Vec2;
 use proto::readings::Pose;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
-use scenario::{Body, Robot as RobotSpec, Scenario, Sensors};
+use scenario::{Body, Radio, Robot as RobotSpec, Scenario, Sensors};
 
 use super::battery::Battery;
 use super::grid::Grid;
@@ -31,6 +31,7 @@ pub struct Floor {
     /// The ranks of the present robots, by their centers.
     pub(super) bodies: Grid,
     pub(super) drift: Drift,
+    pub(super) radio: Radio,
     /// The radio range; `None` if every robot receives every broadcast.
     pub(super) range: Option<RadioRange>,
     /// The impaired skills of the current step.
@@ -147,6 +148,7 @@ impl Floor {
             RadioRange::new(space.size, range_m, places)
         });
         Self {
+            radio: scenario.radio,
             range,
             impairments: Vec::new(),
             now: SimTime::ZERO,

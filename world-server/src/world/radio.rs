@@ -83,7 +83,10 @@ mod tests {
             ..Robot::default()
         };
         let mut scenario = Scenario {
-            radio: Radio { range_m },
+            radio: Radio {
+                range_m,
+                ..Radio::default()
+            },
             robots: places.iter().enumerate().map(robot).collect(),
             ..default_scenario()
         };

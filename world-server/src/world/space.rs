@@ -121,6 +121,16 @@ impl Space {
         walls.chain(self.solid_rectangles())
     }
 
+    /// Checks whether a solid rectangle lies on the straight line between two places.
+    pub fn is_blocked(&self, from: Vec2, to: Vec2) -> bool {
+        let way = to - from;
+        let Some(direction) = way.try_normalize() else {
+            return false;
+        };
+        self.solid_rectangles()
+            .any(|solid| solid.cast_ray(from, direction, way.length(), 0.0).is_some())
+    }
+
     fn solid_rectangles(&self) -> impl Iterator<Item = Outline> + '_ {
         let rectangles = self.rectangles.iter();
         let solid = rectangles.filter(|rectangle| rectangle.penetrability.is_solid());

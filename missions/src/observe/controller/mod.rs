@@ -20,7 +20,7 @@ use scenario::time::SimTime;
 
 use super::bus::{MAX_SENSED_TARGETS, ObserveAction, SensorReading, SharedSightings, Sighting};
 use super::data::{ObserveSection, Policy, TaskKind};
-use crate::geometry::direction;
+use crate::geometry::{direction, is_possible_place};
 use memory::{Memory, Ranges};
 use walk::Walk;
 
@@ -64,7 +64,7 @@ impl Observer {
     fn receive(&mut self, received: &[Arc<Broadcast>], now: SimTime) {
         for broadcast in received {
             if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body
-                && let Some(position) = heartbeat.position.filter(|position| position.is_finite())
+                && let Some(position) = heartbeat.position.filter(|at| is_possible_place(*at))
             {
                 self.memory.add_teammate(broadcast.sender, position, now);
             }
@@ -82,7 +82,7 @@ impl Observer {
 
     /// Returns whether such a target can exist. A message may contain anything.
     fn is_possible(&self, sighting: &Sighting) -> bool {
-        sighting.target < self.section.n && sighting.at.is_finite()
+        sighting.target < self.section.n && is_possible_place(sighting.at)
     }
 
     /// Returns the distances within which memory is reliable.

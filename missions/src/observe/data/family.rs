@@ -37,6 +37,7 @@ pub(super) fn family(robots: usize, targets: usize) -> Scenario {
         },
         radio: Radio {
             range_m: Some(RADIO_M),
+            ..Radio::default()
         },
         robots: (1..=robots).map(robot).collect(),
         mission: MissionSection::new(OBSERVE, section(targets)),

@@ -5,6 +5,7 @@ use scenario::Setup;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
+use crate::geometry::is_possible_place;
 use crate::service::bus::PointFact;
 use crate::service::data::{
     Charger, KnowledgeSource, ServiceSection, Slots, TaskGranularity, Terms, terms,
@@ -92,7 +93,7 @@ impl Briefing {
     pub fn is_plausible(&self, fact: &PointFact) -> bool {
         usize::from(fact.point) < self.most_points
             && usize::from(fact.kind) < self.kinds.len()
-            && fact.at.is_finite()
+            && is_possible_place(fact.at)
             && (0.0..1e7).contains(&fact.left_s)
     }
 

@@ -11,6 +11,7 @@ use scenario::time::SimTime;
 use smallvec::SmallVec;
 
 use super::sweep::Sweep;
+use crate::geometry::is_possible_place;
 use crate::waste::data::EMPTY_EXPIRES;
 use robot_agent::body::goal::{is_shorter, length};
 
@@ -237,7 +238,8 @@ impl Memory {
         }
         for &fact in &received.loose {
             let at = fact.value.at;
-            if fact.seen <= now && at.is_finite() && (self.loose_at(at).is_some() || concern(at)) {
+            let is_plausible = fact.seen <= now && is_possible_place(at);
+            if is_plausible && (self.loose_at(at).is_some() || concern(at)) {
                 self.join_loose(fact);
             }
         }
@@ -256,7 +258,8 @@ impl Memory {
             return false;
         }
         let Locations { min, max } = fact.value;
-        let sound = min.is_finite() && max.is_finite() && min.cmplt(max).all() && fact.seen <= now;
+        let are_possible = is_possible_place(min) && is_possible_place(max);
+        let sound = are_possible && min.cmplt(max).all() && fact.seen <= now;
         let taken_back = self
             .knowledge
             .withdrawn

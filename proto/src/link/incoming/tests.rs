@@ -12,7 +12,9 @@ use proptest::prelude::*;
 
 use super::*;
 
-use Delivery::{Cut, Delayed, Dropped, Duplicate, Lost, Pending, Received};
+use Delivery::{
+    Blocked, Corrupted, Cut, Damaged, Delayed, Dropped, Duplicate, Faded, Lost, Pending, Received,
+};
 
 const RECEIVER: RobotId = RobotId(2);
 const STEP: SimTime = SimTime(50);
@@ -194,7 +196,8 @@ fn a_delay_is_rounded_up_to_whole_steps() {
 fn jitter_takes_every_value_evenly() {
     let mut counts = [0; 5];
     for tick in 0..10_000 {
-        let draws = Draws::new(1, RECEIVER, &broadcast(1, tick, 0), 0);
+        let broadcast = broadcast(1, tick, 0);
+        let draws = Draws::new(1, RECEIVER, &broadcast, draws::block(&broadcast, 0));
         counts[draws.jitter_within(SimTime(4)).0 as usize] += 1;
     }
     // The expected count is 2000, with a standard deviation of 40.
@@ -224,6 +227,148 @@ fn observed_frequencies_match_the_probabilities() {
         assert_eq!(counts["received"], 10_000 - dropped);
         assert!((625..775).contains(&copies), "{counts:?}");
     }
+}
+
+/// Returns the deliveries of one message per tick over the link from a sender, and the received bodies.
+fn send(
+    seed: u64,
+    sender: u16,
+    ticks: Tick,
+    link: Option<LinkState>,
+) -> (BTreeMap<&'static str, u32>, Vec<BroadcastContent>) {
+    let mut links = links(seed);
+    let (mut counts, mut bodies) = (BTreeMap::new(), Vec::new());
+    for tick in 1..=ticks {
+        let messages = receive(&mut links, tick, &[(sender, 1, link)], &[]);
+        for reception in messages.receptions {
+            *counts.entry(reception.delivery.as_str()).or_insert(0) += 1;
+        }
+        bodies.extend(messages.inbox.iter().map(|message| message.body.clone()));
+    }
+    (counts, bodies)
+}
+
+#[test]
+fn losses_have_the_first_of_their_reasons() {
+    let mut link = LinkState {
+        cut: true,
+        blocked: true,
+        fade: Probability::ALWAYS,
+        drop: Probability::ALWAYS,
+        corrupt: Probability::ALWAYS,
+        ..LinkState::default()
+    };
+    let changes: [fn(&mut LinkState); 5] = [
+        |_| {},
+        |link| link.cut = false,
+        |link| link.blocked = false,
+        |link| link.fade = Probability::NEVER,
+        |link| link.drop = Probability::NEVER,
+    ];
+    let mut reasons = Vec::new();
+    for change in changes {
+        change(&mut link);
+        let messages = receive(&mut links(1), 5, &[(1, 1, Some(link))], &[]);
+        assert!(messages.inbox.is_empty());
+        reasons.push(messages.receptions[0].delivery);
+    }
+    assert_eq!(reasons, [Cut, Blocked, Faded, Dropped, Corrupted]);
+}
+
+/// The share of received messages lies within four standard deviations of its expectation, in both directions.
+#[test]
+fn fading_has_its_probability_on_each_link() {
+    const MESSAGES: u32 = 20_000;
+    for fade in [0.05, 0.3, 0.632] {
+        let link = state(|link| link.fade = Probability::from_share(fade));
+        let sender = |rank| send(7, rank, MESSAGES.into(), link).0;
+        let counts = [sender(0), sender(1)];
+        let deviation = (f64::from(MESSAGES) * fade * (1.0 - fade)).sqrt();
+        for counts in &counts {
+            let off = f64::from(counts["faded"]) - f64::from(MESSAGES) * fade;
+            assert!(off.abs() < 4.0 * deviation, "{fade}: {counts:?}");
+            assert_eq!(counts["received"] + counts["faded"], MESSAGES);
+        }
+        assert_ne!(counts[0], counts[1]);
+    }
+}
+
+#[test]
+fn bit_errors_damage_the_expected_share_of_messages() {
+    const MESSAGES: u32 = 20_000;
+    let payload = crate::codec::encode(&broadcast(0, 0, 0).body).unwrap();
+    let bits = 8.0 * payload.len() as f64;
+    for p in [0.0002, 0.002, 0.02] {
+        let corrupt = |checksum| {
+            let link = state(|link| {
+                link.corrupt = Probability::from_share(p);
+                link.checksum = checksum;
+            });
+            send(3, 0, MESSAGES.into(), link)
+        };
+        let (checked, bodies) = corrupt(true);
+        let share = 1.0 - (1.0 - p).powf(bits);
+        let (mean, messages) = (f64::from(MESSAGES) * share, f64::from(MESSAGES));
+        let off = f64::from(checked["corrupted"]) - mean;
+        assert!(
+            off.abs() < 4.0 * (messages * share * (1.0 - share)).sqrt(),
+            "{p}: {checked:?} and {mean}"
+        );
+        assert_eq!(checked["received"] + checked["corrupted"], MESSAGES);
+        let sent = broadcast(0, 0, 0).body;
+        assert!(bodies.iter().all(|body| *body == sent));
+
+        let (unchecked, bodies) = corrupt(false);
+        assert_eq!(unchecked["received"], checked["received"]);
+        let lost = unchecked.get("corrupted").copied().unwrap_or_default();
+        assert_eq!(unchecked["damaged"] + lost, checked["corrupted"]);
+        let other = bodies.iter().filter(|body| **body != sent).count();
+        assert_eq!(other, unchecked["damaged"] as usize);
+    }
+}
+
+/// The expected payloads are those of `corrupted` in tests/python/agent.py, an independent implementation.
+#[test]
+fn the_flipped_bits_are_those_of_the_specification() {
+    let link = state(|link| link.corrupt = Probability::from_share(0.05));
+    let mut links = links(7);
+    let mut damaged = Vec::new();
+    for tick in 1..=60 {
+        let messages = receive(&mut links, tick, &[(1, 1, link)], &[]);
+        if messages.receptions[0].delivery != Damaged {
+            continue;
+        }
+        let BroadcastContent::Bulletin(bulletin) = &messages.inbox[0].body else {
+            panic!("a message of another kind");
+        };
+        damaged.push((tick - 1, bulletin.payload.clone()));
+    }
+    let payloads = [
+        (13, [5, 3, 7, 7]),
+        (39, [7, 7, 39, 7]),
+        (44, [3, 167, 6, 5]),
+        (54, [7, 7, 7, 6]),
+    ];
+    let payloads = payloads.map(|(tick, bytes)| (tick, Payload::Open(bytes.to_vec())));
+    assert_eq!(damaged, payloads);
+}
+
+#[test]
+fn a_damaged_message_may_be_late_and_doubled() {
+    let link = state(|link| {
+        link.corrupt = Probability::from_share(0.02);
+        link.delay = STEP;
+        link.duplicate = Probability::ALWAYS;
+    });
+    let (counts, _) = send(1, 1, 400, link);
+    let arrived = counts["damaged"] + counts["delayed"];
+    assert!(
+        counts["damaged"] > 50 && counts["delayed"] > 50,
+        "{counts:?}"
+    );
+    assert!(counts["pending"] - arrived <= 1, "{counts:?}");
+    assert!(arrived - counts["duplicate"] <= 1, "{counts:?}");
+    assert!(!counts.contains_key("received"));
 }
 
 #[test]
@@ -355,8 +500,10 @@ fn the_number_of_kept_messages_is_limited() {
 
 #[test]
 fn a_message_of_another_kind_does_not_change_the_draws() {
-    let drawn =
-        |seed, sender, tick, index| Draws::new(seed, RECEIVER, &broadcast(sender, tick, 7), index);
+    let draw = |seed, broadcast: &Broadcast, index| {
+        Draws::new(seed, RECEIVER, broadcast, draws::block(broadcast, index))
+    };
+    let drawn = |seed, sender, tick, index| draw(seed, &broadcast(sender, tick, 7), index);
     let draws = [
         drawn(1, 0, 4, 0),
         drawn(2, 0, 4, 0),
@@ -368,10 +515,7 @@ fn a_message_of_another_kind_does_not_change_the_draws() {
         assert!(draws[..place].iter().all(|other| other != one));
     }
     // The index among all broadcasts of a tick depends on other kinds, so it does not affect the draws.
-    assert_eq!(
-        Draws::new(1, RECEIVER, &broadcast(0, 4, 0), 0),
-        drawn(1, 0, 4, 0)
-    );
+    assert_eq!(draw(1, &broadcast(0, 4, 0), 0), drawn(1, 0, 4, 0));
 }
 
 /// One tick of a script.
@@ -394,8 +538,11 @@ fn probability() -> impl Strategy<Value = Probability> {
 fn link_state() -> impl Strategy<Value = LinkState> {
     let span = || prop_oneof![2 => Just(0), 1 => 0..400_u64].prop_map(SimTime);
     let chances = (probability(), probability(), probability());
-    (prop::bool::weighted(0.1), chances, span(), span()).prop_map(
-        |(cut, (drop, duplicate, reorder), delay, jitter)| LinkState {
+    let channel = (prop::bool::weighted(0.1), probability());
+    (prop::bool::weighted(0.1), chances, channel, span(), span()).prop_map(
+        |(cut, (drop, duplicate, reorder), (blocked, fade), delay, jitter)| LinkState {
+            blocked,
+            fade,
             cut,
             hold: false,
             drop,
@@ -403,6 +550,7 @@ fn link_state() -> impl Strategy<Value = LinkState> {
             jitter,
             duplicate,
             reorder,
+            ..LinkState::default()
         },
     )
 }
@@ -464,7 +612,7 @@ proptest! {
                 let key = (sender, seq);
                 let is_listed = place < listed;
                 prop_assert_eq!(is_listed, seq / 10 == tick - 1);
-                if is_listed && delivery != Received {
+                if is_listed && !matches!(delivery, Received | Faded | Blocked) {
                     let (_, link, hold) = input.senders[usize::from(sender)];
                     let effect = LinkState { hold, ..link }.effect_behind(delivery);
                     prop_assert!(effect.is_some(), "no effect explains {:?}", delivery);
@@ -474,7 +622,7 @@ proptest! {
                         prop_assert!(is_listed && at >= tick);
                         prop_assert!(in_flight.insert(key, at).is_none());
                     }
-                    Received | Dropped => {
+                    Received | Dropped | Faded | Blocked => {
                         prop_assert!(is_listed && at == tick && settled.insert(key));
                     }
                     Cut => {
@@ -488,6 +636,7 @@ proptest! {
                     }
                     Duplicate => prop_assert_eq!(audible.remove(&key), Some(tick - 1)),
                     Lost => prop_assert!(false, "everything has arrived"),
+                    Corrupted | Damaged => prop_assert!(false, "no bit flips"),
                 }
                 if matches!(delivery, Received | Delayed) {
                     audible.insert(key, tick);

@@ -5,6 +5,7 @@ mod actuator;
 mod add;
 mod babble;
 mod continue_process;
+mod corrupt;
 mod deaf;
 mod delay;
 mod drop;
@@ -34,6 +35,7 @@ use super::{LinkChance, LinkSelection, MissionFault};
 use crate::Obstacle;
 
 pub use actuator::{ActuatorFault, ActuatorMode, Side};
+pub use corrupt::Corruption;
 pub use delay::Delay;
 pub use drop::Loss;
 pub use move_robot::MoveRobot;
@@ -75,6 +77,7 @@ pub enum Fault {
     #[schemars(skip)]
     Mission(MissionFault),
     Skill(SkillFault),
+    Corrupt(Corruption),
 }
 
 /// The target robot in the content of a fault.
@@ -155,6 +158,7 @@ kinds! {
     Delay => delay,
     Duplicate => duplicate,
     Reorder => reorder,
+    Corrupt => corrupt,
     Hold => hold,
     Partition => partition,
     Mute => mute,

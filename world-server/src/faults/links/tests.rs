@@ -2,13 +2,13 @@
 
 use proptest::prelude::*;
 use scenario::fault::{
-    Delay, LinkChance, LinkSelection, Loss, Partition, RadioQuality, RangeFault,
+    Corruption, Delay, LinkChance, LinkSelection, Loss, Partition, RadioQuality, RangeFault,
 };
 use scenario::testkit::default_setup;
 
 use super::*;
 
-use Delivery::{Cut, Delayed, Dropped, Duplicate, Lost, Pending, Received};
+use Delivery::{Corrupted, Cut, Damaged, Delayed, Dropped, Duplicate, Lost, Pending, Received};
 
 const BLUE: RobotId = RobotId(0);
 const GOLD: RobotId = RobotId(1);
@@ -358,6 +358,33 @@ fn a_duplicate_is_attributed_to_the_faults_in_force_when_its_message_was_listed(
     assert_eq!(copy(&links, 28), [0]);
     assert_eq!(copy(&links, 38), NONE);
     assert_eq!(copy(&links, 39), [0]);
+}
+
+#[test]
+fn damage_is_attributed_to_its_fault_also_when_it_arrives_late() {
+    let corrupt = |to: &str, checksum| {
+        Fault::Corrupt(Corruption {
+            from: LinkEnd::All,
+            to: who(to),
+            p: 0.25,
+            checksum,
+        })
+    };
+    let faults = [corrupt("blue", false), corrupt("all", true)];
+    let mut links = with(&faults);
+    let state = links.state(GOLD, BLUE).unwrap();
+    assert_eq!(state.corrupt, Probability::from_share(0.375));
+    assert!(
+        state.checksum,
+        "one of the faults leaves the checksum intact"
+    );
+    assert_eq!(causes(&links, GOLD, 9, Corrupted), [0, 1]);
+    assert!(!with(&faults[..1]).state(GOLD, BLUE).unwrap().checksum);
+    assert_eq!(with(&faults[..1]).state(GOLD, GREEN), None);
+    begin(&mut links, 20, &[]);
+    assert_eq!(causes(&links, GOLD, 9, Damaged), [0, 1]);
+    assert_eq!(causes(&links, GOLD, 19, Damaged), NONE);
+    assert_eq!(causes(&links, GOLD, 9, Corrupted), NONE);
 }
 
 #[test]
