@@ -367,10 +367,11 @@ impl Ssi {
         }
         self.weigh(input);
         let mut path = std::mem::take(&mut self.path);
-        for stop in path.remove_impossible(&self.seconds(input)) {
+        let removed = path.remove_impossible(&self.seconds(input));
+        self.path = path;
+        for stop in removed {
             self.give_back(&stop);
         }
-        self.path = path;
         if self.path.stops.len() >= self.config.path_max {
             return None;
         }
