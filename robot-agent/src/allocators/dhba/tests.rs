@@ -69,7 +69,7 @@ fn check_optimal(team: &Team<Dhba>, context: &str) {
 
 fn random_team(seed: u64) -> Team<Dhba> {
     let mut chance = ChaCha8Rng::seed_from_u64(seed);
-    let (robots, tasks) = (chance.random_range(1..7), chance.random_range(1..7));
+    let (robots, tasks) = (chance.random_range(1..6), chance.random_range(1..7));
     let mut situation = Situation::on_grid(&mut chance, robots, tasks);
     for task in &mut situation.tasks {
         task.max_robots = chance.random_range(1..=2);
