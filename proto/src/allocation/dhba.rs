@@ -33,8 +33,8 @@ pub struct MatrixRow {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RowVersion {
     pub robot: RobotId,
-    /// The time at which the robot computed the row. A later row replaces an earlier one. `None` if the sender lacks the
-    /// row.
+    /// The time at which the robot computed the row. A later row replaces an earlier one. `None` if the sender lacks
+    /// the row.
     pub made: Option<SimTime>,
     /// The time of the robot's latest message that has reached the sender, directly or through other robots.
     pub seen: SimTime,

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
-/// The number of tasks in a block: the tasks with ids from `block * AWARD_BLOCK_TASKS` on. A message contains the awards
-/// of one block and therefore takes less than 1,200 bytes.
+/// The number of tasks in a block: the tasks with ids from `block * AWARD_BLOCK_TASKS` on. A message contains the
+/// awards of one block and therefore takes less than 1,200 bytes.
 pub const AWARD_BLOCK_TASKS: u16 = 32;
 
 /// The sender's bid in an auction, and all tasks of one block that the sender has won.

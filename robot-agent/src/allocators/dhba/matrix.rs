@@ -1,4 +1,5 @@
-//! The matrix of the team's utilities, as one robot stores it: a row per robot, from the robot itself or through others.
+//! The matrix of the team's utilities, as one robot stores it: a row per robot, from the robot itself or through
+//! others.
 
 use proto::allocation::dhba::{
     MatrixEntry, MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,

@@ -157,7 +157,8 @@ fn tasks_of_a_crashed_robot_return() {
 /// Robots in between forward the signs of life of a distant robot.
 #[test]
 fn a_distant_robot_keeps_its_task() {
-    let costs: [&[f64]; 4] = [&[1.0], &[5.0], &[6.0], &[7.0]];
+    // Without robot 0, the robot at the other end would be the best.
+    let costs: [&[f64]; 4] = [&[1.0], &[60.0], &[60.0], &[5.0]];
     let mut team = Team::<Dhba>::still(0, TAU, Situation::from_costs(&costs), Config::default());
     team.connect_as_line(0.0);
     team.run(10);

@@ -116,8 +116,8 @@ impl Auction {
         others.chain(own)
     }
 
-    /// Returns whether all robots have answered, or the first bid is older than `window`. An answer without a bid counts
-    /// if it was sent after the first bid. If `waits_for_unknown`, robots without any message count as bidders.
+    /// Returns whether all robots have answered, or the first bid is older than `window`. An answer without a bid
+    /// counts if it was sent after the first bid. If `waits_for_unknown`, robots without any message count as bidders.
     pub fn is_over(
         &mut self,
         me: RobotId,
@@ -165,8 +165,8 @@ impl Auction {
         self.sent = Some(now);
     }
 
-    /// Returns the best bid for which `is_free` is true: the highest priority, then the lowest cost, the lowest task and
-    /// the lowest rank.
+    /// Returns the best bid for which `is_free` is true: the highest priority, then the lowest cost, the lowest task
+    /// and the lowest rank.
     pub fn winner(
         &self,
         me: RobotId,

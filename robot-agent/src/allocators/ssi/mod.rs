@@ -1,14 +1,15 @@
-//! SSI: sequential single-item auctions (Lagoudakis et al., RSS 2005; Koenig et al., AAAI 2006; docs/allocators/ssi.md).
-//! In each auction every robot bids for the task that is cheapest for it by the team objective, and the lowest bid wins
-//! one task. The next auction follows at once, until no robot bids. There is no auctioneer: bids are broadcast, and all
-//! robots determine the winner.
+//! SSI: sequential single-item auctions (Lagoudakis et al., RSS 2005; Koenig et al., AAAI 2006;
+//! docs/allocators/ssi.md). In each auction every robot bids for the task that is cheapest for it by the team objective,
+//! and the lowest bid wins one task. The next auction follows at once, until no robot bids. There is no auctioneer: bids
+//! are broadcast, and all robots determine the winner.
 //!
 //! - `path`: the path of a robot, and the cost of one more task by cheapest insertion.
 //! - `awards`: the holder of each task, and the merging of teammates' awards.
-//! - `auction`: the bids of the current auction, and its end.
+//! - `auction`: the bids of the current auction, and its end. `config`: the parameters.
 
 mod auction;
 mod awards;
+mod config;
 mod path;
 #[cfg(test)]
 mod tests;
@@ -17,36 +18,17 @@ use proto::allocation::AllocationMessage;
 use proto::allocation::ssi::{AuctionBid, Award, CostBid};
 use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
+use scenario::ParameterSpec;
 use scenario::ids::{BehaviorId, TaskId};
 use scenario::time::SimTime;
-use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use serde::Deserialize;
 
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::utility::best;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
 use auction::{Arrival, Auction};
 use awards::{Awards, Holder};
-use path::{Insertion, Objective, Offer, Path, Stop};
-
-/// The parameters in `[allocators.ssi]`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Config {
-    pub objective: Objective,
-    pub bid_window_s: f64,
-    pub path_max: usize,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            objective: Objective::MiniSum,
-            bid_window_s: 0.5,
-            path_max: 32,
-        }
-    }
-}
+pub use config::Config;
+use path::{Insertion, Offer, Path, Stop};
 
 #[derive(Clone, Debug)]
 pub struct Ssi {
@@ -68,30 +50,7 @@ impl Allocator for Ssi {
     type Config = Config;
 
     fn parameters() -> Vec<ParameterSpec> {
-        let default = Config::default();
-        vec![
-            ParameterSpec {
-                key: "objective",
-                unit: "",
-                default: ParameterDefault::Text("minisum"),
-                about: "team objective: the sum of the path costs (minisum), the largest one (minimax), or the mean time at which a task is done (miniave) (the papers have all three)",
-                range: ParameterRange::Choice(&["minisum", "minimax", "miniave"]),
-            },
-            ParameterSpec {
-                key: "bid_window_s",
-                unit: "s",
-                default: ParameterDefault::Number(default.bid_window_s),
-                about: "time after which an auction ends without the bids of all robots; at least three steps; larger: fewer wrong awards with message loss, but longer waits (decided here)",
-                range: ParameterRange::Above(0.0, 1e6),
-            },
-            ParameterSpec {
-                key: "path_max",
-                unit: "",
-                default: ParameterDefault::Whole(default.path_max as i64),
-                about: "maximum number of tasks that a robot holds at once; larger: a longer plan, but more computation (the papers have no limit)",
-                range: ParameterRange::Whole(1, 10_000),
-            },
-        ]
+        config::parameters()
     }
 
     fn new(me: &SelfState, config: &Config) -> Self {
@@ -288,7 +247,8 @@ impl Ssi {
             .insertion(self.config.objective, key, fixed, &seconds)
     }
 
-    /// Ends the current auction if it is over, or if a teammate is further, and begins the next. Returns whether it did.
+    /// Ends the current auction if it is over, or if a teammate is further, and begins the next. Returns whether it
+    /// did.
     fn conduct(&mut self, input: &Input<'_>, fixed: usize) -> bool {
         let now = input.now;
         let span = SimTime::from_secs_f64;

@@ -6,14 +6,16 @@ use serde::Deserialize;
 /// The team objective, which decides the bids. RPC(r, S) is the cost of robot r's path through the tasks S: the time at
 /// which the last of them is done, s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
 pub enum Objective {
-    /// The sum of the path costs. The bid is RPC(r, S ∪ {t}) − RPC(r, S).
-    MiniSum,
-    /// The largest path cost. The bid is RPC(r, S ∪ {t}).
-    MiniMax,
-    /// The mean time at which a task is done. The bid is the increase of the sum of these times.
-    MiniAve,
+    /// MiniSum: the sum of the path costs. The bid is RPC(r, S ∪ {t}) − RPC(r, S).
+    #[serde(rename = "minisum")]
+    Sum,
+    /// MiniMax: the largest path cost. The bid is RPC(r, S ∪ {t}).
+    #[serde(rename = "minimax")]
+    Max,
+    /// MiniAve: the mean time at which a task is done. The bid is the increase of the sum of these times.
+    #[serde(rename = "miniave")]
+    Mean,
 }
 
 /// A task on the path.
@@ -47,8 +49,8 @@ struct Cost {
 impl Cost {
     fn of(self, objective: Objective) -> f64 {
         match objective {
-            Objective::MiniSum | Objective::MiniMax => self.end_s,
-            Objective::MiniAve => self.sum_s,
+            Objective::Sum | Objective::Max => self.end_s,
+            Objective::Mean => self.sum_s,
         }
     }
 }
@@ -105,8 +107,8 @@ impl Path {
         }
         let (at, cost_s) = best?;
         let cost_s = match objective {
-            Objective::MiniMax => cost_s,
-            Objective::MiniSum | Objective::MiniAve => cost_s - without.of(objective),
+            Objective::Max => cost_s,
+            Objective::Sum | Objective::Mean => cost_s - without.of(objective),
         };
         let cost_s = cost_s.max(0.0);
         Some(Insertion { at, cost_s })

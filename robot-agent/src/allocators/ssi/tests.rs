@@ -18,7 +18,7 @@ use crate::fixtures;
 use crate::testkit;
 
 const NEVER: SimTime = SimTime(1_000_000_000);
-const OBJECTIVES: [Objective; 3] = [Objective::MiniSum, Objective::MiniMax, Objective::MiniAve];
+const OBJECTIVES: [Objective; 3] = [Objective::Sum, Objective::Max, Objective::Mean];
 
 fn config(objective: Objective) -> Config {
     Config {
@@ -49,7 +49,7 @@ fn path_cost(situation: &Situation, robot: usize, path: &[usize], objective: Obj
             .unwrap();
         sum_s += end_s;
     }
-    if objective == Objective::MiniAve {
+    if objective == Objective::Mean {
         sum_s
     } else {
         end_s
@@ -78,8 +78,8 @@ fn central(situation: &Situation, objective: Objective) -> (Vec<Vec<usize>>, Vec
                     .reduce(|best, other| if other.0 < best.0 { other } else { best })
                     .unwrap();
                 let bid = match objective {
-                    Objective::MiniMax => cost,
-                    Objective::MiniSum | Objective::MiniAve => cost - before,
+                    Objective::Max => cost,
+                    Objective::Sum | Objective::Mean => cost - before,
                 };
                 all.push(((bid / situation.tasks[task].reward) as f32, task, robot, at));
             }
@@ -145,15 +145,15 @@ fn bids_have_the_values_computed_by_hand() {
         assert_eq!(bid(&[], 1, objective), (0, 4.0), "{objective:?}");
     }
     // 0 → 2 → 4 → 9: the task at 2 is on the way.
-    assert_eq!(bid(&[1, 2], 0, Objective::MiniSum), (0, 0.0));
-    assert_eq!(bid(&[1, 2], 0, Objective::MiniMax), (0, 9.0));
+    assert_eq!(bid(&[1, 2], 0, Objective::Sum), (0, 0.0));
+    assert_eq!(bid(&[1, 2], 0, Objective::Max), (0, 9.0));
     // The times 4, 9 become 2, 4, 9.
-    assert_eq!(bid(&[1, 2], 0, Objective::MiniAve), (0, 2.0));
+    assert_eq!(bid(&[1, 2], 0, Objective::Mean), (0, 2.0));
     // −3 costs 6 first (0 → −3 → 4 → 9: 15) and 12 last (21).
-    assert_eq!(bid(&[1, 2], 3, Objective::MiniSum), (0, 6.0));
-    assert_eq!(bid(&[1, 2], 3, Objective::MiniMax), (0, 15.0));
+    assert_eq!(bid(&[1, 2], 3, Objective::Sum), (0, 6.0));
+    assert_eq!(bid(&[1, 2], 3, Objective::Max), (0, 15.0));
     // First: 3, 10, 15 instead of 4, 9: 28 − 13. Last: 4, 9, 21: 34 − 13.
-    assert_eq!(bid(&[1, 2], 3, Objective::MiniAve), (0, 15.0));
+    assert_eq!(bid(&[1, 2], 3, Objective::Mean), (0, 15.0));
 }
 
 #[test]
@@ -168,7 +168,7 @@ fn a_path_is_in_the_order_of_priority_and_a_unit_under_way_stays_first() {
         stops: vec![stop(0, 2), stop(1, 1), stop(2, 0)],
     };
     let at = |priority, fixed| {
-        let found = path.insertion(Objective::MiniSum, (TaskId(9), priority), fixed, &seconds);
+        let found = path.insertion(Objective::Sum, (TaskId(9), priority), fixed, &seconds);
         found.unwrap().at
     };
     assert_eq!((at(3, 0), at(2, 0), at(1, 0), at(0, 0)), (0, 0, 1, 2));
@@ -186,7 +186,7 @@ fn least_sum(situation: &Situation) -> f64 {
         let shortest = |(robot, set): (usize, &Vec<usize>)| {
             let orders = orders(set).into_iter();
             orders
-                .map(|path| path_cost(situation, robot, &path, Objective::MiniSum))
+                .map(|path| path_cost(situation, robot, &path, Objective::Sum))
                 .fold(f64::INFINITY, f64::min)
         };
         sets.iter().enumerate().map(shortest).sum::<f64>()
@@ -218,10 +218,10 @@ fn minisum_is_at_most_twice_the_optimum() {
         let (robots, tasks) = (chance.random_range(2..4), chance.random_range(1..6));
         let situation = Situation::at_places(&mut chance, robots, tasks);
         let least = least_sum(&situation);
-        let mut team = Team::<Ssi>::still(seed, NEVER, situation, config(Objective::MiniSum));
+        let mut team = Team::<Ssi>::still(seed, NEVER, situation, config(Objective::Sum));
         team.run(20);
         let cost = |(robot, path): (usize, &Vec<usize>)| {
-            path_cost(&team.situation, robot, path, Objective::MiniSum)
+            path_cost(&team.situation, robot, path, Objective::Sum)
         };
         let sum: f64 = paths(&team).iter().enumerate().map(cost).sum();
         assert!(sum <= 2.0 * least, "seed {seed}: {sum} > 2 · {least}");
@@ -240,7 +240,7 @@ fn ties_go_to_the_lower_task_and_robot() {
         0,
         NEVER,
         Situation::from_costs(&[&[5.0, 5.0], &[5.0, 5.0]]),
-        config(Objective::MiniMax),
+        config(Objective::Max),
     );
     team.run(2);
     assert_eq!(paths(&team), [vec![0], vec![]]);
@@ -315,7 +315,7 @@ fn tasks_of_a_crashed_robot_return() {
         0,
         TAU,
         Situation::from_costs(&[&[1.0, 9.0], &[9.0, 9.0]]),
-        config(Objective::MiniMax),
+        config(Objective::Max),
     );
     let mut last = SimTime::ZERO;
     for _ in 0..40 {
