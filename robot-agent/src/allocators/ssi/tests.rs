@@ -368,6 +368,20 @@ fn tasks_that_appear_are_auctioned() {
     assert_eq!(paths(&team), [vec![0], vec![2]]);
 }
 
+/// A task appears for the distant robot one step earlier. The auction waits for the answer of the idle, near robot.
+#[test]
+fn an_auction_waits_for_the_answers_of_idle_robots() {
+    let costs: [&[f64]; 2] = [&[9.0], &[1.0]];
+    let mut team = Team::<Ssi>::still(0, TAU, Situation::from_costs(&costs), Config::default());
+    team.applicable = vec![vec![false], vec![false]];
+    team.run(50);
+    team.applicable[0][0] = true;
+    team.step();
+    team.applicable[1][0] = true;
+    team.run(2);
+    assert_eq!(paths(&team), [vec![], vec![0]]);
+}
+
 fn awards_of(team: usize, tasks: usize) -> Awards {
     let briefs = (0..tasks).map(|_| fixtures::brief(team, 1.0)).collect();
     Awards::new(&fixtures::self_state(RobotId(0), team, briefs))
