@@ -382,6 +382,21 @@ fn an_auction_waits_for_the_answers_of_idle_robots() {
     assert_eq!(paths(&team), [vec![], vec![0]]);
 }
 
+/// Without an answer, an auction ends `bid_window_s` after the first step in which the robot has a bid.
+#[test]
+fn an_auction_ends_after_the_window() {
+    let costs: [&[f64]; 2] = [&[1.0], &[2.0]];
+    let mut team = Team::<Ssi>::still(0, TAU, Situation::from_costs(&costs), Config::default());
+    team.links = vec![vec![false; 2]; 2];
+    let window = SimTime(500);
+    while team.now() < STEP + window {
+        team.step();
+        assert_eq!(paths(&team), [vec![], vec![]]);
+    }
+    team.step();
+    assert_eq!(paths(&team), [vec![0], vec![0]]);
+}
+
 fn awards_of(team: usize, tasks: usize) -> Awards {
     let briefs = (0..tasks).map(|_| fixtures::brief(team, 1.0)).collect();
     Awards::new(&fixtures::self_state(RobotId(0), team, briefs))
