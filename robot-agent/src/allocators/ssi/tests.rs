@@ -391,7 +391,7 @@ fn an_auction_ends_after_the_window() {
     let window = SimTime(500);
     while team.now() < STEP + window {
         team.step();
-        assert_eq!(paths(&team), [vec![], vec![]]);
+        assert!(paths(&team).concat().is_empty());
     }
     team.step();
     assert_eq!(paths(&team), [vec![0], vec![0]]);
