@@ -94,7 +94,7 @@ fn every_kind_of_message_has_its_columns() {
             entries: vec![BidChange {
                 belief: entry(won),
                 slot: 0,
-                made: Some(SimTime(40)),
+                made: SimTime(40),
             }],
         }),
         AllocationMessage::Deltas(Deltas::default()),
