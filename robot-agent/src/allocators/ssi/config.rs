@@ -17,7 +17,7 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Self {
         Self {
-            objective: Objective::Sum,
+            objective: Objective::Max,
             bid_window_s: 0.5,
             path_max: 32,
         }
@@ -31,8 +31,8 @@ pub fn parameters() -> Vec<ParameterSpec> {
         ParameterSpec {
             key: "objective",
             unit: "",
-            default: ParameterDefault::Text("minisum"),
-            about: "team objective: the sum of the path costs (minisum), the largest one (minimax), or the mean time at which a task is done (miniave) (the papers have all three)",
+            default: ParameterDefault::Text("minimax"),
+            about: "team objective: the sum of the path costs (minisum), the largest one (minimax), or the mean time at which a task is done (miniave) (the papers have all three, the default is decided here)",
             range: ParameterRange::Choice(&["minisum", "minimax", "miniave"]),
         },
         ParameterSpec {
