@@ -18,7 +18,7 @@ use scenario::time::SimTime;
 const STEP: SimTime = SimTime(50);
 
 /// The allocators whose robots do not work on a claimed task.
-const CLAIMANTS: &str = "first-come cbaa cbba acbba grape ble murdoch";
+const CLAIMANTS: &str = "first-come cbaa cbba acbba grape ble murdoch ssi dhba";
 
 /// A mission of service in which another robot can always take over.
 const SERVICE: &str = include_str!("../../analysis/sweeps/allocators-service.toml");
@@ -104,7 +104,9 @@ fn the_task_of_a_killed_robot_is_taken_over_in_the_stated_step() {
             // A claim is valid for τ after it was sent, one step before its receipt.
             "cbaa" | "cbba" => (last("allocation").since(STEP) + tau, "claimed"),
             // Any message is a sign of life.
-            "acbba" | "grape" => (last("").since(STEP) + tau, "claimed"),
+            "acbba" | "grape" | "dhba" => (last("").since(STEP) + tau, "claimed"),
+            // All robots bid in the same step, and receive the bids in the next.
+            "ssi" => (last("").since(STEP) + tau + STEP, "awarded"),
             // One step until the lease ends, half a second of bids, one step until the award is received.
             _ => {
                 let auction = SimTime(6000 + 500) + STEP + STEP;
@@ -112,7 +114,7 @@ fn the_task_of_a_killed_robot_is_taken_over_in_the_stated_step() {
             }
         };
         // Robots that wait for the end of a unit of work take over later.
-        let may_wait = ["first-come", "grape"].contains(&allocator);
+        let may_wait = ["first-come", "grape", "ssi"].contains(&allocator);
         let is_in_time = next.t_ms == due || (may_wait && next.t_ms > due);
         assert!(is_in_time, "{allocator}: {next:?}, due at {due}");
         assert_eq!(next.reason, reason, "{allocator}");

@@ -178,6 +178,8 @@ fn each_allocator_adopts_other_times_or_gives_the_reason() {
         ("acbba", "repeat_s=0.3"),
         ("ble", "rate_hz=4"),
         ("grape", "refresh_s=0.3"),
+        ("ssi", "bid_window_s=0.3"),
+        ("dhba", "refresh_s=0.3"),
         ("threshold", "alpha=30"),
         ("random", "redraw_s=2"),
         ("murdoch", "lease_s=2"),

@@ -34,6 +34,21 @@ fn tasks(allocation: &Allocation) -> Vec<Vec<usize>> {
 }
 
 #[test]
+fn sequential_auctions_assign_all_tasks_and_the_hungarian_method_one_each() {
+    for objective in ["minisum", "minimax", "miniave"] {
+        let text = format!("{LINE}\n[allocators.ssi]\nobjective = \"{objective}\"\n");
+        let mut scenario = testkit::scenario(&text);
+        scenario.allocator = Some("ssi".to_owned());
+        let found = allocate(&testkit::setup(scenario), 1000).unwrap();
+        assert!(found.is_stable, "{objective}");
+        assert_eq!(tasks(&found), [vec![0, 1], vec![2, 3]], "{objective}");
+    }
+    let (_, dhba) = allocation("dhba", 1000);
+    assert!(dhba.is_stable);
+    assert_eq!(tasks(&dhba), [vec![0], vec![2]]);
+}
+
+#[test]
 fn a_bundle_algorithm_assigns_all_tasks_and_an_auction_one_each() {
     let (_, cbba) = allocation("cbba", 1000);
     assert_eq!(tasks(&cbba), [vec![0, 1], vec![2, 3]]);

@@ -1,13 +1,15 @@
 //! Messages between allocators of different robots, with one file per allocator.
 //!
-//! - [`ble`], [`murdoch`], [`grape`]: the messages of the allocator with that name.
+//! - [`ble`], [`murdoch`], [`grape`], [`ssi`], [`dhba`]: the messages of the allocator with that name.
 //! - [`consensus`]: the messages of CBAA, CBBA and ACBBA.
 
 pub mod ble;
 pub mod consensus;
+pub mod dhba;
 pub mod grape;
 pub mod murdoch;
 mod short_list;
+pub mod ssi;
 
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +27,8 @@ pub enum AllocationMessage {
     Table(consensus::BidTable),
     Deltas(consensus::Deltas),
     Partition(grape::CoalitionPartition),
+    Ssi(ssi::AuctionBid),
+    Dhba(dhba::MatrixPart),
 }
 
 /// A message in the allocator's own encoding.

@@ -8,12 +8,15 @@
 //! - [`cbba`]: consensus-based auctions: CBAA, CBBA and the asynchronous ACBBA (Choi, Brunet, How 2009; Johnson 2010).
 //! - [`grape`]: Nash-stable coalitions (Jang, Shin, Tsourdos 2018).
 //! - [`threshold`]: stimuli and response thresholds (Theraulaz, Bonabeau, Deneubourg 1998).
+//! - [`ssi`]: sequential single-item auctions (Lagoudakis et al. 2005).
+//! - [`dhba`]: the decentralized Hungarian-based approach (Ismail, Sun 2017).
 //! - [`nearest`], [`first_come`], [`random`], [`static_assignment`]: simple baselines.
 //! - [`oracle`]: the best assignment in each step, computed from the ground truth.
 
 pub mod alliance;
 pub mod ble;
 pub mod cbba;
+pub mod dhba;
 pub mod first_come;
 pub mod grape;
 pub mod lalliance;
@@ -21,6 +24,7 @@ pub mod murdoch;
 pub mod nearest;
 pub mod oracle;
 pub mod random;
+pub mod ssi;
 pub mod static_assignment;
 #[cfg(test)]
 mod team;
@@ -81,6 +85,14 @@ pub(crate) fn built_in() -> Vec<AllocatorKind> {
         AllocatorKind::new::<threshold::Threshold>(
             "threshold",
             "draws tasks; longer due times and more practice raise the probability",
+        ),
+        AllocatorKind::new::<ssi::Ssi>(
+            "ssi",
+            "sequential single-item auctions: the lowest bid by the team objective wins one task, until none is left",
+        ),
+        AllocatorKind::new::<dhba::Dhba>(
+            "dhba",
+            "every robot solves the same assignment by the Hungarian method, from rows that the team exchanges",
         ),
     ]
 }

@@ -65,26 +65,34 @@ impl Situation {
     /// Creates random tasks that lead from one place of a grid to another. Some costs are therefore equal, and a direct
     /// way is never longer than one with a stop.
     pub fn on_grid(chance: &mut ChaCha8Rng, robots: usize, tasks: usize) -> Self {
-        let mut places = |count: usize| -> Vec<(i32, i32)> {
-            let mut place = || (chance.random_range(0..30), chance.random_range(0..30));
-            (0..count).map(|_| place()).collect()
-        };
-        let (starts, from, to) = (places(robots), places(tasks), places(tasks));
+        let starts = places(chance, robots);
+        let (from, to) = (places(chance, tasks), places(chance, tasks));
+        let mut situation = Self::between(&starts, &from, &to);
+        for task in &mut situation.tasks {
+            task.reward = f64::from(chance.random_range(1..4_u8));
+        }
+        situation
+    }
+
+    /// Creates tasks of no duration at random places of a grid. The costs are a metric: the same in both directions.
+    pub fn at_places(chance: &mut ChaCha8Rng, robots: usize, tasks: usize) -> Self {
+        let (starts, at) = (places(chance, robots), places(chance, tasks));
+        Self::between(&starts, &at, &at)
+    }
+
+    /// Creates tasks that lead from one place to another.
+    fn between(starts: &[(i32, i32)], from: &[(i32, i32)], to: &[(i32, i32)]) -> Self {
         let way = |a: (i32, i32), b: (i32, i32)| f64::from((a.0 - b.0).abs() + (a.1 - b.1).abs());
         let units_from = |start| {
             from.iter()
-                .zip(&to)
+                .zip(to)
                 .map(move |(&a, &b)| way(start, a) + way(a, b))
         };
-        let task = |_| Task {
-            reward: f64::from(chance.random_range(1..4_u8)),
-            ..Task::default()
-        };
-        let starts = starts.into_iter();
         Self {
-            tasks: (0..tasks).map(task).collect(),
+            tasks: vec![Task::default(); from.len()],
             cost_s: starts
-                .map(|start| units_from(start).map(Some).collect())
+                .iter()
+                .map(|&start| units_from(start).map(Some).collect())
                 .collect(),
             after_s: Some(to.iter().map(|&end| units_from(end).collect()).collect()),
         }
@@ -126,12 +134,18 @@ impl Situation {
     }
 
     /// Returns the time for a unit of `task` after one of each of other tasks, s.
-    fn seconds(&self, rank: usize, after: &[TaskId], task: TaskId) -> Option<f64> {
+    pub fn seconds(&self, rank: usize, after: &[TaskId], task: TaskId) -> Option<f64> {
         match (&self.after_s, after.last()) {
             (Some(after_s), Some(last)) => Some(after_s[last.index()][task.index()]),
             _ => self.cost_s[rank][task.index()],
         }
     }
+}
+
+/// Returns random places of a grid.
+fn places(chance: &mut ChaCha8Rng, count: usize) -> Vec<(i32, i32)> {
+    let mut place = || (chance.random_range(0..30), chance.random_range(0..30));
+    (0..count).map(|_| place()).collect()
 }
 
 /// A team of robots. Tests may change the situation between steps.

@@ -1,7 +1,9 @@
 //! The rows of allocation_messages.csv: the contents of allocators' messages, one row per entry.
 
 use proto::allocation::AllocationMessage;
+use proto::allocation::dhba::{MatrixPart, RowVersion};
 use proto::allocation::murdoch::{AuctionId, ContractStatus, NegotiationKind};
+use proto::allocation::ssi::{AuctionBid, CostBid};
 use proto::team::{Broadcast, BroadcastContent};
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
@@ -165,6 +167,8 @@ fn entries(message: &AllocationMessage, broadcast: &Broadcast) -> Vec<Entry> {
             let is_empty = members.is_empty();
             ("partition", if is_empty { vec![common] } else { members })
         }
+        AllocationMessage::Ssi(message) => ("ssi-bid", of_ssi(message, broadcast.sender)),
+        AllocationMessage::Dhba(part) => ("dhba-part", of_dhba(part)),
     };
     if entries.is_empty() {
         let empty = Entry {
@@ -174,6 +178,51 @@ fn entries(message: &AllocationMessage, broadcast: &Broadcast) -> Vec<Entry> {
         return vec![empty];
     }
     entries
+}
+
+/// Returns the bid of a message, also an empty one, and the awards.
+fn of_ssi(message: &AuctionBid, sender: RobotId) -> Vec<Entry> {
+    let entry = |kind, auction: u32, bid: Option<CostBid>| Entry {
+        kind,
+        task: bid.map(|bid| bid.task),
+        slot: bid.map(|bid| bid.slot),
+        robot: Some(sender),
+        bid: bid.map(|bid| bid.cost),
+        detail: format!("auction {auction}"),
+        ..Entry::default()
+    };
+    let awards = message.awards.iter().map(|award| Entry {
+        round: Some(award.round),
+        ..entry("ssi-award", award.auction, Some(award.bid))
+    });
+    let bid = entry("ssi-bid", message.auction, message.bid);
+    std::iter::once(bid).chain(awards).collect()
+}
+
+/// Returns the versions of the rows in a message, each with its entries, and the other versions.
+fn of_dhba(part: &MatrixPart) -> Vec<Entry> {
+    let version = |kind, version: &RowVersion| Entry {
+        kind,
+        robot: Some(version.robot),
+        time: version.made,
+        detail: format!("seen {}", version.seen.0),
+        ..Entry::default()
+    };
+    let rows = part.rows.iter().flat_map(|row| {
+        let entries = row.entries.iter().map(|entry| Entry {
+            kind: "dhba-entry",
+            task: Some(entry.task),
+            robot: Some(row.version.robot),
+            bid: Some(entry.utility),
+            round: Some(entry.round),
+            time: row.version.made,
+            ..Entry::default()
+        });
+        std::iter::once(version("dhba-row", &row.version)).chain(entries)
+    });
+    let versions = part.versions.iter();
+    let versions = versions.map(|known| version("dhba-version", known));
+    rows.chain(versions).collect()
 }
 
 fn of_auction(content: NegotiationKind, sender: RobotId) -> Entry {

@@ -2,7 +2,7 @@
 //! world sends each robot the offers of all working robots, and each computes the same assignment. No real team has
 //! this information.
 
-mod plan;
+pub(in crate::allocators) mod plan;
 #[cfg(test)]
 mod tests;
 

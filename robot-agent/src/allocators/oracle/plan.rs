@@ -12,7 +12,7 @@ const SHARES: f64 = (1 << 30) as f64;
 const UNREACHED: i64 = i64::MAX;
 
 #[derive(Clone, Debug, Default)]
-pub(super) struct Plan {
+pub(in crate::allocators) struct Plan {
     robots: Vec<Robot>,
     tasks: Vec<Task>,
     worth: Vec<i64>,

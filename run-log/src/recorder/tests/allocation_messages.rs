@@ -6,8 +6,10 @@ use proto::allocation::ble::{Eligibility, EligibleTask};
 use proto::allocation::consensus::{
     BidChange, BidTable, Deltas, TableEntry, TimeStamp, WinningBid,
 };
+use proto::allocation::dhba::{MatrixEntry, MatrixPart, MatrixRow, RowVersion};
 use proto::allocation::grape::{CoalitionMember, CoalitionPartition};
 use proto::allocation::murdoch::{AuctionId, ContractStatus, Negotiation, NegotiationKind};
+use proto::allocation::ssi::{AuctionBid, Award, CostBid};
 use proto::allocation::{AllocationMessage, OpenMessage};
 use proto::team::BroadcastContent;
 
@@ -107,6 +109,40 @@ fn every_kind_of_message_has_its_columns() {
                 seen: SimTime(45),
             }],
         }),
+        AllocationMessage::Ssi(AuctionBid {
+            auction: 5,
+            bid: None,
+            block: 0,
+            awards: vec![Award {
+                round,
+                auction: 4,
+                bid: CostBid {
+                    task,
+                    slot: 1,
+                    cost: 7.5,
+                },
+            }],
+        }),
+        AllocationMessage::Dhba(MatrixPart {
+            rows: vec![MatrixRow {
+                version: RowVersion {
+                    robot: GOLD,
+                    made: Some(SimTime(40)),
+                    seen: SimTime(50),
+                },
+                entries: vec![MatrixEntry {
+                    task,
+                    round,
+                    utility: 0.5,
+                }],
+            }],
+            versions: vec![RowVersion {
+                robot: BLUE,
+                made: Some(SimTime(10)),
+                seen: SimTime(45),
+            }],
+        }),
+        AllocationMessage::Dhba(MatrixPart::default()),
         // Robots and tasks that do not exist.
         AllocationMessage::Partition(CoalitionPartition {
             members: vec![CoalitionMember {
@@ -125,7 +161,7 @@ fn every_kind_of_message_has_its_columns() {
             .unwrap()
             .contains(seal)
     );
-    assert_eq!(rows_of(memory).len(), 13);
+    assert_eq!(rows_of(memory).len(), 19);
     assert!(!log_of(Vec::new()).tables.contains_key(&table));
 }
 

@@ -1,0 +1,155 @@
+//! The matrix of the team's utilities, as one robot stores it: a row per robot, from the robot itself or through
+//! others.
+
+use proto::allocation::dhba::{
+    MatrixEntry, MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,
+};
+use scenario::ids::RobotId;
+use scenario::time::SimTime;
+use smallvec::SmallVec;
+
+use crate::by_rank::ByRank;
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    /// The time at which the robot computed the row; `None` while only its existence is known.
+    pub made: Option<SimTime>,
+    /// The time of the robot's latest message that is known here.
+    pub seen: SimTime,
+    pub entries: SmallVec<[MatrixEntry; 6]>,
+    /// True if the row must be sent.
+    must_send: bool,
+}
+
+#[derive(Clone, Debug, Default)]
+pub struct Matrix {
+    rows: ByRank<Row>,
+    /// The index of the next row whose version must be sent; `None` if all have been sent.
+    next_version: Option<usize>,
+}
+
+/// The effects of a received version or row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Update {
+    /// True if entries have changed.
+    pub has_changed: bool,
+    /// True if the robot of the row was not known before.
+    pub is_newcomer: bool,
+}
+
+impl Matrix {
+    pub fn rows(&self) -> impl Iterator<Item = (RobotId, &Row)> {
+        self.rows.iter()
+    }
+
+    /// Replaces the row of the robot that owns the matrix, if it differs. Returns whether it does.
+    pub fn set_own(&mut self, me: RobotId, entries: &[MatrixEntry], now: SimTime) -> bool {
+        let row = self.rows.get_or_insert_with(me, Row::default);
+        if row.made.is_some() && row.entries.as_slice() == entries {
+            return false;
+        }
+        (row.made, row.seen, row.must_send) = (Some(now), now, true);
+        row.entries = entries.into();
+        true
+    }
+
+    /// Receives the version of a teammate's row. An older version than the one here is answered with the row.
+    pub fn receive_version(&mut self, version: &RowVersion) -> Update {
+        let place = self.rows.place(version.robot);
+        let is_newcomer = place.is_err();
+        let row = self.rows.get_or_insert_with(version.robot, Row::default);
+        row.seen = row.seen.max(version.seen);
+        row.must_send |= version.made < row.made;
+        Update {
+            has_changed: false,
+            is_newcomer,
+        }
+    }
+
+    /// Receives a teammate's row, and forwards it if it is newer than the one here.
+    pub fn receive_row(
+        &mut self,
+        version: &RowVersion,
+        entries: impl Iterator<Item = MatrixEntry>,
+    ) -> Update {
+        let mut update = self.receive_version(version);
+        let row = self.rows.get_or_insert_with(version.robot, Row::default);
+        if version.made > row.made {
+            row.made = version.made;
+            row.entries = entries.take(ROW_ENTRIES_MAX).collect();
+            row.must_send = true;
+            update.has_changed = true;
+        }
+        update
+    }
+
+    /// Records a direct sign of life of a robot.
+    pub fn note_seen(&mut self, robot: RobotId, sent: SimTime) {
+        if let Ok(at) = self.rows.place(robot) {
+            let seen = &mut self.rows.at_mut(at).seen;
+            *seen = sent.max(*seen);
+        }
+    }
+
+    /// Removes the teammates' rows without a sign of life for `tau`. Returns whether there were any.
+    pub fn remove_silent(&mut self, me: RobotId, now: SimTime, tau: SimTime) -> bool {
+        let mut has_removed = false;
+        for place in self.rows.places().rev() {
+            let (robot, row) = self.rows.entry_mut(place);
+            if robot != me && now.since(row.seen) >= tau {
+                self.rows.remove(place);
+                has_removed = true;
+            }
+        }
+        has_removed
+    }
+
+    /// Requests that the robot's own row and the versions of all rows are sent.
+    pub fn repeat(&mut self, me: RobotId) {
+        if let Ok(at) = self.rows.place(me) {
+            self.rows.at_mut(at).must_send = true;
+        }
+        self.next_version = Some(0);
+    }
+
+    /// Returns whether a row or a version must be sent.
+    pub fn must_send(&self) -> bool {
+        self.next_version.is_some() || self.rows.iter().any(|(_, row)| row.must_send)
+    }
+
+    /// Returns the next message: rows that must be sent, and versions as far as they fit.
+    pub fn next_part(&mut self, me: RobotId, now: SimTime) -> MatrixPart {
+        if let Ok(at) = self.rows.place(me) {
+            self.rows.at_mut(at).seen = now;
+        }
+        let mut part = MatrixPart::default();
+        let mut weight = 0;
+        for place in self.rows.places() {
+            let (robot, row) = self.rows.entry_mut(place);
+            if row.must_send && weight + 2 + row.entries.len() <= PART_WEIGHT_MAX {
+                weight += 2 + row.entries.len();
+                row.must_send = false;
+                part.rows.push(MatrixRow {
+                    version: version(robot, row),
+                    entries: row.entries.to_vec(),
+                });
+            }
+        }
+        if let Some(from) = self.next_version {
+            let room = PART_WEIGHT_MAX.saturating_sub(weight) / 2;
+            let others = self.rows.iter().skip(from).take(room);
+            part.versions = others.map(|(robot, row)| version(robot, row)).collect();
+            let next = from + room;
+            self.next_version = Some(next).filter(|&next| next < self.rows.places().len());
+        }
+        part
+    }
+}
+
+fn version(robot: RobotId, row: &Row) -> RowVersion {
+    RowVersion {
+        robot,
+        made: row.made,
+        seen: row.seen,
+    }
+}

@@ -1,0 +1,262 @@
+//! DHBA: the decentralized Hungarian-based approach (Ismail, Sun, ICUAS 2017; docs/allocators/dhba.md). Each robot
+//! broadcasts its row of the team's matrix and forwards the rows of others. All robots solve the same assignment
+//! problem, and each takes its own task from the solution.
+//!
+//! - `matrix`: the rows that a robot has, with their versions, and their exchange.
+//! - The assignment is that of the oracle, by shortest augmenting paths: [`Plan`].
+
+mod matrix;
+#[cfg(test)]
+mod tests;
+
+use proto::allocation::AllocationMessage;
+use proto::allocation::dhba::{MatrixEntry, MatrixPart, ROW_ENTRIES_MAX, RowVersion};
+use proto::team::BroadcastContent;
+use proto::telemetry::Reason;
+use proto::tick::TaskOffer;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
+use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
+use serde::Deserialize;
+use smallvec::SmallVec;
+
+use super::oracle::plan::Plan;
+use crate::allocator::unit::WorkUnit;
+use crate::allocator::utility::Bid;
+use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use matrix::Matrix;
+
+/// The parameters in `[allocators.dhba]`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    pub refresh_s: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self { refresh_s: 1.0 }
+    }
+}
+
+/// The robot's best behavior for a task.
+#[derive(Clone, Copy, Debug)]
+struct Offer {
+    behavior: BehaviorId,
+    entry: MatrixEntry,
+    bid: Bid,
+}
+
+#[derive(Clone, Debug)]
+pub struct Dhba {
+    me: SelfState,
+    refresh: SimTime,
+    unit: WorkUnit,
+    matrix: Matrix,
+    /// The robot's offers at the latest change of its situation, the best first.
+    offers: SmallVec<[Offer; 6]>,
+    plan: Plan,
+    /// The robots with a task in the solution, and their tasks.
+    assigned: Vec<(RobotId, TaskId)>,
+    repeated: Option<SimTime>,
+}
+
+impl Allocator for Dhba {
+    type Config = Config;
+
+    fn parameters() -> Vec<ParameterSpec> {
+        vec![ParameterSpec {
+            key: "refresh_s",
+            unit: "s",
+            default: ParameterDefault::Number(Config::default().refresh_s),
+            about: "time between two broadcasts of a robot's row and of the versions that it has; larger: fewer messages, but lost rows are repaired later; shorter than τ, or teammates count it as lost (decided here)",
+            range: ParameterRange::Above(0.0, 1e9),
+        }]
+    }
+
+    fn new(me: &SelfState, config: &Config) -> Self {
+        Self {
+            me: me.clone(),
+            refresh: SimTime::from_secs_f64(config.refresh_s),
+            unit: WorkUnit::default(),
+            matrix: Matrix::default(),
+            offers: SmallVec::new(),
+            plan: Plan::default(),
+            assigned: Vec::new(),
+            repeated: None,
+        }
+    }
+
+    fn adopt(&mut self, config: &Config) -> bool {
+        self.refresh = SimTime::from_secs_f64(config.refresh_s);
+        true
+    }
+
+    fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        let (before, me) = (decision.active, self.me.robot);
+        let must_decide = self.unit.update(&self.me, input, before);
+        let (mut has_changed, has_newcomer) = self.receive(input);
+        has_changed |= self
+            .matrix
+            .remove_silent(me, input.now, self.me.ceased_after);
+        if must_decide {
+            self.weigh(input);
+            let entries: SmallVec<[MatrixEntry; 6]> =
+                self.offers.iter().map(|offer| offer.entry).collect();
+            has_changed |= self.matrix.set_own(me, &entries, input.now);
+        }
+        if has_changed {
+            self.assign();
+        }
+        if has_changed || must_decide {
+            decision.active = self.behavior();
+        }
+        if decision.active != before {
+            decision.reason = Some(self.reason(before));
+        }
+        let is_late = |repeated| input.now.since(repeated) >= self.refresh;
+        if has_newcomer || self.repeated.is_none_or(is_late) {
+            self.matrix.repeat(me);
+            self.repeated = Some(input.now);
+        }
+        // The remaining rows are sent in the next step.
+        while self.matrix.must_send() && decision.say.len() <= self.me.tasks {
+            let part = self.matrix.next_part(me, input.now);
+            decision.say.push(AllocationMessage::Dhba(part));
+        }
+        let holder = |task| self.holder(task);
+        let under_way = self.unit.under_way();
+        under_way.log(&self.me, input, decision, holder);
+        self.unit.note_active(before, decision.active, input.now);
+    }
+}
+
+impl Dhba {
+    /// Receives rows and versions. Returns whether the matrix changed, and whether a robot was added to it.
+    fn receive(&mut self, input: &Input<'_>) -> (bool, bool) {
+        let (mut has_changed, mut has_newcomer) = (false, false);
+        let (now, tau) = (input.now, self.me.ceased_after);
+        let is_fresh = |sent: SimTime| sent <= now && now.since(sent) < tau;
+        for broadcast in input.received {
+            let (sender, sent) = (broadcast.sender, broadcast.sent);
+            if !self.me.is_teammate(sender) || !is_fresh(sent) {
+                continue;
+            }
+            if let BroadcastContent::Allocation(AllocationMessage::Dhba(part)) = &broadcast.body {
+                let MatrixPart { rows, versions } = part;
+                let is_sound = |version: &RowVersion| {
+                    self.me.is_teammate(version.robot)
+                        && version.made.is_none_or(|made| made <= version.seen)
+                        && is_fresh(version.seen)
+                };
+                for row in rows.iter().filter(|row| is_sound(&row.version)) {
+                    let entries = row.entries.iter().copied().filter(|entry| {
+                        entry.task.index() < self.me.tasks
+                            && entry.round <= now
+                            && entry.utility.is_finite()
+                            && entry.utility >= 0.0
+                    });
+                    let update = self.matrix.receive_row(&row.version, entries);
+                    has_changed |= update.has_changed;
+                    has_newcomer |= update.is_newcomer;
+                }
+                for version in versions.iter().filter(|version| is_sound(version)) {
+                    has_newcomer |= self.matrix.receive_version(version).is_newcomer;
+                }
+            }
+            self.matrix.note_seen(sender, sent);
+        }
+        (has_changed, has_newcomer)
+    }
+
+    /// Stores the behavior of the highest utility for each task, the best tasks first. With n robots, one of the n best
+    /// tasks of a robot is always free for it, so that more entries are never used in a team of that size.
+    fn weigh(&mut self, input: &Input<'_>) {
+        self.offers.clear();
+        for choice in input.choices {
+            let Some(offer) = self.offer(choice, input) else {
+                continue;
+            };
+            let mut known = self.offers.iter_mut();
+            match known.find(|known| known.entry.task == choice.task) {
+                Some(known) if offer.bid.utility > known.bid.utility => *known = offer,
+                Some(_) => {}
+                None => self.offers.push(offer),
+            }
+        }
+        self.offers
+            .sort_unstable_by(|one, other| other.bid.order(&one.bid));
+        self.offers.truncate(ROW_ENTRIES_MAX.min(self.me.team));
+    }
+
+    fn offer(&self, choice: &Choice, input: &Input<'_>) -> Option<Offer> {
+        let utility = self.unit.committed().utility(choice, input)?;
+        let utility = (utility as f32).clamp(0.0, f32::MAX);
+        Some(Offer {
+            behavior: choice.behavior,
+            entry: MatrixEntry {
+                task: choice.task,
+                round: choice.round,
+                utility,
+            },
+            bid: Bid {
+                priority: choice.priority,
+                utility: f64::from(utility),
+                robot: self.me.robot,
+                task: choice.task,
+            },
+        })
+    }
+
+    /// Solves the assignment problem of the matrix. Entries of an older round are void.
+    fn assign(&mut self) {
+        let entries = self.matrix.rows().flat_map(|(_, row)| &row.entries);
+        let mut rounds: Vec<SimTime> = vec![SimTime::ZERO; self.me.tasks];
+        for entry in entries {
+            let round = &mut rounds[entry.task.index()];
+            *round = entry.round.max(*round);
+        }
+        let offers = self.matrix.rows().flat_map(|(robot, row)| {
+            let current = row.entries.iter();
+            let current = current.filter(|entry| entry.round == rounds[entry.task.index()]);
+            current.map(move |entry| TaskOffer {
+                robot,
+                // The plan does not depend on the behavior.
+                behavior: BehaviorId(0),
+                task: entry.task,
+                utility: f64::from(entry.utility),
+            })
+        });
+        let offers: Vec<TaskOffer> = offers.collect();
+        self.plan.compute(&offers, &self.me.briefs);
+        let assigned = self.plan.assigned(&offers);
+        self.assigned = assigned.map(|offer| (offer.robot, offer.task)).collect();
+    }
+
+    /// Returns the holder of a task; of several, the one of lowest rank.
+    fn holder(&self, task: TaskId) -> Option<RobotId> {
+        let mut all = self.assigned.iter();
+        all.find(|(_, assigned)| *assigned == task)
+            .map(|&(robot, _)| robot)
+    }
+
+    fn behavior(&self) -> Option<BehaviorId> {
+        let mut all = self.assigned.iter();
+        let &(_, task) = all.find(|(robot, _)| *robot == self.me.robot)?;
+        let mut offers = self.offers.iter();
+        offers
+            .find(|offer| offer.entry.task == task)
+            .map(|offer| offer.behavior)
+    }
+
+    /// Returns `Outbid` if another robot has the task that the robot leaves.
+    fn reason(&self, before: Option<BehaviorId>) -> Reason {
+        let left = before.and_then(|before| self.me.task_of(before));
+        let holder = left.and_then(|task| self.holder(task));
+        if holder.is_some_and(|robot| robot != self.me.robot) {
+            Reason::Outbid
+        } else {
+            Reason::Claimed
+        }
+    }
+}

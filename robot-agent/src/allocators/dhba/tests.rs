@@ -1,0 +1,271 @@
+//! The laws of DHBA (docs/allocators/dhba.md).
+
+use proto::allocation::AllocationMessage;
+use proto::allocation::dhba::{
+    MatrixEntry, MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,
+};
+use proto::codec::encoded_len;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use scenario::ids::{RobotId, TaskId};
+use scenario::time::SimTime;
+
+use super::matrix::Matrix;
+use super::{Config, Dhba};
+use crate::allocators::team::{STEP, Situation, TAU, Team, allocator_messages};
+use crate::testkit;
+
+const NEVER: SimTime = SimTime(1_000_000_000);
+
+#[test]
+fn dhba_keeps_the_properties_of_all_allocators() {
+    testkit::check_allocator::<Dhba>(&Config::default());
+    testkit::check_allocator::<Dhba>(&Config { refresh_s: 0.1 });
+}
+
+fn utility(situation: &Situation, robot: usize, task: usize) -> f64 {
+    let cost_s = situation.cost_s[robot][task].unwrap();
+    situation.tasks[task].reward * libm::pow(0.98, cost_s)
+}
+
+/// Returns the largest sum of utilities of all assignments, by trying each.
+fn best_sum(situation: &Situation, robot: usize, left: &mut [usize]) -> f64 {
+    if robot == situation.cost_s.len() {
+        return 0.0;
+    }
+    let mut best = best_sum(situation, robot + 1, left);
+    for task in 0..left.len() {
+        if left[task] > 0 {
+            left[task] -= 1;
+            let sum = utility(situation, robot, task) + best_sum(situation, robot + 1, left);
+            left[task] += 1;
+            best = best.max(sum);
+        }
+    }
+    best
+}
+
+/// Checks that the robots' tasks are an assignment within the limits, with the largest sum of utilities.
+#[track_caller]
+fn check_optimal(team: &Team<Dhba>, context: &str) {
+    let situation = &team.situation;
+    let active = team.active();
+    for (task, spec) in situation.tasks.iter().enumerate() {
+        let executors = active.iter().filter(|own| **own == Some(task)).count();
+        assert!(executors <= spec.max_robots, "{context}: {active:?}");
+    }
+    let worth = |(robot, task): (usize, &Option<usize>)| {
+        task.map_or(0.0, |task| utility(situation, robot, task))
+    };
+    let sum: f64 = active.iter().enumerate().map(worth).sum();
+    let mut left: Vec<usize> = situation.tasks.iter().map(|task| task.max_robots).collect();
+    let best = best_sum(situation, 0, &mut left);
+    assert!(
+        (sum - best).abs() < 1e-5 * best,
+        "{context}: {sum} instead of {best}"
+    );
+}
+
+fn random_team(seed: u64) -> Team<Dhba> {
+    let mut chance = ChaCha8Rng::seed_from_u64(seed);
+    let (robots, tasks) = (chance.random_range(1..6), chance.random_range(1..7));
+    let mut situation = Situation::on_grid(&mut chance, robots, tasks);
+    for task in &mut situation.tasks {
+        task.max_robots = chance.random_range(1..=2);
+    }
+    let mut team = Team::still(seed, NEVER, situation, Config::default());
+    if chance.random_bool(0.7) {
+        team.connect_as_line(0.2);
+    }
+    team
+}
+
+/// With a connected graph and without loss, the team has an optimal assignment after as many exchanges as the diameter
+/// of the graph, and keeps it.
+#[test]
+fn the_assignment_is_optimal_after_as_many_exchanges_as_the_diameter() {
+    for seed in 0..300 {
+        let mut team = random_team(seed);
+        let diameter = team.diameter();
+        // The first step sends, and each further one is an exchange.
+        team.run(1 + diameter as u64);
+        check_optimal(&team, &format!("seed {seed}, diameter {diameter}"));
+        let active = team.active();
+        for _ in 0..60 {
+            team.step();
+            assert_eq!(team.active(), active, "seed {seed}");
+        }
+    }
+}
+
+/// One exchange less is not enough on a line: its ends do not have each other's rows.
+#[test]
+fn the_bound_on_exchanges_is_tight() {
+    // Both ends want task 0. The robots between have nothing to do.
+    let costs: [&[f64]; 4] = [&[1.0, 9.0], &[99.0, 99.0], &[99.0, 99.0], &[1.0, 99.0]];
+    let mut team = Team::<Dhba>::still(0, NEVER, Situation::from_costs(&costs), Config::default());
+    team.connect_as_line(0.0);
+    team.run(3);
+    assert_eq!(team.executors(0), [0, 3]);
+    team.run(1);
+    assert_eq!(team.executors(0), [3]);
+    check_optimal(&team, "line of four");
+}
+
+#[test]
+fn the_assignment_is_optimal_despite_loss() {
+    for loss in [0.3, 0.6] {
+        for seed in 0..60 {
+            let mut team = random_team(seed);
+            team.loss = loss;
+            team.run(1_200);
+            check_optimal(&team, &format!("seed {seed}, loss {loss}"));
+        }
+    }
+}
+
+/// A crashed robot keeps its task until τ after its last message, also for robots that do not receive it directly.
+#[test]
+fn tasks_of_a_crashed_robot_return() {
+    let costs: [&[f64]; 3] = [&[1.0], &[5.0], &[9.0]];
+    let mut team = Team::<Dhba>::still(0, TAU, Situation::from_costs(&costs), Config::default());
+    team.connect_as_line(0.0);
+    let mut last = SimTime::ZERO;
+    for _ in 0..50 {
+        let now = team.now();
+        team.step();
+        if team.in_flight.iter().any(|sent| sent.sender == RobotId(0)) {
+            last = now;
+        }
+    }
+    assert_eq!(team.executors(0), [0]);
+    team.kill(0);
+    while team.executors(0).is_empty() {
+        team.step();
+        assert!(team.now() < SimTime(20_000));
+    }
+    assert_eq!(
+        (team.executors(0), team.now() - STEP),
+        (vec![1], last + TAU)
+    );
+    team.restart(0);
+    team.run(40);
+    assert_eq!(team.executors(0), [0]);
+}
+
+/// Robots in between forward the signs of life of a distant robot.
+#[test]
+fn a_distant_robot_keeps_its_task() {
+    // Without robot 0, the robot at the other end would be the best.
+    let costs: [&[f64]; 4] = [&[1.0], &[60.0], &[60.0], &[5.0]];
+    let mut team = Team::<Dhba>::still(0, TAU, Situation::from_costs(&costs), Config::default());
+    team.connect_as_line(0.0);
+    team.run(10);
+    for _ in 0..600 {
+        team.step();
+        assert_eq!(team.executors(0), [0]);
+    }
+}
+
+#[test]
+fn a_lone_robot_does_everything() {
+    let mut team = Team::<Dhba>::with_work(3, &[2, 3, 4, 1, 2], Config::default());
+    team.links = vec![vec![false; 3]; 3];
+    team.run(1_200);
+    assert!(team.is_done());
+}
+
+/// A robot with an older row receives the newer one, and the robot that has it sends nothing else again.
+#[test]
+fn only_newer_rows_are_sent_again() {
+    let mut team = Team::<Dhba>::still(
+        0,
+        NEVER,
+        Situation::from_costs(&[&[1.0, 2.0], &[2.0, 1.0], &[3.0, 3.0]]),
+        Config { refresh_s: 1e6 },
+    );
+    team.run(10);
+    assert_eq!(allocator_messages(&team.in_flight).count(), 0);
+    let version = |made| RowVersion {
+        robot: RobotId(0),
+        made,
+        seen: team.now(),
+    };
+    let versions = vec![version(None)];
+    let rows = Vec::new();
+    team.inject(2, AllocationMessage::Dhba(MatrixPart { rows, versions }));
+    team.step();
+    let sent: Vec<_> = allocator_messages(&team.in_flight).collect();
+    // Robot 1 has the row of robot 0. Robot 0 does not receive questions about its own row.
+    assert_eq!(sent.len(), 1);
+    let (sender, AllocationMessage::Dhba(part)) = sent[0] else {
+        panic!("{sent:?}");
+    };
+    assert_eq!(
+        (sender, part.rows.len(), part.versions.len()),
+        (RobotId(1), 1, 0)
+    );
+}
+
+#[test]
+fn a_matrix_is_sent_in_parts_below_the_limit() {
+    let latest = SimTime(u64::MAX);
+    let mut matrix = Matrix::default();
+    let entry = MatrixEntry {
+        task: TaskId(u16::MAX),
+        round: latest,
+        utility: f32::MAX,
+    };
+    for robot in 0..200 {
+        let version = RowVersion {
+            robot: RobotId(60_000 + robot),
+            made: Some(latest),
+            seen: latest,
+        };
+        let entries = vec![entry; usize::from(robot) % (ROW_ENTRIES_MAX + 1)];
+        matrix.receive_row(&version, entries.into_iter());
+    }
+    matrix.repeat(RobotId(60_000));
+    let (mut rows, mut versions) = (0, 0);
+    while matrix.must_send() {
+        let part = matrix.next_part(RobotId(60_000), latest);
+        let entries: usize = part.rows.iter().map(|row| row.entries.len()).sum();
+        let weight = entries + 2 * (part.rows.len() + part.versions.len());
+        assert!(0 < weight && weight <= PART_WEIGHT_MAX);
+        (rows, versions) = (rows + part.rows.len(), versions + part.versions.len());
+        let length = encoded_len(&AllocationMessage::Dhba(part)).unwrap();
+        assert!(length <= 1200, "{length}");
+    }
+    assert_eq!((rows, versions), (200, 200));
+}
+
+/// An older row and a version without a row change nothing.
+#[test]
+fn a_later_row_replaces_an_earlier_one() {
+    let version = |made| RowVersion {
+        robot: RobotId(1),
+        made,
+        seen: SimTime(50),
+    };
+    let row = |made, utility| MatrixRow {
+        version: version(Some(SimTime(made))),
+        entries: vec![MatrixEntry {
+            task: TaskId(0),
+            round: SimTime::ZERO,
+            utility,
+        }],
+    };
+    let mut matrix = Matrix::default();
+    assert!(matrix.receive_version(&version(None)).is_newcomer);
+    for (made, utility, is_newer) in [(0, 0.1, true), (20, 0.2, true), (10, 0.3, false)] {
+        let MatrixRow { version, entries } = row(made, utility);
+        let update = matrix.receive_row(&version, entries.into_iter());
+        assert_eq!(update.has_changed, is_newer, "{made}");
+    }
+    let utilities: Vec<f32> = matrix
+        .rows()
+        .map(|(_, row)| row.entries[0].utility)
+        .collect();
+    assert_eq!(utilities, [0.2]);
+}
