@@ -7,7 +7,8 @@
 //! - [`instance`]: instances of other programs as scenarios, and runs as instances.
 //! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
-//! - [`tune`]: parameter search for allocators. [`hunt`]: search for faults that break them.
+//! - [`controllers`]: controllers in Python that a plan names. [`tune`]: parameter search for allocators.
+//! - [`hunt`]: search for faults that break allocators.
 //! - [`strategies`]: L-ALLIANCE's strategies against the optimum.
 //! - [`check`]: the effective parameters of a scenario, before a run. [`table`]: tables in a terminal. [`progress`]: the
 //!   display of long work.
@@ -19,6 +20,7 @@ pub mod branch;
 pub mod check;
 mod columns;
 pub mod compare;
+pub mod controllers;
 pub mod diff;
 pub mod export;
 mod figures;
@@ -47,6 +49,8 @@ mod visit;
 mod workers;
 
 pub use figures::palette;
+pub use figures::pixels::Pixels;
+pub use picture::live::draw_view;
 
 use std::path::Path;
 use std::process::ExitCode;

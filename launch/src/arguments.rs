@@ -15,13 +15,24 @@ use world_server::size::with_size_options;
 /// The exit status, after the message or the help has been printed.
 pub fn parse<C: FromArgMatches>(command: &Command) -> Result<C, ExitCode> {
     let words: Vec<OsString> = std::env::args_os().collect();
-    read(command.clone(), words.clone()).map_err(|error| match error.kind() {
+    parse_words(command, &words)
+}
+
+/// Parses arguments like [`parse`]; the first is the name of the program.
+///
+/// # Errors
+/// The exit status, after the message or the help has been printed.
+pub fn parse_words<C: FromArgMatches>(
+    command: &Command,
+    words: &[OsString],
+) -> Result<C, ExitCode> {
+    read(command.clone(), words).map_err(|error| match error.kind() {
         // Without any argument the help is printed.
         ErrorKind::DisplayHelp
         | ErrorKind::DisplayVersion
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
         _ => {
-            let line = unknown_command(command, &words, &error);
+            let line = unknown_command(command, words, &error);
             let line = line.unwrap_or_else(|| one_line(&error.to_string()));
             stderr_line!("alliance: {line}; try --help");
             ExitCode::from(2)

@@ -5,18 +5,21 @@
 //! - `commands`: the table from which help, manual pages and completions are generated. `list`: the content of this program.
 //! - [`control`]: a client of a live run, for `fault`, `clock` and `status`.
 //! - [`page`]: a page in the browser for a live or finished run. [`observer`]: subscriptions of the page and the launcher.
+//! - `python`: the hand-over of a command with controllers in Python to the Python package.
 //! - The crate [`analysis`] contains the analysis of recorded runs.
 
 // These macros panic if the output is closed; `terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
+use analysis::controllers::ControllerFiles;
 use clap::{CommandFactory, Parser, Subcommand};
 use cluster::process_log::{LogArgs, log_to_stderr};
 pub use missions::Registry;
 use proto::program_build;
-use terminal::fail;
+use terminal::{fail, stderr_line};
 use world_server::mission_args::Known;
 use world_server::size::with_size_options;
 
@@ -31,6 +34,7 @@ mod limits;
 mod list;
 pub mod observer;
 pub mod page;
+mod python;
 mod replay_controllers;
 pub mod run;
 mod runtime;
@@ -115,6 +119,39 @@ fn full_command() -> clap::Command {
     commands::complete(with_size_options(AllianceCli::command(), &vocabulary))
 }
 
+/// Returns the controllers in Python of a command that executes a plan.
+fn plan_controllers(command: &Command) -> Option<&ControllerFiles> {
+    match command {
+        Command::Sweep(command) => Some(command.controllers()),
+        Command::Compare(command) => Some(command.controllers()),
+        Command::Tune(command) => Some(command.controllers()),
+        _ => None,
+    }
+}
+
+/// Executes a plan command in a process of the Python package. The registry contains its controllers.
+#[must_use]
+pub fn execute_plan(registry: Registry, words: &[OsString]) -> ExitCode {
+    registry.install();
+    cluster::session::prepare_process();
+    log_to_stderr(LogArgs::default(), "alliance");
+    let command: AllianceCli = match arguments::parse_words(&full_command(), words) {
+        Ok(command) => command,
+        Err(status) => return status,
+    };
+    match command.command {
+        Command::Sweep(command) => command.run(&program_content()),
+        Command::Compare(command) => command.run(&program_content()),
+        Command::Tune(command) => command.run(&program_content()),
+        _ => {
+            stderr_line!(
+                "alliance: the Python package executes sweep, compare and tune; use the program `alliance`"
+            );
+            ExitCode::from(2)
+        }
+    }
+}
+
 /// Parses the arguments of this process and executes the command. The registry contains the missions and allocators. Child processes
 /// run the same program, so they have the same registry.
 #[must_use]
@@ -136,6 +173,11 @@ pub fn main(registry: Registry) -> ExitCode {
         Command::Run(command) => command.start_log(),
         Command::Cluster(command) => command.start_log(),
         _ => log_to_stderr(LogArgs::default(), "alliance"),
+    }
+    if let Some(controllers) = plan_controllers(&command.command)
+        && controllers.need_python(&program_content().vocabulary)
+    {
+        return python::execute_this_command();
     }
     match command.command {
         Command::Run(command) => command.run(),

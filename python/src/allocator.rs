@@ -74,6 +74,13 @@ impl PythonAllocator {
             let sets = PyList::new(py, sets.collect::<PyResult<Vec<_>>>()?)?;
             (input.now.as_secs_f64(), received, sets).into_pyobject(py)
         };
+        self.object.set_attribute(
+            py,
+            intern!(py, "position"),
+            input.position.map(|position| position.to_array()),
+        )?;
+        self.object
+            .set_attribute(py, intern!(py, "laden"), input.is_laden)?;
         let stepped = self
             .object
             .step(py, input.draws, arguments, input.received)?;

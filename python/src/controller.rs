@@ -8,15 +8,17 @@ use std::time::{Duration, Instant};
 
 use proto::allocation::{AllocationMessage, OpenMessage};
 use proto::team::Broadcast;
+use pyo3::exceptions::PyException;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyList, PyType};
+use pyo3::types::{PyBytes, PyList, PyString, PyType};
 use robot_agent::allocator::{OwnBehavior, RandomDraws};
 use scenario::Setup;
 use scenario::ids::RobotId;
 
 use crate::errors::ControllerError;
-use crate::values::{Message, SetDefinition, Stream};
+use crate::stream::Stream;
+use crate::values::{Message, SetDefinition};
 
 /// The reaction to an error of a controller.
 #[derive(Clone)]
@@ -25,6 +27,8 @@ pub enum FailureReaction {
     Stored(Arc<Mutex<Option<PyErr>>>),
     /// The error is printed and the process ends, which the team observes as a crash of the robot.
     EndsProcess,
+    /// The error ends the run of a plan, which records it as the reason of the failure.
+    EndsRun,
 }
 
 impl FailureReaction {
@@ -32,7 +36,7 @@ impl FailureReaction {
     pub fn take(&self) -> Option<PyErr> {
         match self {
             Self::Stored(place) => place.lock().unwrap_or_else(PoisonError::into_inner).take(),
-            Self::EndsProcess => None,
+            Self::EndsProcess | Self::EndsRun => None,
         }
     }
 
@@ -42,7 +46,7 @@ impl FailureReaction {
                 let place = place.lock().unwrap_or_else(PoisonError::into_inner);
                 place.is_some()
             }
-            Self::EndsProcess => false,
+            Self::EndsProcess | Self::EndsRun => false,
         }
     }
 
@@ -56,6 +60,7 @@ impl FailureReaction {
                 terminal::stderr_line!("robot-agent {}", error.value(py));
                 std::process::exit(terminal::panics::PANICKED);
             }
+            Self::EndsRun => terminal::panics::end_run(error.value(py).to_string()),
         }
     }
 }
@@ -67,8 +72,11 @@ pub struct ClassData {
     pub failure: FailureReaction,
     pub twice: bool,
     pub setup: Setup,
-    /// The setup as a Python object.
+    /// The setup as a read-only Python object.
     pub setup_object: Py<PyAny>,
+    /// The variables outside the objects that several robots of this process would share; `None` if there are none, or if
+    /// the process has only one robot.
+    pub shared: Option<Py<PyAny>>,
     /// `true` after the warning about slow copies.
     pub is_slow: AtomicBool,
 }
@@ -186,8 +194,19 @@ impl ControllerObject {
         let sets = PyList::new(py, sets.collect::<Vec<_>>())?;
         let controller = class.bind(py).call0()?;
         let begin = intern!(py, "_begin");
-        controller.call_method1(begin, (name, self.me.0, setup_object, &self.stream, sets))?;
+        let own_name = self.common.name;
+        let given = (name, self.me.0, setup_object, &self.stream, sets, own_name);
+        controller.call_method1(begin, given)?;
+        self.check_shared(py)?;
         Ok(controller.unbind())
+    }
+
+    /// Fails if the last call of the controller changed a variable that other robots of this process can read.
+    fn check_shared(&self, py: Python<'_>) -> PyResult<()> {
+        if let Some(shared) = &self.common.shared {
+            shared.call_method0(py, intern!(py, "check"))?;
+        }
+        Ok(())
     }
 
     /// Returns whether any controller of the run has failed. All controllers then stop.
@@ -201,6 +220,13 @@ impl ControllerObject {
             Ok(result) => return Some(result),
             Err(error) => error,
         };
+        if matches!(self.common.failure, FailureReaction::Stored(_))
+            && !error.is_instance_of::<PyException>(py)
+        {
+            // Ctrl-C and `sys.exit` end the caller's program, not a controller.
+            self.common.failure.note(py, error);
+            return None;
+        }
         let name = self.common.setup.roster.name(self.me);
         // The traceback is in the `PyErr`, but not in its value.
         let value = error.value(py);
@@ -213,6 +239,18 @@ impl ControllerObject {
         failed.set_cause(py, Some(error));
         self.common.failure.note(py, failed);
         None
+    }
+
+    /// Sets an attribute of the object, if there is one.
+    pub fn set_attribute<'py>(
+        &self,
+        py: Python<'py>,
+        name: &Bound<'py, PyString>,
+        value: impl IntoPyObject<'py>,
+    ) -> PyResult<()> {
+        self.controller.as_ref().map_or(Ok(()), |controller| {
+            controller.bind(py).setattr(name, value)
+        })
     }
 
     /// Calls `step` of the object with its arguments and the received messages. Returns `None` if there is no object.
@@ -240,6 +278,7 @@ impl ControllerObject {
         } else {
             controller.call_method1(intern!(py, "step"), given)?
         };
+        self.check_shared(py)?;
         Ok(Some((controller, done)))
     }
 

@@ -1,5 +1,6 @@
 //! A controller class as a kind of allocator that scenarios can name.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -8,7 +9,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use robot_agent::allocator::{AllocatorKind, ConfigError};
-use scenario::{AllocatorSpec, Setup};
+use scenario::{AllocatorSpec, ParameterDefault, ParameterRange, ParameterSpec, Setup};
 
 use crate::agent::{FollowingAllocator, PythonAgents};
 use crate::allocator::PythonAllocator;
@@ -61,7 +62,7 @@ impl ControllerClass {
         let spec = AllocatorSpec {
             name: self.name,
             about: "a controller in Python",
-            parameters: Vec::new(),
+            parameters: self.parameters()?,
             needs_ground_truth: false,
             learns_times: false,
         };
@@ -80,6 +81,24 @@ impl ControllerClass {
         })
     }
 
+    /// Returns the parameters that the class declares: by name the default, the least and the greatest value.
+    fn parameters(&self) -> PyResult<Vec<ParameterSpec>> {
+        let declared: BTreeMap<String, (f64, f64, f64)> = Python::attach(|py| {
+            let checked = py
+                .import(intern!(py, "alliance_sim._controllers"))?
+                .call_method1(intern!(py, "parameters_of"), (&self.class,))?;
+            checked.extract()
+        })?;
+        let spec = |(name, (default, least, greatest)): (String, (f64, f64, f64))| ParameterSpec {
+            key: interned(&name),
+            unit: "",
+            default: ParameterDefault::Number(default),
+            about: "a parameter of a controller in Python",
+            range: ParameterRange::Within(least, greatest),
+        };
+        Ok(declared.into_iter().map(spec).collect())
+    }
+
     fn data(&self, setup: &Setup) -> Result<Arc<ClassData>, ConfigError> {
         let failure = |reason: String| ConfigError {
             subject: format!("controller '{}'", self.name),
@@ -87,13 +106,24 @@ impl ControllerClass {
         };
         let text = serde_json::to_string(setup).map_err(|error| failure(error.to_string()))?;
         let data = Python::attach(|py| {
+            let module = py.import(intern!(py, "alliance_sim._isolation"))?;
+            let setup_object =
+                module.call_method1(intern!(py, "read_only"), (loads(py, &text)?,))?;
+            let shared = match self.failure {
+                // A robot with its own process shares nothing.
+                FailureReaction::EndsProcess => None,
+                FailureReaction::Stored(_) | FailureReaction::EndsRun => module
+                    .call_method1(intern!(py, "shared_variables"), (&self.class,))?
+                    .extract()?,
+            };
             Ok(Arc::new(ClassData {
                 name: self.name,
                 class: self.class.clone_ref(py),
                 failure: self.failure.clone(),
                 twice: self.twice,
                 setup: setup.clone(),
-                setup_object: loads(py, &text)?.unbind(),
+                setup_object: setup_object.unbind(),
+                shared,
                 is_slow: AtomicBool::new(false),
             }))
         });

@@ -2,9 +2,10 @@
 //!
 //! - [`request`]: the description of a run, with the arguments of the command line.
 //! - [`controller`]: controllers written in Python, which replace an [`allocator`] or the whole controller ([`agent`]).
-//! - [`values`], [`readings`]: the arguments of a controller's step.
+//! - [`values`], [`readings`]: the arguments of a controller's step. [`stream`]: its random numbers.
 //! - [`math`]: numerical functions for such controllers.
-//! - [`run`]: a whole run in this process. [`table`]: the tables of a logged run. [`env`]: runs that are stepped from outside. [`process`]: one robot as a
+//! - [`plan`]: sweeps, comparisons and searches. [`run`]: a whole run in this process. [`table`]: the tables of a logged run.
+//!   [`env`]: runs that are stepped from outside. [`process`]: one robot as a
 //!   process.
 //!
 //! The Python package checks the types of its callers and contains the documentation for users. Errors of a mission
@@ -19,11 +20,13 @@ mod controller_class;
 mod env;
 mod errors;
 mod math;
+mod plan;
 mod process;
 mod readings;
 mod request;
 mod rows;
 mod run;
+mod stream;
 mod table;
 mod values;
 
@@ -37,19 +40,26 @@ mod _engine {
     #[pymodule_export]
     use crate::errors::{AllianceError, ControllerError, ScenarioError};
     #[pymodule_export]
+    use crate::plan::execute_plan;
+    #[pymodule_export]
     use crate::process::run_agent;
     #[pymodule_export]
     use crate::run::run;
     #[pymodule_export]
+    use crate::stream::Stream;
+    #[pymodule_export]
     use crate::table::full_table;
     #[pymodule_export]
-    use crate::values::{Message, Set, Stream};
+    use crate::values::{Message, Set};
 
     #[pymodule_init]
     fn prepare(module: &Bound<'_, PyModule>) -> PyResult<()> {
         proto::program_build::set(launch::BUILD);
         let math = PyModule::new(module.py(), "math")?;
         crate::math::add(&math)?;
-        module.add_submodule(&math)
+        module.add_submodule(&math)?;
+        module.add("VERSION", env!("CARGO_PKG_VERSION"))?;
+        module.add("BUILD", launch::BUILD)?;
+        module.add("BOUND", crate::env::BOUND)
     }
 }

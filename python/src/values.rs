@@ -1,16 +1,15 @@
 //! The arguments of an allocator's step in Python. They are created for each step and are immutable.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-use proto::allocation::AllocationMessage;
-use proto::team::{Broadcast, BroadcastContent, Heartbeat};
-use pyo3::exceptions::PyRuntimeError;
+use proto::allocation::{AllocationMessage, OpenMessage};
+use proto::mission::SharedKnowledge;
+use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::Rng;
-use robot_agent::allocator::{Choice, RandomDraws};
-use scenario::ids::{BehaviorId, TaskId};
+use pyo3::types::{PyBytes, PyDict};
+use robot_agent::allocator::Choice;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use crate::errors::alliance_error;
@@ -58,6 +57,58 @@ impl Set {
 
 #[pymethods]
 impl Set {
+    /// Creates a set for a test of a controller.
+    #[new]
+    #[pyo3(signature = (
+        id, name, task, *, task_name = "", applicable = true, active = false, since = 0.0, cost = f64::INFINITY,
+        reward = 1.0, round = 0.0, max_robots = 1, priority = 0, opens_in = 0.0, ceased_after = 10.0, values = None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    fn for_test(
+        py: Python<'_>,
+        id: u16,
+        name: &str,
+        task: u16,
+        task_name: &str,
+        applicable: bool,
+        active: bool,
+        since: f64,
+        cost: f64,
+        reward: f64,
+        round: f64,
+        max_robots: usize,
+        priority: i32,
+        opens_in: f64,
+        ceased_after: f64,
+        values: Option<Py<PyAny>>,
+    ) -> Self {
+        let definition = SetDefinition {
+            id: BehaviorId(id),
+            name: name.to_owned(),
+            task: TaskId(task),
+            task_name: task_name.to_owned(),
+            ceased_after_s: ceased_after,
+            values: values.unwrap_or_else(|| PyDict::new(py).into_any().unbind()),
+        };
+        let choice = Choice {
+            behavior: BehaviorId(id),
+            task: TaskId(task),
+            round: SimTime::from_secs_f64(round),
+            applicable,
+            cost_s: Some(cost).filter(|cost| cost.is_finite()),
+            opens_in_s: opens_in,
+            reward,
+            priority,
+            max_robots,
+        };
+        Self::new(
+            Arc::new(definition),
+            choice,
+            active,
+            SimTime::from_secs_f64(since),
+        )
+    }
+
     #[getter]
     fn id(&self) -> u16 {
         self.definition.id.0
@@ -106,6 +157,11 @@ impl Set {
     #[getter]
     fn round(&self) -> f64 {
         self.choice.round.as_secs_f64()
+    }
+
+    #[getter]
+    fn opens_in(&self) -> f64 {
+        self.choice.opens_in_s
     }
 
     #[getter]
@@ -171,6 +227,53 @@ impl Message {
 
 #[pymethods]
 impl Message {
+    /// Creates a heartbeat, or with `content` a message of a controller, for a test of a controller.
+    #[new]
+    #[pyo3(signature = (
+        sender, state = "idle", *, incarnation = 1, sent = 0.0, task = None, set = None, since = 0.0, progress = 0,
+        position = None, carrying = false, content = None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    fn for_test(
+        sender: u16,
+        state: &str,
+        incarnation: u32,
+        sent: f64,
+        task: Option<u16>,
+        set: Option<u16>,
+        since: f64,
+        progress: u32,
+        position: Option<(f32, f32)>,
+        carrying: bool,
+        content: Option<Vec<u8>>,
+    ) -> PyResult<Self> {
+        let body = match content {
+            Some(bytes) => BroadcastContent::Allocation(AllocationMessage::Open(OpenMessage {
+                schema: String::new(),
+                bytes,
+            })),
+            None => BroadcastContent::Heartbeat(Heartbeat {
+                state: state_named(state)?,
+                since: SimTime::from_secs_f64(since),
+                set: set.map(BehaviorId),
+                task: task.map(TaskId),
+                progress,
+                position: position.map(Into::into),
+                carrying,
+                shared_knowledge: SharedKnowledge::Nothing,
+            }),
+        };
+        Ok(Self(Arc::new(Broadcast {
+            sender: RobotId(sender),
+            incarnation,
+            tick: 0,
+            index: 0,
+            seq: 0,
+            sent: SimTime::from_secs_f64(sent),
+            body,
+        })))
+    }
+
     #[getter]
     fn sender(&self) -> u16 {
         self.0.sender.0
@@ -254,65 +357,21 @@ impl Message {
     }
 }
 
+fn state_named(name: &str) -> PyResult<TaskState> {
+    let known = [
+        TaskState::Executing,
+        TaskState::Waiting,
+        TaskState::Idle,
+        TaskState::Released,
+    ];
+    let found = known.into_iter().find(|state| state.as_str() == name);
+    found.ok_or_else(|| {
+        let known = known.map(TaskState::as_str).join(", ");
+        PyValueError::new_err(format!("state: there is no '{name}'; use one of {known}"))
+    })
+}
+
 /// Parses JSON into Python objects.
 pub fn loads<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (text,))
-}
-
-/// The random numbers of a robot's allocator for the current step.
-#[pyclass(frozen, module = "alliance_sim")]
-pub struct Stream(Mutex<StepState>);
-
-struct StepState {
-    draws: Option<RandomDraws>,
-    /// The generator, created for the first number.
-    stream: Option<ChaCha8Rng>,
-    drawn: u32,
-}
-
-impl Stream {
-    /// The largest number of 64-bit values in a step.
-    const MOST: u32 = 2048;
-
-    pub fn new() -> Self {
-        Self(Mutex::new(StepState {
-            draws: None,
-            stream: None,
-            drawn: 0,
-        }))
-    }
-
-    /// Starts a new step.
-    pub fn begin(&self, draws: RandomDraws) {
-        let mut step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        *step = StepState {
-            draws: Some(draws),
-            stream: None,
-            drawn: 0,
-        };
-    }
-}
-
-#[pymethods]
-impl Stream {
-    /// Restarts the current step with the same numbers.
-    fn begin_again(&self) {
-        let mut step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        (step.stream, step.drawn) = (None, 0);
-    }
-
-    fn next_u64(&self) -> PyResult<u64> {
-        let mut step = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(draws) = step.draws else {
-            let why = "random numbers are available only within a step";
-            return Err(PyRuntimeError::new_err(why));
-        };
-        step.drawn += 1;
-        if step.drawn > Self::MOST {
-            let why = format!("a step has at most {} random numbers", Self::MOST);
-            return Err(PyRuntimeError::new_err(why));
-        }
-        let stream = step.stream.get_or_insert_with(|| draws.stream());
-        Ok(stream.next_u64())
-    }
 }

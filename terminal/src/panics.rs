@@ -2,7 +2,7 @@
 //! runs share a process, a caught panic ends only its run.
 
 use std::cell::Cell;
-use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
+use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind, resume_unwind};
 use std::sync::OnceLock;
 
 use crate::stderr_line;
@@ -46,6 +46,14 @@ pub fn set_process_name(name: String) {
     let _ = PROCESS_NAME.set(name);
 }
 
+/// The payload of [`end_run`].
+struct EndedRun(String);
+
+/// Ends the action that [`catch`] runs in this thread, with this error. Foreign code in a run has no other way to end it.
+pub fn end_run(reason: String) -> ! {
+    resume_unwind(Box::new(EndedRun(reason)))
+}
+
 /// Runs an action that may panic. Converts a panic into an error of one line.
 pub fn catch<T>(action: impl FnOnce() -> T) -> Result<T, String> {
     IS_CAUGHT.set(true);
@@ -53,6 +61,9 @@ pub fn catch<T>(action: impl FnOnce() -> T) -> Result<T, String> {
     let done = catch_unwind(AssertUnwindSafe(action));
     IS_CAUGHT.set(false);
     done.map_err(|panic| {
+        if let Some(EndedRun(reason)) = panic.downcast_ref() {
+            return reason.clone();
+        }
         // Without the hook, the payload is the only information.
         let message = panic.downcast_ref::<String>().map(String::as_str);
         let message = message.or_else(|| panic.downcast_ref::<&str>().copied());
@@ -83,5 +94,7 @@ mod tests {
         let error = catch(|| -> u32 { panic!("out of {}", "luck") }).unwrap_err();
         assert_eq!(error, "panicked: out of luck");
         assert_eq!(catch(|| 7), Ok(7));
+        let ended = catch(|| -> u32 { end_run("no luck".to_owned()) });
+        assert_eq!(ended.unwrap_err(), "no luck");
     }
 }

@@ -18,12 +18,13 @@ use super::memory;
 use super::page::Page;
 use super::power::remarks;
 use super::tables::{LATEX, NamedTable, latex, tables};
+use crate::controllers::ControllerFiles;
 use crate::exit_status;
 use crate::figures::canvas::Sheet;
 use crate::figures::files;
 use crate::new_file::write_atomically;
 use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
-use crate::sweep::execution::{Arguments, PlanCommand, counted, jobs_or_cores, shell_quoted};
+use crate::sweep::execution::{Arguments, PlanCommand, counted, jobs_or_cores};
 use crate::sweep::journal::Header;
 use crate::sweep::plan::{Plan, setup};
 use crate::sweep::results::{figures_of, results_table};
@@ -45,6 +46,12 @@ pub struct CompareCommand {
 }
 
 impl CompareCommand {
+    /// Returns the controllers in Python that the plan names.
+    #[must_use]
+    pub fn controllers(&self) -> &ControllerFiles {
+        self.arguments.controllers()
+    }
+
     /// Runs the command. Exit status: 0 all runs are done, 1 failed runs or an interruption, 2 invalid input or missing runs, 3 a file
     /// cannot be written. Incomplete missions are not failures.
     #[must_use]
@@ -137,7 +144,7 @@ fn finish(
     folder: &Path,
     header: &Header,
     rows: &[Row],
-    plan: Option<&Path>,
+    plan: Option<&str>,
     sheet: &Sheet,
 ) -> anyhow::Result<bool> {
     let comparison = header
@@ -184,7 +191,7 @@ fn finish(
     stderr_line!("{}, {failed} failed", counted(rows.len(), "run"));
     // After a merge, the folder of the plan is not known.
     if let Some(plan) = plan {
-        stderr_line!("repeat   alliance compare {} --cell 0", shell_quoted(plan));
+        stderr_line!("repeat   alliance compare {plan} --cell 0");
     }
     stderr_line!("numbers  {}", folder.join("cells.csv").display());
     stderr_line!("page     {}", folder.join(PAGE).display());

@@ -13,6 +13,7 @@ mod floor;
 mod frame;
 mod geometry;
 mod gif_film;
+pub mod live;
 mod png_film;
 mod radio;
 mod scene;

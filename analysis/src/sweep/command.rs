@@ -16,6 +16,7 @@ use super::results::results_table;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
 use super::summary::{Summary, by_column, by_condition, failed_by_reason, faults_by_kind};
+use crate::controllers::ControllerFiles;
 use crate::figures::canvas::Sheet;
 use crate::figures::{Figure, files};
 use crate::new_file::write_atomically;
@@ -35,6 +36,12 @@ pub struct SweepCommand {
 }
 
 impl SweepCommand {
+    /// Returns the controllers in Python that the plan names.
+    #[must_use]
+    pub fn controllers(&self) -> &ControllerFiles {
+        self.arguments.controllers()
+    }
+
     /// Runs the command. Exit status: 0 all runs are done, 1 failed runs, 2 invalid input or missing runs, 3 a file cannot be written,
     /// 130 an interruption. Incomplete missions are not failures.
     #[must_use]
@@ -62,7 +69,7 @@ fn finish(
     folder: &Path,
     header: &Header,
     rows: &[Row],
-    _plan: Option<&Path>,
+    _plan: Option<&str>,
     sheet: &Sheet,
 ) -> anyhow::Result<bool> {
     let design = &header.design;

@@ -9,6 +9,7 @@ use std::thread::available_parallelism;
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::HumanDuration;
+use missions::Registry;
 use scenario::decode_text;
 use terminal::stderr_line;
 use tokio::time::Instant;
@@ -20,6 +21,7 @@ use super::lines::LineFile;
 use super::plan::Plan;
 use super::run::{Failure, Row, RunResult, execute_run};
 use super::shard::Shard;
+use crate::controllers::ControllerFiles;
 use crate::figures::canvas::Sheet;
 use crate::figures::size::SizeOptions;
 use crate::interrupted::{InterruptFlag, Interrupted};
@@ -64,6 +66,8 @@ pub struct Arguments {
     /// Print the scenario of one run and the command that executes it
     #[arg(long, value_name = "RUN", conflicts_with_all = ["jobs", "shard", "merge", "out"])]
     scenario: Option<usize>,
+    #[command(flatten)]
+    controllers: ControllerFiles,
     #[command(flatten, next_help_heading = "Figures")]
     size: SizeOptions,
 }
@@ -82,8 +86,8 @@ pub struct PlanCommand {
 }
 
 /// A function that writes and shows the results from all rows in order, including failed runs, in a folder, with figures
-/// of this size. The second path is that of the plan as given; `None` after a merge. It returns `true` if no run failed.
-pub type Finish = fn(&Path, &Header, &[Row], Option<&Path>, &Sheet) -> anyhow::Result<bool>;
+/// of this size. The text contains the arguments that state the plan; `None` after a merge. It returns `true` if no run failed.
+pub type Finish = fn(&Path, &Header, &[Row], Option<&str>, &Sheet) -> anyhow::Result<bool>;
 
 /// The work that remains after the arguments are checked. It returns `true` if all runs are done and none failed.
 type Task<'t> = Box<dyn FnOnce() -> anyhow::Result<bool> + 't>;
@@ -109,6 +113,12 @@ impl Arguments {
             Ok(task) => exit_status(study.name, task().map(all_done), 3),
             Err(error) => exit_status(study.name, Err(error), 2),
         }
+    }
+
+    /// Returns the controllers in Python that the plan names.
+    #[must_use]
+    pub fn controllers(&self) -> &ControllerFiles {
+        &self.controllers
     }
 
     #[must_use]
@@ -162,6 +172,7 @@ impl Arguments {
 
     fn prepare<'t>(&'t self, known: &Known, study: &'t PlanCommand) -> anyhow::Result<Task<'t>> {
         let sheet = self.size.sheet()?;
+        self.controllers.check()?;
         if self.merge {
             return self.gather(study, sheet);
         }
@@ -187,7 +198,7 @@ impl Arguments {
         let header = Header {
             sweep: name,
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            digest: plan.digest(),
+            digest: self.controllers.digest(plan.digest())?,
             design: plan.design.clone(),
             check: plan.check,
             comparison,
@@ -209,8 +220,9 @@ impl Arguments {
             done,
             sheet,
         };
+        let stated = shell_quoted(file) + &self.controllers.options();
         Ok(Box::new(move || {
-            work.run(self.jobs(), study, &self.again(study), file)
+            work.run(self.jobs(), study, &self.again(study), &stated)
         }))
     }
 
@@ -278,12 +290,19 @@ impl Arguments {
 
     fn print(&self, plan: &Plan, run: usize) -> anyhow::Result<bool> {
         let scenario = plan.scenario(run).map_err(anyhow::Error::msg)?;
-        terminal::print(&scenario)?;
-        let file = format!("run-{run}.toml");
-        stderr_line!(
-            "to repeat the run, save this as {file}: {}",
-            repeat_command(&file, plan.design.seed(run), plan.check)
-        );
+        let (file, seed) = (format!("run-{run}.toml"), plan.design.seed(run));
+        let vocabulary = Registry::current().vocabulary();
+        let command = match self.controllers.external(&scenario, &vocabulary)? {
+            Some(external) => {
+                terminal::print(&external.scenario)?;
+                format!("alliance run {file} --seed {seed}{}", external.options)
+            }
+            None => {
+                terminal::print(&scenario)?;
+                repeat_command(&file, seed, plan.check)
+            }
+        };
+        stderr_line!("to repeat the run, save this as {file}: {command}");
         Ok(true)
     }
 
@@ -293,7 +312,7 @@ impl Arguments {
         if let Some(shard) = self.shard {
             words += &format!(" --shard {shard}");
         }
-        words
+        words + &self.controllers.options()
     }
 }
 
@@ -372,7 +391,7 @@ impl Work {
         jobs: NonZeroUsize,
         study: &PlanCommand,
         again: &str,
-        plan: &Path,
+        plan: &str,
     ) -> anyhow::Result<bool> {
         let interrupted = InterruptFlag::install()?;
         let all = self.plan.design.runs().unwrap_or_default();
@@ -448,7 +467,7 @@ fn finish(
     header: &Header,
     rows: RowsByRun,
     study: &PlanCommand,
-    (plan, sheet): (Option<&Path>, Sheet),
+    (plan, sheet): (Option<&str>, Sheet),
 ) -> anyhow::Result<bool> {
     let rows: Vec<Row> = rows.into_values().collect();
     for row in &rows {
@@ -506,7 +525,6 @@ pub fn jobs(text: &str) -> Result<NonZeroUsize, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use missions::Registry;
 
     #[test]
     fn paths_are_quoted_for_a_shell() {

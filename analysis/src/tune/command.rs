@@ -18,6 +18,7 @@ use super::task::Task;
 use super::tuning::{Tuned, tune};
 use super::verdict::{AllocatorResult, TUNED, verdicts};
 use crate::columns::{Entry, Table};
+use crate::controllers::ControllerFiles;
 use crate::exit_status;
 use crate::figures::files;
 use crate::interrupted::{InterruptFlag, Interrupted};
@@ -51,6 +52,8 @@ pub struct TuneCommand {
     /// Merge the journals of all shards from their folders
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["jobs", "shard"])]
     merge: Vec<PathBuf>,
+    #[command(flatten)]
+    controllers: ControllerFiles,
 }
 
 /// The search of an allocator by a method, with its journal.
@@ -61,6 +64,12 @@ struct Search {
 }
 
 impl TuneCommand {
+    /// Returns the controllers in Python that the plan names.
+    #[must_use]
+    pub fn controllers(&self) -> &ControllerFiles {
+        &self.controllers
+    }
+
     /// Runs the command. Exit status: 0 done, 2 invalid input, 3 a file cannot be written, 130 interrupted.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
@@ -76,6 +85,7 @@ impl TuneCommand {
             if let Some(shard) = self.shard {
                 again += &format!(" --shard {shard}");
             }
+            again += &self.controllers.options();
             stderr_line!("interrupted; continue with\n  {again}");
         }
         let is_input = done.as_ref().is_err_and(|error| error.is::<Unfinished>());
@@ -84,6 +94,7 @@ impl TuneCommand {
     }
 
     fn prepare(&self, known: &Known) -> anyhow::Result<(Task, Vec<Search>, PathBuf)> {
+        self.controllers.check()?;
         let text = read_text(&self.plan)?;
         let plan = read_plan(&self.plan, &text, known)?;
         let name = plan_name(&self.plan);
@@ -92,7 +103,7 @@ impl TuneCommand {
         let header = Header {
             tune: name,
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            digest: plan.digest(),
+            digest: self.controllers.digest(plan.digest())?,
         };
         let task = Task::of(plan).with_context(|| self.plan.display().to_string())?;
         let all = (0..task.allocators.len())

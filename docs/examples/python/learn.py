@@ -33,7 +33,7 @@ def learn(seed=1):
     """Returns the weights of each robot: [robots, actions, features]."""
     rng = np.random.default_rng(seed)
     halves = [VecEnv(SCENARIO, ENVS // 2, faults=faults, limit=LIMIT_S) for faults in ([], KILLED)]
-    together = [np.concatenate([half.reset(100) for half in halves]), np.concatenate([half.action_mask for half in halves])]
+    together = [np.concatenate([half.reset(100)[0] for half in halves]), np.concatenate([half.action_mask for half in halves])]
     seen, mask = together
     _, robots, actions = mask.shape
     weights = np.zeros((robots, actions, seen.shape[-1] + 1), np.float32)

@@ -2,13 +2,16 @@
 
 - `Allocator`: selects a robot's behavior set. `Agent`: a complete controller; its step receives `Readings` and returns an `Action`.
 - `run`: runs a whole mission in this process.
+- `compare`, `sweep`, `tune`: many runs with statistics, also of controllers in Python beside the built-in allocators.
 - `main`: runs the process of one robot of a live run.
-- `env.parallel_env`, `env.VecEnv`: learning environments with faults.
+- `env.parallel_env`, `env.VecEnv`, `env.RobotEnv`: learning environments with faults.
 - `load`: reads the tables of a run folder, a comparison or a sweep.
 """
 
 from ._controllers import Action, Agent, Allocator, Readings, Rng
+from ._engine import VERSION as __version__
 from ._engine import AllianceError, ControllerError, Message, ScenarioError, Set
+from ._plans import compare, sweep, tune
 from ._process import main
 from ._results import Results, load
 from ._run import Run, run
@@ -26,7 +29,11 @@ __all__ = [
     "Run",
     "ScenarioError",
     "Set",
+    "__version__",
+    "compare",
     "load",
     "main",
     "run",
+    "sweep",
+    "tune",
 ]

@@ -65,12 +65,23 @@ class Controller:
     rank: int
     #: Names of the robot's behavior sets.
     sets: tuple[str, ...]
-    #: Setup of the run, as in run.json: `seed`, `scenario`, `alliance`. All robots share it; do not change it.
+    #: Setup of the run, as in run.json: `seed`, `scenario`, `alliance`. It is read-only.
     setup: Mapping[str, Any]
     #: Random numbers of the robot.
     rng: Rng
     #: Attributes that checkpoints share instead of copying, such as a large net that does not change.
     frozen: ClassVar[frozenset[str] | set[str]] = frozenset()
+    #: Variables of the class, of a module or of an enclosing function that steps change and never read, such as a list for a plot.
+    #: In one process, a change of any other such variable is an error, because robots in processes do not share it.
+    collected: ClassVar[frozenset[str] | set[str]] = frozenset()
+    #: Parameters that a scenario or a plan can set as `allocators.NAME.KEY`: default, least and greatest value by key.
+    parameters: ClassVar[Mapping[str, tuple[float, float, float]]] = {}
+    #: Value of each parameter in this run.
+    values: Mapping[str, float]
+    #: Top speed of the robot, m/s.
+    speed: float
+    #: Level of each skill of the robot; empty if the scenario states no skills.
+    skills: Mapping[str, float]
 
     _is_whole: ClassVar[bool]
     _outbox: list[bytes]
@@ -88,8 +99,14 @@ class Controller:
             raise ValueError(f"send: a robot with {sets} sets sends at most {sets + 1} messages in a step")
         self._outbox.append(message)
 
-    def _begin(self, name: str, rank: int, setup: Mapping[str, Any], stream: Stream, sets: Sequence[str]) -> None:
+    def _begin(self, name: str, rank: int, setup: Mapping[str, Any], stream: Stream, sets: Sequence[str], own_name: str) -> None:
         self.name, self.rank, self.setup, self.rng, self.sets = name, rank, setup, Rng(stream), tuple(sets)
+        scenario = setup["scenario"]
+        robot = scenario["robots"][rank]
+        self.speed = robot.get("speed_m_s", scenario["body"]["speed_m_s"])
+        self.skills = robot.get("skills") or {}
+        stated = scenario.get("allocators", {}).get(own_name, {})
+        self.values = {key: stated.get(key, default) for key, (default, _, _) in type(self).parameters.items()}
         self._outbox = []
         self.reset()
 
@@ -107,6 +124,11 @@ class Allocator(Controller):
 
     The package sends heartbeats with the robot's task, so robots with other allocators can use them.
     """
+
+    #: Position of the robot by its own estimate in this step, m; `None` while its position sensor is dead.
+    position: tuple[float, float] | None
+    #: The robot carries an object of its task in this step.
+    laden: bool
 
     _is_whole = False
     _bids: dict[int, float]
@@ -131,7 +153,7 @@ class Allocator(Controller):
         self._bids[set.id] = value
 
     def _begin(self, *given: Any) -> None:
-        self._bids = {}
+        self._bids, self.position, self.laden = {}, None, False
         super()._begin(*given)
 
 
@@ -221,6 +243,20 @@ class Agent(Controller):
             self._send(message)
 
 
+def parameters_of(controller: type[Controller]) -> dict[str, tuple[float, float, float]]:
+    """Returns the parameters of a class. Raises a `TypeError` for a declaration with another form."""
+    checked = {}
+    for key, declared in controller.parameters.items():
+        try:
+            default, least, greatest = map(float, declared)
+        except (TypeError, ValueError):
+            raise TypeError(f"{controller.__name__}.parameters: {key} is {declared!r}; write (default, least, greatest)") from None
+        if not (math.isfinite(least) and math.isfinite(greatest) and least <= default <= greatest):
+            raise TypeError(f"{controller.__name__}.parameters: {key}: {default} is not between {least} and {greatest}")
+        checked[key] = (default, least, greatest)
+    return checked
+
+
 def readings(text: str) -> Readings:
     """Builds `Readings` from the engine's JSON."""
     values = json.loads(text)
@@ -250,12 +286,12 @@ def step_twice(controller: Controller, given: tuple[Any, ...]) -> Any:
     skipped = SHARED | controller.frozen
     pairs += [(f"self.{name}", attributes.get(name), copied.get(name)) for name in sorted(attributes.keys() | copied.keys()) if name not in skipped]
     for field, one, another in pairs:
-        if not _is_same(one, another):
+        if not is_same(one, another):
             raise ValueError(f"a step made twice differs: {field} is {_shown(one)} and {_shown(another)}; the step depends on more than its inputs")
     return first
 
 
-def _is_same(one: Any, other: Any) -> bool:
+def is_same(one: Any, other: Any) -> bool:
     if one is other:
         return True
     try:
@@ -278,9 +314,9 @@ def _shown(value: Any) -> str:
 def line_of(robot: str, tick: int, error: BaseException) -> str:
     """Returns one line with robot, tick, position and error of a failed controller."""
     frames = traceback.extract_tb(error.__traceback__)
-    package = Path(__file__)
+    package = Path(__file__).parent
     # The position in the author's code, not in this package.
-    frames_of_author = [frame for frame in frames if Path(frame.filename) != package and frame.filename != "<string>"]
+    frames_of_author = [frame for frame in frames if Path(frame.filename).parent != package and frame.filename != "<string>"]
     where = f"{Path(frames_of_author[-1].filename).name}:{frames_of_author[-1].lineno}: " if frames_of_author else ""
     why = " ".join(str(error).split())
     return f"{robot}: tick {tick}: {where}{type(error).__name__}: {why}"

@@ -1,5 +1,6 @@
 """Types of the engine, which is written in Rust."""
 
+from collections.abc import Mapping
 from os import PathLike
 from typing import Any, final
 
@@ -12,63 +13,134 @@ class ScenarioError(AllianceError):
 class ControllerError(AllianceError):
     """A controller written in Python failed. The message states the robot, the tick and the position. The cause is the original exception."""
 
+#: Version and build of the engine.
+VERSION: str
+BUILD: str
+#: Largest absolute value in an observation.
+BOUND: float
+
 @final
 class Set:
-    """A behavior set of the robot in a step."""
+    """A behavior set of the robot in a step. The constructor is for tests of a controller."""
 
-    #: Id of the set, the same for all robots.
-    id: int
-    name: str
-    #: Id of the set's task.
-    task: int
-    task_name: str
-    #: The set can be active in this step.
-    applicable: bool
-    #: The set was active at the end of the previous step.
-    active: bool
-    #: Start of the present state, active or not, s.
-    since: float
-    #: Estimated time of one unit of work, s, from the robot's own knowledge; infinite without an estimate.
-    cost: float
-    #: Value of one unit of work, in the mission's own measure.
-    reward: float
-    #: Time at which the task became due again, s. Messages about earlier rounds are void.
-    round: float
-    #: Maximum number of robots that may perform the task at once.
-    max_robots: int
-    #: Priority of the task; a higher one goes first.
-    priority: int
-    #: Time without messages after which a teammate counts as lost, s.
-    ceased_after: float
-    #: Values of all ALLIANCE parameters of the set, as in run.json.
-    values: dict[str, Any]
+    def __new__(
+        cls,
+        id: int,
+        name: str,
+        task: int,
+        *,
+        task_name: str = "",
+        applicable: bool = True,
+        active: bool = False,
+        since: float = 0.0,
+        cost: float = ...,
+        reward: float = 1.0,
+        round: float = 0.0,
+        max_robots: int = 1,
+        priority: int = 0,
+        opens_in: float = 0.0,
+        ceased_after: float = 10.0,
+        values: Mapping[str, Any] | None = None,
+    ) -> Set: ...
+    @property
+    def id(self) -> int:
+        """Id of the set, the same for all robots."""
+    @property
+    def name(self) -> str: ...
+    @property
+    def task(self) -> int:
+        """Id of the set's task."""
+    @property
+    def task_name(self) -> str: ...
+    @property
+    def applicable(self) -> bool:
+        """True if the set can be active in this step."""
+    @property
+    def active(self) -> bool:
+        """True if the set was active at the end of the previous step."""
+    @property
+    def since(self) -> float:
+        """Start of the present state, active or not, s."""
+    @property
+    def cost(self) -> float:
+        """Estimated time of one unit of work with the travel to it, s, from the robot's own knowledge; infinite without an estimate."""
+    @property
+    def opens_in(self) -> float:
+        """Time until the work of the unit can begin, s. `cost` contains the wait."""
+    @property
+    def reward(self) -> float:
+        """Value of one unit of work, in the mission's own measure."""
+    @property
+    def round(self) -> float:
+        """Time at which the task became due again, s. Messages about earlier rounds are void."""
+    @property
+    def max_robots(self) -> int:
+        """Maximum number of robots that may perform the task at once."""
+    @property
+    def priority(self) -> int:
+        """Priority of the task; a higher one goes first."""
+    @property
+    def ceased_after(self) -> float:
+        """Time without messages after which a teammate counts as lost, s."""
+    @property
+    def values(self) -> Mapping[str, Any]:
+        """Values of all ALLIANCE parameters of the set, as in run.json."""
 
 @final
 class Message:
-    """A heartbeat of a teammate, or a message of a teammate of the same class."""
+    """A heartbeat of a teammate, or a message of a teammate of the same class. The constructor is for tests of a controller."""
 
-    #: Rank and incarnation of the sender.
-    sender: int
-    incarnation: int
-    #: Send time, s.
-    sent: float
-    #: `executing`, `waiting`, `idle` or `released`; `message` for a controller's own message, of which only `content` is set below.
-    state: str
-    #: Ids of the task and the set; `None` when idle.
-    task: int | None
-    set: int | None
-    #: Start of that state, s.
-    since: float
-    #: Number of effects on the task so far.
-    progress: int
-    #: Position of the sender by its own estimate, m.
-    position: tuple[float, float] | None
-    #: The sender carries an item.
-    carrying: bool
-    #: Shared knowledge of the sender about the mission, as JSON values; bytes for missions with their own types.
-    shared_knowledge: Any
-    #: Content of the controller's own message.
-    content: bytes
+    def __new__(
+        cls,
+        sender: int,
+        state: str = "idle",
+        *,
+        incarnation: int = 1,
+        sent: float = 0.0,
+        task: int | None = None,
+        set: int | None = None,
+        since: float = 0.0,
+        progress: int = 0,
+        position: tuple[float, float] | None = None,
+        carrying: bool = False,
+        content: bytes | None = None,
+    ) -> Message: ...
+    @property
+    def sender(self) -> int:
+        """Rank of the sender."""
+    @property
+    def incarnation(self) -> int:
+        """Incarnation of the sender, from 1."""
+    @property
+    def sent(self) -> float:
+        """Send time, s."""
+    @property
+    def state(self) -> str:
+        """`executing`, `waiting`, `idle` or `released`; `message` for a controller's own message, of which only `content` is set below."""
+    @property
+    def task(self) -> int | None:
+        """Id of the task; `None` when idle."""
+    @property
+    def set(self) -> int | None:
+        """Id of the behavior set; `None` when idle."""
+    @property
+    def since(self) -> float:
+        """Start of that state, s."""
+    @property
+    def progress(self) -> int:
+        """Number of effects on the task so far."""
+    @property
+    def position(self) -> tuple[float, float] | None:
+        """Position of the sender by its own estimate, m."""
+    @property
+    def carrying(self) -> bool:
+        """True if the sender carries an item."""
+    @property
+    def shared_knowledge(self) -> Any:
+        """Shared knowledge of the sender about the mission, as JSON values; bytes for missions with their own types."""
+    @property
+    def content(self) -> bytes:
+        """Content of the controller's own message."""
 
 @final
 class Stream:
@@ -82,9 +154,13 @@ class EnvironmentBatch:
     shape: tuple[int, int, int, int]
     part_size: int
     setup: str
-    def __new__(cls, asked: dict[str, Any], level: str, period_s: float, envs: int, threads: int) -> EnvironmentBatch: ...
-    def reset(self, seed: int) -> None: ...
-    def step(self, actions: Any, auto_reset: bool) -> None: ...
+    def __new__(
+        cls, asked: dict[str, Any], level: str, length: tuple[float | None, int | None], size: tuple[int, int], renders: bool
+    ) -> EnvironmentBatch: ...
+    def reset(self, seeds: list[int | None]) -> None: ...
+    def ends(self) -> list[tuple[int, list[float], str | None, str, int]]: ...
+    def picture(self, index: int, width_px: int) -> tuple[int, int, bytes] | None: ...
+    def step(self, actions: Any, auto_reset: bool) -> bool: ...
     def see(self, part: int, observation: Any, mask: Any, alive: Any, reward: Any, done: Any) -> None: ...
     def record(self, index: int, folder: PathLike[str]) -> None: ...
     def close(self) -> None: ...
@@ -98,6 +174,7 @@ class EnvironmentBatch:
 
 def run(asked: dict[str, Any], folder: PathLike[str] | None, level: str) -> str: ...
 def full_table(folder: PathLike[str], file_name: str) -> str | None: ...
+def execute_plan(words: list[str], controllers: list[tuple[str, type]]) -> int: ...
 def run_agent(words: list[str], name: str, controller: type, twice: bool) -> int: ...
 
 class math:

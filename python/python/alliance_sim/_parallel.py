@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -11,8 +12,10 @@ from gymnasium import spaces
 from gymnasium.utils import EzPickle
 from pettingzoo import ParallelEnv as Parallel
 
+from ._engine import BOUND
+from ._plain import whole
 from ._run import Controller, Scenario
-from ._vector import Reward, VecEnv
+from ._vector import DRAWN_MAX, SEED_MAX, Event, Reward, VecEnv
 
 
 class ParallelEnv(Parallel, EzPickle):
@@ -24,15 +27,15 @@ class ParallelEnv(Parallel, EzPickle):
     A copy or an unpickled environment is created from the same arguments and has no episode yet.
     """
 
-    metadata = {"name": "alliance_sim_v0", "render_modes": [], "is_parallelizable": True}
-    render_mode = None
+    metadata = {"name": "alliance_sim_v0", "render_modes": ["rgb_array"], "render_fps": 20, "is_parallelizable": True}
 
     def __init__(
         self,
         scenario: Scenario = None,
         *,
         level: str = "decide",
-        period_s: float = 1.0,
+        period_s: float | None = None,
+        ticks: int | None = None,
         controllers: Mapping[str, Controller] | None = None,
         faults: Mapping[str, Any] | list[Mapping[str, Any]] | None = None,
         revive: bool = True,
@@ -41,30 +44,36 @@ class ParallelEnv(Parallel, EzPickle):
         robots: int | None = None,
         size: int | None = None,
         limit: float | None = None,
+        info_events: bool = False,
+        render_mode: str | None = None,
     ) -> None:
         """`reward`: a function of mission.csv's columns before and after a step and of the step's events; default: the mission's progress.
 
-        `time_cost` is subtracted from the reward of each step. See `run` and `VecEnv` for the other arguments.
+        `time_cost` is subtracted from the reward of each step. `info_events`: `infos` have also `faults`, `events`, and in the last step
+        `hash` and `outcome`, which are not numbers. See `run` and `VecEnv` for the other arguments.
         """
         run = {
             "level": level,
             "period_s": period_s,
+            "ticks": ticks,
             "controllers": controllers,
             "faults": faults,
             "robots": robots,
             "size": size,
             "limit": limit,
+            "render_mode": render_mode,
         }
-        EzPickle.__init__(self, scenario, **run, revive=revive, reward=reward, time_cost=time_cost)
+        own = {"revive": revive, "reward": reward, "time_cost": time_cost, "info_events": info_events}
+        EzPickle.__init__(self, scenario, **run, **own)
         self._vec = VecEnv(scenario, 1, **run, auto_reset=False)
-        self._revive, self._reward, self._time_cost = revive, reward, time_cost
+        self._revive, self._reward, self._time_cost, self._info_events = revive, reward, time_cost, info_events
+        self.render_mode = render_mode
         self._has_faults = faults is not None or "faults" in self._vec.setup["scenario"]
-        self._next_seed = 1
+        self._next_seed: int | None = None
         self.possible_agents = list(self._vec.agents)
         self.agents: list[str] = []
         self._rank = {agent: rank for rank, agent in enumerate(self.possible_agents)}
-        features = self._vec.observation.shape[-1]
-        seen = spaces.Box(-np.inf, np.inf, (features,), np.float32)
+        seen = spaces.Box(-BOUND, BOUND, (self._vec.observation.shape[-1],), np.float32)
         self._actions: dict[str, spaces.Space[Any]] = {}
         self._observations: dict[str, spaces.Space[Any]] = {}
         for agent, sets in zip(self.possible_agents, self._vec.sets, strict=True):
@@ -86,6 +95,10 @@ class ParallelEnv(Parallel, EzPickle):
         """Names of the numbers of an observation, for the first agent."""
         return self._vec.feature_names
 
+    def feature_names_of(self, agent: str) -> list[str]:
+        """Returns the names of the numbers of an agent's observation."""
+        return self._vec.feature_names_of(self._rank[agent])
+
     @property
     def sets(self) -> dict[str, list[str]]:
         """Behavior sets by agent. Action n selects the n-th one; action 0 is idle."""
@@ -100,25 +113,24 @@ class ParallelEnv(Parallel, EzPickle):
         return self._actions[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict, dict]:
-        """Starts an episode. The default seed is the previous episode's seed plus one."""
-        seed = self._next_seed if seed is None else seed
-        self._next_seed = seed + 1
+        """Starts an episode. The default seed is the previous one plus one, and at first from the entropy of the system."""
+        if seed is None:
+            seed = int(np.random.default_rng().integers(DRAWN_MAX)) if self._next_seed is None else self._next_seed
+        seed = whole(seed, "seed", 0, SEED_MAX)
+        self._next_seed = (seed + 1) % (SEED_MAX + 1)
         self._vec.reset(seed)
         self.agents = list(self.possible_agents)
         self._is_running = True
-        return self._seen(), self._infos()
+        return self._seen(), self._infos({})
 
     def step(self, actions: Mapping[str, Any]) -> tuple[dict, dict, dict, dict, dict]:
-        """Makes one step. An agent without an action is idle."""
+        """Makes one step. An agent without an action is idle. `infos` has `masked_action`: true if the mask excluded the agent's action."""
         if not self._is_running:
             raise RuntimeError("call reset() first, and again after the end of an episode")
         before = self._vec.row() if self._reward else {}
-        array = self._action_array
-        array.fill(0)
-        for agent, action in actions.items():
-            array[0, self._rank[agent]] = action
-        self._vec.step(array)
-        reward = self._reward(before, self._vec.row(), self._vec.events()) if self._reward else float(self._vec.reward[0])
+        masked = self._read(actions)
+        self._vec.advance(self._action_array)
+        reward = self._own_reward(before) if self._reward else float(self._vec.reward[0])
         reward -= self._time_cost
         done = self._vec.done[0]
         over, cut = bool(done == 1), bool(done == 2)
@@ -129,15 +141,47 @@ class ParallelEnv(Parallel, EzPickle):
         else:
             terminations = {agent: over or not self._vec.alive[0, self._rank[agent]] for agent in agents}
         truncations = dict.fromkeys(agents, cut)
-        seen, infos = self._seen(), self._infos()
+        seen, infos = self._seen(), self._infos(masked)
         if done:
-            run, outcome = self._vec.ended()
-            for info in infos.values():
-                info["hash"], info["outcome"] = run, outcome
+            if self._info_events:
+                run, outcome = self._vec.ended()
+                for info in infos.values():
+                    info["hash"], info["outcome"] = run, outcome
             self.agents, self._is_running = [], False
         elif not self._revive:
             self.agents = [agent for agent in agents if not terminations[agent]]
         return seen, rewards, terminations, truncations, infos
+
+    def _read(self, actions: Mapping[str, Any]) -> dict[str, bool]:
+        """Writes the actions into the array. Returns by agent whether its mask excluded the action."""
+        array = self._action_array
+        array.fill(0)
+        masked = {}
+        for agent, action in actions.items():
+            rank = self._rank.get(agent)
+            if rank is None:
+                raise ValueError(f"actions: there is no agent '{agent}'; there are {', '.join(self.possible_agents)}")
+            if self._level == "decide":
+                try:
+                    number = operator.index(action)
+                except TypeError:
+                    raise TypeError(f"action of '{agent}': {action!r} is not a whole number") from None
+                array[0, rank] = number
+                mask = self._vec.action_mask[0, rank]
+                masked[agent] = 0 <= number < len(mask) and not mask[number]
+                continue
+            numbers = np.asarray(action)
+            if numbers.shape != (4,) or numbers.dtype.kind not in "fiu":
+                raise ValueError(f"action of '{agent}': {action!r} is not an array of four numbers")
+            array[0, rank] = numbers
+        return masked
+
+    def _own_reward(self, before: dict[str, float | None]) -> float:
+        reward = self._reward(before, self._vec.row(), self._vec.events()) if self._reward else 0.0
+        try:
+            return float(reward)
+        except (TypeError, ValueError):
+            raise TypeError(f"reward: the function returned {reward!r}, which is not a number") from None
 
     def state(self) -> np.ndarray:
         """Returns the state for a centralized critic: mission.csv's columns, then x, y and heading of each robot."""
@@ -148,6 +192,14 @@ class ParallelEnv(Parallel, EzPickle):
         """Returns the progress of the mission: the columns of mission.csv."""
         return self._vec.row()
 
+    def events(self) -> list[Event]:
+        """Returns the events of the latest step, see `VecEnv.events`."""
+        return self._vec.events()
+
+    def faults(self) -> list[str]:
+        """Returns the faults in force as texts."""
+        return self._vec.faults()
+
     def poses(self) -> np.ndarray:
         """Returns x, y (m) and heading (rad) of each robot of the scenario."""
         return self._vec.poses()
@@ -157,16 +209,25 @@ class ParallelEnv(Parallel, EzPickle):
         """Hash of the finished episode. A run with the same seed and the same decisions has the same hash."""
         return self._vec.ended()[0]
 
+    @property
+    def outcome(self) -> str | None:
+        """Outcome of the finished episode, as `Run.outcome`."""
+        return self._vec.ended()[1]
+
     def record(self, folder: str | os.PathLike[str]) -> None:
         """Logs the next episode in a new folder."""
         self._vec.record(folder)
 
-    def render(self) -> None:
-        """Has no effect. Use `record`, then `alliance watch`."""
+    def render(self) -> np.ndarray | None:
+        """Returns a picture of the room with `render_mode="rgb_array"`: [height, width, 3]. Else returns `None`."""
+        return None if self.render_mode is None else self._vec.picture()
 
     def close(self) -> None:
         """Ends the current episode and its log."""
         self._vec.close()
+
+    def __repr__(self) -> str:
+        return f"<ParallelEnv with {len(self.possible_agents)} agents, level {self._level}>"
 
     def _seen(self) -> dict[str, Any]:
         observation = self._vec.observation[0].copy()
@@ -181,8 +242,15 @@ class ParallelEnv(Parallel, EzPickle):
             for agent in self.agents
         }
 
-    def _infos(self) -> dict[str, dict[str, Any]]:
-        faults = self._vec.faults() if self._has_faults else []
+    def _infos(self, masked: Mapping[str, bool]) -> dict[str, dict[str, Any]]:
         alive = self._vec.alive[0].tolist()
-        events = self._vec.events()
-        return {agent: {"alive": bool(alive[self._rank[agent]]), "faults": faults, "events": events} for agent in self.agents}
+        infos: dict[str, dict[str, Any]] = {agent: {"alive": bool(alive[self._rank[agent]])} for agent in self.agents}
+        if self._level == "decide":
+            for agent, info in infos.items():
+                info["masked_action"] = bool(masked.get(agent, False))
+        if self._info_events:
+            faults = self._vec.faults() if self._has_faults else []
+            events = self._vec.events()
+            for info in infos.values():
+                info["faults"], info["events"] = faults, events
+        return infos

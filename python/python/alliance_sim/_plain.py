@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -10,6 +11,18 @@ from typing import Any
 import numpy as np
 
 from ._engine import ScenarioError
+
+
+def whole(value: Any, name: str, least: int, most: int = 2**63 - 1) -> int:
+    """Returns a whole number, also of NumPy. Raises `ScenarioError` with the name of the argument for any other value."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise ScenarioError(f"{name}: {value!r} is not a whole number") from None
+    if not least <= number <= most:
+        limits = f"from {least} to {most}" if number > most else f"at least {least}"
+        raise ScenarioError(f"{name}: {number} is out of range; it must be {limits}")
+    return number
 
 
 def plain(value: Any, at: str) -> Any:

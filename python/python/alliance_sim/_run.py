@@ -13,7 +13,7 @@ from typing import Any
 from . import _engine
 from ._engine import ScenarioError
 from ._controllers import Agent, Allocator
-from ._plain import plain
+from ._plain import plain, whole
 from ._results import Results, load
 
 #: Controller of a robot: a class, or the name of a built-in allocator.
@@ -77,7 +77,8 @@ def run(
     `twice`: repeats each step of these classes on a copy. The run fails if a step depends on more than its inputs.
     `robots`, `size`: for missions of variable size. `limit`: time limit, simulated seconds.
 
-    Raises `ScenarioError` for a wrong argument and `ControllerError` if a controller fails, both with one line.
+    Raises `ScenarioError` for a wrong argument and `ControllerError` if a controller fails, both with one line. A
+    `KeyboardInterrupt` and a `SystemExit` of a controller pass unchanged.
     """
     folder = None if log is None else Path(log)
     file = json.loads(_engine.run(asked(scenario, controllers, seed, faults, robots, size, limit, twice), folder, level))
@@ -97,6 +98,11 @@ def asked(
     """Returns the arguments in the engine's format."""
     document = json.dumps(plain(scenario, "scenario")) if isinstance(scenario, Mapping) else None
     words = ["run"] if scenario is None or document else ["run", os.fspath(scenario)]
+    if controllers is not None and not isinstance(controllers, Mapping):
+        raise ScenarioError(f"controllers: {controllers!r} is not a dict; write {{'*': …}} for all robots")
+    seed = whole(seed, "seed", 0, 2**64 - 1)
+    robots = None if robots is None else whole(robots, "robots", 1)
+    size = None if size is None else whole(size, "size", 1)
     given = {"seed": seed, "robots": robots, "size": size, "limit": limit}
     words += [f"--{word}={value}" for word, value in given.items() if value is not None]
     if document and (robots or size):

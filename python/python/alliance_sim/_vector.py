@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import _engine
+from ._plain import whole
 from ._run import Controller, Scenario, asked
+from ._spaces import AutoresetMode, VectorEnv, batch_spaces
 
 #: Text columns of an event.
 TEXTS = ("kind", "robot", "subject", "reason", "detail")
@@ -19,19 +21,35 @@ TEXTS = ("kind", "robot", "subject", "reason", "detail")
 #: Controller name of a robot whose decisions are the environment's actions.
 ENVIRONMENT = "environment"
 
+#: Largest seed.
+SEED_MAX = 2**64 - 1
+
+#: Upper limit of the seeds that an unseeded reset draws. They stay exact in tools that store numbers as floats.
+DRAWN_MAX = 2**53
+
+#: Width of a picture, px.
+PICTURE_PX = 640
+
 #: Event: a row of events.csv, with its time in s.
 Event = dict[str, Any]
 #: Reward function of mission.csv's columns before and after a step, and of the step's events.
 Reward = Callable[[dict[str, float | None], dict[str, float | None], list[Event]], float]
 
 
-class VecEnv:
-    """Batch of environments of one scenario.
+class VecEnv(VectorEnv):
+    """Batch of B environments of one scenario with N agents each: a `gymnasium.vector.VectorEnv`, if Gymnasium is installed.
 
-    All arrays are created once; each call overwrites them. By environment and agent: `observation` [B, N, F], `action_mask` [B, N, A]
-    (level `decide`), `alive` [B, N]. By environment: `reward` [B] of the team, and `done` [B]: 0 running, 1 complete or no robot left,
-    2 time limit. A dead robot observes zeros, and its actions have no effect.
+    A sub-environment is a whole team. An observation is an array [B, N, F], an action [B, N] at level `decide` and [B, N, 4] at level
+    `drive`. The reward [B] is the team's. `infos` has `alive` [B, N], and at level `decide` the `action_mask` [B, N, A] and
+    `masked_action` [B, N]: true for an action that the mask excluded, so that the robot was idle. A dead robot observes zeros, and its
+    actions have no effect.
+
+    With `auto_reset` (`AutoresetMode.SAME_STEP`), an environment whose episode ends starts another one in the same step. Then `infos` has
+    the last observation of the episode in `final_obs`, and its `hash`, `outcome` and `seed` in `final_info`. Without it
+    (`AutoresetMode.DISABLED`), `reset(options={"reset_mask": mask})` starts the next episodes.
     """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20, "autoreset_mode": AutoresetMode.SAME_STEP}
 
     def __init__(
         self,
@@ -39,7 +57,8 @@ class VecEnv:
         envs: int = 1,
         *,
         level: str = "decide",
-        period_s: float = 1.0,
+        period_s: float | None = None,
+        ticks: int | None = None,
         controllers: Mapping[str, Controller] | None = None,
         faults: Mapping[str, Any] | list[Mapping[str, Any]] | None = None,
         threads: int = 1,
@@ -47,30 +66,53 @@ class VecEnv:
         size: int | None = None,
         limit: float | None = None,
         auto_reset: bool = True,
+        copy: bool = True,
+        render_mode: str | None = None,
     ) -> None:
-        """`controllers`: robots with other controllers, as in `run`. All robots without an entry are agents of the environment."""
+        """`controllers`: robots with other controllers, as in `run`. All robots without an entry are agents of the environment.
+
+        `period_s`: duration of a step at level `decide`, s; default 1. `ticks`: the same in ticks of the run, at both levels; default at
+        level `drive` 1. The step repeats its action. `copy`: false to return the arrays of the environment themselves, which each
+        call overwrites. Raises `MemoryError` with the bytes of an environment if the batch does not fit into memory.
+        """
         controllers = {"*": ENVIRONMENT} | dict(controllers or {})
+        envs, threads = whole(envs, "envs", 1), whole(threads, "threads", 1)
+        ticks = None if ticks is None else whole(ticks, "ticks", 1)
+        if render_mode not in (None, "rgb_array"):
+            raise _engine.ScenarioError(f"render_mode: there is no '{render_mode}'; use 'rgb_array' or None")
         request = asked(scenario, controllers, 0, faults, robots, size, limit)
-        self._worlds = _engine.EnvironmentBatch(request, level, period_s, envs, threads)
-        self.level = level
-        self.auto_reset = auto_reset
+        self._worlds = _engine.EnvironmentBatch(request, level, (period_s, ticks), (envs, threads), render_mode is not None)
+        self.level, self.auto_reset, self.copy, self.render_mode = level, auto_reset, copy, render_mode
+        self.metadata = {**type(self).metadata, "autoreset_mode": AutoresetMode.SAME_STEP if auto_reset else AutoresetMode.DISABLED}
+        self.num_envs = envs
         self.agents: list[str] = self._worlds.agents
         _, width, features, actions = self._worlds.shape
         self.observation = np.zeros((envs, width, features), np.float32)
         self.action_mask = np.zeros((envs, width, actions), np.int8)
         self.alive = np.zeros((envs, width), np.int8)
         self.reward = np.zeros(envs, np.float32)
+        #: By environment: 0 running, 1 complete or no robot left, 2 time limit.
         self.done = np.zeros(envs, np.int8)
         # One part per thread.
         arrays, size = (self.observation, self.action_mask, self.alive, self.reward, self.done), self._worlds.part_size
         self._parts = [tuple(array[at : at + size] for array in arrays) for at in range(0, envs, size)]
         shape = (envs, len(self.agents))
-        self._shape, self._type = (shape, np.int64) if level == "decide" else ((*shape, 4), np.float32)
+        self._shape, self._type = (shape, np.dtype(np.int64)) if level == "decide" else ((*shape, 4), np.dtype(np.float32))
+        # By environment and agent: the place of its first action in the flat mask.
+        self._first_action = (np.arange(envs)[:, None] * width + np.arange(len(self.agents))) * actions
+        self._rng = np.random.default_rng()
+        self._is_running = False
+        counts = [1 + len(sets) for sets in self.sets]
+        vars(self).update(batch_spaces(level, envs, (width, features), counts, _engine.BOUND))
 
     @property
     def feature_names(self) -> list[str]:
         """Names of the numbers of an observation, for the first agent."""
-        return self._worlds.feature_names(0)
+        return self.feature_names_of(0)
+
+    def feature_names_of(self, agent: int) -> list[str]:
+        """Returns the names of the numbers of an agent's observation. Agents with other sets have other names."""
+        return self._worlds.feature_names(agent)
 
     @property
     def sets(self) -> list[list[str]]:
@@ -82,26 +124,101 @@ class VecEnv:
         """Setup of the runs, as in run.json. The seed is the episode's."""
         return json.loads(self._worlds.setup)
 
-    def reset(self, seed: int = 1) -> np.ndarray:
-        """Starts an episode in each environment, with consecutive seeds from `seed` on. Returns the observations."""
-        self._worlds.reset(seed)
-        self._update_arrays()
-        return self.observation
+    def reset(
+        self, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Starts an episode in each environment. Returns observations and infos.
 
-    def step(self, actions: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Makes one step in each environment. Returns `observation`, `reward`, `done`.
+        `seed`: the seed of the first environment, the others follow consecutively; or a list with one seed or `None` for each. Missing seeds
+        are drawn: from the last given one, or else from the entropy of the system. With `options={"reset_mask": mask}`, only the
+        environments whose entry in the mask is true start an episode.
+        """
+        mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, bool)))
+        if mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
+            raise ValueError(f"reset_mask: it must be {self.num_envs} booleans of which at least one is true")
+        if not (self._is_running or mask.all()):
+            raise RuntimeError("reset_mask: the first reset() starts all environments")
+        seeds = self._seeds(seed)
+        self._worlds.reset([number if chosen else None for number, chosen in zip(seeds, mask.tolist(), strict=True)])
+        self._is_running = True
+        self._update_arrays()
+        return self._returned(self.observation), self._infos()
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int]:
+        if seed is None or isinstance(seed, Sequence | np.ndarray):
+            given = [None] * self.num_envs if seed is None else list(seed)
+            if len(given) != self.num_envs:
+                raise ValueError(f"seed: there are {len(given)} seeds for {self.num_envs} environments")
+            drawn = self._rng.integers(DRAWN_MAX, size=self.num_envs).tolist()
+            return [number if one is None else whole(one, "seed", 0, SEED_MAX) for one, number in zip(given, drawn, strict=True)]
+        first = whole(seed, "seed", 0, SEED_MAX)
+        self._rng = np.random.default_rng(first)
+        return [(first + place) % (SEED_MAX + 1) for place in range(self.num_envs)]
+
+    def step(self, actions: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Makes one step in each environment. Returns observations, rewards, terminated, truncated and infos.
 
         `actions` at level `decide`: [B, N], integers from 0 (idle). At level `drive`: [B, N, 4] with speed (0 to 1; robots cannot reverse),
-        turn (-1 to 1), gripper (above ½ picks, below -½ drops) and action (above ½ the mission's own, such as a report).
-        An environment whose episode ends starts another one in the same step, with its own seed: `done` is of the old episode,
-        `observation` of the new one.
+        turn (-1 to 1), gripper (above ½ picks, below -½ drops) and action (above ½ the mission's own, such as a report). Numbers beyond
+        -1 and 1 have the effect of these. The time limit truncates; completion and the loss of the last robot terminate.
         """
-        actions = np.ascontiguousarray(actions, self._type)
-        if actions.shape != self._shape:
-            raise ValueError(f"actions have the shape {actions.shape}; it must be {self._shape}")
+        actions = self._checked(actions)
+        if not self._is_running:
+            raise RuntimeError("call reset() first")
+        is_over = self._worlds.step(actions, self.auto_reset)
+        # The arrays still have the mask of these actions, which the engine has found to be in range.
+        masked = self.action_mask.reshape(-1)[self._first_action + actions] == 0 if self.level == "decide" else None
+        self._update_arrays()
+        infos = self._infos()
+        if masked is not None:
+            infos["masked_action"] = masked
+        if is_over:
+            if self.auto_reset:
+                infos |= self._final_infos()
+            return self._returned(self.observation), self._returned(self.reward), self.done == 1, self.done == 2, infos
+        running = np.zeros((2, self.num_envs), bool)
+        return self._returned(self.observation), self._returned(self.reward), running[0], running[1], infos
+
+    def advance(self, actions: np.ndarray) -> None:
+        """Makes one step like `step`, with an array of the right shape and type, and without results: the arrays of the environment have them."""
+        if not self._is_running:
+            raise RuntimeError("call reset() first")
         self._worlds.step(actions, self.auto_reset)
         self._update_arrays()
-        return self.observation, self.reward, self.done
+
+    def _checked(self, actions: Any) -> np.ndarray:
+        given = actions if type(actions) is np.ndarray else np.asarray(actions)
+        if given.shape != self._shape:
+            raise ValueError(f"actions have the shape {given.shape}; it must be {self._shape}")
+        if given.dtype == self._type and given.flags.c_contiguous:
+            return given
+        if given.dtype.kind not in "fiub":
+            raise TypeError(f"actions have the type {given.dtype}; write numbers")
+        checked = np.ascontiguousarray(given, self._type)
+        if given.dtype.kind == "f" and self.level == "decide" and (checked != given).any():
+            raise ValueError("actions contain a number that is not whole; an action is 0 for idle, or the number of a set")
+        return checked
+
+    def _returned(self, array: np.ndarray) -> np.ndarray:
+        return array.copy() if self.copy else array
+
+    def _infos(self) -> dict[str, Any]:
+        infos = {"alive": self._returned(self.alive)}
+        if self.level == "decide":
+            infos["action_mask"] = self._returned(self.action_mask)
+        return infos
+
+    def _final_infos(self) -> dict[str, Any]:
+        """Returns the ends of episodes in the form of Gymnasium: arrays by environment, and for each a mask with an underscore."""
+        ended = np.zeros(self.num_envs, bool)
+        observations, hashes, outcomes = (np.full(self.num_envs, None, object) for _ in range(3))
+        seeds = np.zeros(self.num_envs, np.uint64)
+        for place, observation, run, outcome, seed in self._worlds.ends():
+            ended[place] = True
+            observations[place] = np.array(observation, np.float32).reshape(self.observation.shape[1:])
+            hashes[place], outcomes[place], seeds[place] = run, outcome, seed
+        final = {"hash": hashes, "_hash": ended, "outcome": outcomes, "_outcome": ended, "seed": seeds, "_seed": ended}
+        return {"final_obs": observations, "_final_obs": ended, "final_info": final, "_final_info": ended}
 
     def row(self, env: int = 0) -> dict[str, float | None]:
         """Returns the progress of the mission: the columns of mission.csv."""
@@ -119,6 +236,18 @@ class VecEnv:
         """Returns x, y (m) and heading (rad) of each robot of the scenario: [robots, 3]."""
         return np.array(self._worlds.poses(env), np.float32).reshape(-1, 3)
 
+    def picture(self, env: int = 0, width: int = PICTURE_PX) -> np.ndarray:
+        """Returns a picture of the room: [height, width, 3], bytes of red, green and blue. Its sides are even, as encoders of films need."""
+        drawn = self._worlds.picture(env, whole(width, "width", 64, 4096))
+        if drawn is None:
+            raise RuntimeError("call reset() before a picture; for one of a finished episode set render_mode='rgb_array'")
+        height, width, pixels = drawn
+        return np.frombuffer(pixels, np.uint8).reshape(height, width, 3)[: height - height % 2, : width - width % 2].copy()
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """Returns a picture of each environment with `render_mode="rgb_array"`, else `None`."""
+        return None if self.render_mode is None else tuple(self.picture(env) for env in range(self.num_envs))
+
     def ended(self, env: int = 0) -> tuple[str | None, str | None]:
         """Returns hash and outcome of the finished episode. Without `auto_reset` only."""
         return self._worlds.ended(env)
@@ -127,9 +256,12 @@ class VecEnv:
         """Logs the next episode of an environment in a new folder, for `load` and for `alliance watch` and `report`."""
         self._worlds.record(env, Path(folder))
 
-    def close(self) -> None:
+    def close(self, **_: Any) -> None:
         """Ends the current episodes and their logs."""
         self._worlds.close()
+
+    def __repr__(self) -> str:
+        return f"<VecEnv of {self.num_envs} environments with {len(self.agents)} agents, level {self.level}>"
 
     def _update_arrays(self) -> None:
         for number, arrays in enumerate(self._parts):

@@ -159,6 +159,8 @@ def test_readings_match_the_log(tmp_path):
     by_robot = {}
 
     class Looker(Agent):
+        collected = {"by_robot"}
+
         def step(self, now, readings, messages):
             by_robot.setdefault(self.name, []).append(readings)
             return Action(speed=0.2, turn=0.3, doing="search")
@@ -194,6 +196,8 @@ def test_messages_reach_robots_of_the_same_class_only():
     received_by = {}
 
     class Talker(Agent):
+        collected = {"received_by"}
+
         def step(self, now, readings, messages):
             received_by.setdefault(self.name, []).extend(message.content for message in messages if message.content)
             return Action(send=[self.name.encode()] if now == 0 else ())

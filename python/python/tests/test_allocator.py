@@ -46,6 +46,8 @@ def test_the_inputs_of_a_step_in_a_team_of_both_languages():
     seen = []
 
     class Watcher(Allocator):
+        collected = {"seen"}
+
         def reset(self):
             self.lives = (self.name, self.rank, self.setup["seed"])
 
@@ -70,6 +72,8 @@ def test_messages_reach_robots_of_the_same_class_only():
     received_by = {}
 
     class Talker(Allocator):
+        collected = {"received_by"}
+
         def step(self, now, messages, sets):
             for message in messages:
                 if message.content:
@@ -104,6 +108,8 @@ def test_random_numbers_depend_on_seed_robot_and_step():
         numbers = {}
 
         class Draws(Allocator):
+            collected = {"numbers"}
+
             def step(self, now, messages, sets):
                 numbers[self.name, now] = (self.rng.random(), self.rng.randrange(1000), self.rng.gauss(), self.rng.choice("abc"))
 
@@ -121,6 +127,8 @@ def test_a_restarted_robot_has_no_memory():
     lives = []
 
     class Forgetful(Allocator):
+        collected = {"lives"}
+
         def reset(self):
             self.steps = 0
 
@@ -212,8 +220,8 @@ def test_a_failed_allocator_is_reported_in_one_line(controller, expected, cause)
     ("arguments", "expected"),
     [
         ({"scenario": "servise"}, "'servise' is neither a built-in scenario nor a file"),
-        ({"scenario": "janitorial", "seed": -1}, "invalid value '-1' for '--seed <N>'"),
-        ({"scenario": "service", "robots": 0}, "--robots"),
+        ({"scenario": "janitorial", "limit": -1}, "--limit"),
+        ({"scenario": "service", "robots": 10**6}, "robots"),
         ({"scenario": "janitorial", "controllers": {"nobody": Greedy}}, "controllers: there is no robot 'nobody'; there are gold, blue, green"),
         ({"scenario": "janitorial", "controllers": {"*": "nearst"}}, "there is no allocator 'nearst'"),
         ({"scenario": "janitorial", "controllers": {"*": 3}}, "controllers: 3 of '*' is neither a class"),

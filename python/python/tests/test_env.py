@@ -40,7 +40,7 @@ def test_the_tests_of_pettingzoo_pass(mission, level, has_faults, revive):
 
 
 def test_a_copy_is_created_from_the_same_arguments():
-    env = parallel_env("janitorial", limit=20.0, faults=KILLED, revive=False)
+    env = parallel_env("janitorial", limit=20.0, faults=KILLED, revive=False, info_events=True)
     env.reset(seed=3)
     copies = [pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
     hashes = set()
@@ -136,7 +136,7 @@ def test_actions_are_equivalent_to_the_decisions_of_an_allocator(tmp_path):
 
 
 def test_masks_crashes_and_faults_in_force():
-    env = parallel_env("janitorial", faults=KILLED, limit=6.0)
+    env = parallel_env("janitorial", faults=KILLED, limit=6.0, info_events=True)
     seen, infos = env.reset(seed=1)
     assert env.observation_space("gold") is env.observation_space("gold")
     assert len(env.feature_names) == len(seen["gold"]["observation"])
@@ -193,7 +193,7 @@ def test_a_robot_without_an_action_does_not_move():
 
 
 def test_a_complete_episode_is_terminated_and_not_truncated():
-    env = parallel_env("service", controllers={"r2": "nearest", "r3": "nearest"}, robots=3, size=2)
+    env = parallel_env("service", controllers={"r2": "nearest", "r3": "nearest"}, robots=3, size=2, info_events=True)
     env.reset(seed=1)
     while env.agents:
         _, _, terminations, truncations, infos = env.step({})
@@ -223,7 +223,7 @@ def test_recorded_actions_are_replayed_without_python(alliance, tmp_path, missio
         {"at_s": 1.0, "fault": {"drop": {"p": 0.3}}},
         {"at_s": 5.0, "for_s": 1.0, "fault": {"pause": killed}},
     ]
-    env = parallel_env(SCENARIOS[mission], level=level, faults=faults, limit=8.0, controllers={names[0]: "alliance"})
+    env = parallel_env(SCENARIOS[mission], level=level, faults=faults, limit=8.0, controllers={names[0]: "alliance"}, info_events=True)
     hashes = []
     for record in (True, False):
         if record:
@@ -256,14 +256,14 @@ def test_rewards_are_progress_minus_time_cost():
         _, rewards, *_ = costly.step({})
         sum_of += rewards["gold"]
     assert sum_of == gained - 0.5 * steps
-    own = parallel_env("janitorial", limit=1.0, reward=lambda before, after, events: after["open"] - before["open"] + 7 + len(events))
+    own = parallel_env("janitorial", limit=1.0, info_events=True, reward=lambda before, after, events: after["open"] - before["open"] + 7 + len(events))
     own.reset(seed=1)
     _, rewards, _, _, infos = own.step({})
     assert rewards["gold"] == 7 + len(infos["gold"]["events"])
 
 
 def test_infos_contain_the_events_of_the_log(tmp_path):
-    env = parallel_env("janitorial", faults=KILLED, limit=8.0, controllers={"blue": "nearest"})
+    env = parallel_env("janitorial", faults=KILLED, limit=8.0, controllers={"blue": "nearest"}, info_events=True)
     env.record(tmp_path / "run")
     events = env.reset(seed=3)[1]["gold"]["events"]
     steps = [len(events)]
@@ -315,10 +315,15 @@ def test_a_batch_is_identical_on_any_number_of_threads():
     assert len({array.tobytes() for array in one[0][0]}) > 3, "environments share a seed"
 
 
-def test_arrays_are_written_in_place():
-    env = VecEnv("janitorial", 2)
+def test_arrays_are_written_in_place_only_on_request():
+    env = VecEnv("janitorial", 2, copy=False)
     seen = env.observation
-    assert env.reset() is seen and env.step(np.zeros((2, 3)))[0] is seen and seen.any()
+    assert env.reset()[0] is seen and env.step(np.zeros((2, 3)))[0] is seen and seen.any()
+    env = VecEnv("janitorial", 2)
+    first = env.reset(1)[0]
+    kept = first.copy()
+    env.step(np.zeros((2, 3)))
+    assert np.array_equal(first, kept) and not np.array_equal(env.observation, kept)
 
 
 @pytest.mark.parametrize(
@@ -330,7 +335,12 @@ def test_arrays_are_written_in_place():
         (lambda: parallel_env("janitorial", level="fly"), "level: there is no 'fly'; use 'decide' or 'drive'"),
         (lambda: parallel_env("service", level="drive"), "a robot of the mission 'service' cannot be driven"),
         (lambda: parallel_env("janitorial", period_s=0.01), "period_s: 0.01 is shorter than a step"),
-        (lambda: VecEnv("janitorial", 0), "envs and threads: each must be at least 1"),
+        (lambda: VecEnv("janitorial", 0), "envs: 0 is out of range; it must be at least 1"),
+        (lambda: VecEnv("janitorial", -1), "envs: -1 is out of range"),
+        (lambda: VecEnv("janitorial", ticks=0), "ticks: 0 is out of range"),
+        (lambda: VecEnv("janitorial", ticks=2, period_s=1.0), "ticks and period_s: both state the length of a step"),
+        (lambda: VecEnv("janitorial", render_mode="human"), "render_mode: there is no 'human'"),
+        (lambda: VecEnv("janitorial").reset(-1), "seed: -1 is out of range"),
     ],
 )
 def test_wrong_arguments_are_reported(make, expected):

@@ -1,4 +1,4 @@
-//! Observations of learners: numbers of about -1 to 1 in a fixed number and order, with their names.
+//! Observations of learners: numbers from -[`BOUND`] to [`BOUND`] in a fixed number and order, with their names.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -16,6 +16,9 @@ const MATES: usize = 8;
 
 /// The number of targets in an observation, nearest first.
 const TARGETS: usize = 8;
+
+/// The largest absolute value in an observation. Larger values are clipped; typical values are at most 1.
+pub const BOUND: f32 = 2.0;
 
 /// The time or cost, s, that maps to ½. Larger values approach 1.
 const HALF_S: f64 = 30.0;
@@ -38,7 +41,7 @@ impl<'a> Row<'a> {
 
     fn put(&mut self, name: impl FnOnce() -> String, number: f32) {
         if let Some(place) = self.numbers.get_mut(self.at) {
-            *place = number;
+            *place = number.clamp(-BOUND, BOUND);
         }
         self.at += 1;
         if let Some(names) = &mut self.names {

@@ -3,12 +3,15 @@
 //! - [`world`]: one environment. [`external_agent`]: the allocator of an externally controlled robot. [`features`]: the
 //!   observations.
 //! - [`part`]: the environments of a batch that one of its [`threads`] steps. [`worlds`]: the batch, as a Python class.
+//! - [`memory`]: the check that a batch fits.
 
 mod external_agent;
 mod features;
+mod memory;
 mod part;
 mod threads;
 mod world;
 mod worlds;
 
+pub use features::BOUND;
 pub use worlds::EnvironmentBatch;

@@ -12,8 +12,21 @@ pub struct BatchPart {
     first: usize,
     pub places: Vec<Slot>,
     pub observations: Observations,
+    /// The ends of episodes in the latest step.
+    pub ends: Vec<EpisodeEnd>,
     /// The memory that the environments share, because they are stepped in turn.
     spaces: Workspaces,
+}
+
+/// The end of an episode whose environment has started another one in the same step.
+pub struct EpisodeEnd {
+    /// The number of the environment.
+    pub number: usize,
+    /// The last observation of the episode, by agent.
+    pub observation: Vec<f32>,
+    pub hash: Option<String>,
+    pub outcome: Outcome,
+    pub seed: u64,
 }
 
 /// The observations: arrays over environments and agents. Data about the team has one value per environment.
@@ -66,16 +79,20 @@ impl BatchPart {
                 reward: vec![0.0; envs],
                 done: vec![0; envs],
             },
+            ends: Vec::new(),
             spaces: Workspaces::default(),
         }
     }
 
-    /// Starts an episode in each environment. `seed` is the seed of the batch's first environment; the others follow
-    /// consecutively.
-    pub fn reset(&mut self, common: &Common, seed: u64) -> PyResult<()> {
+    /// Starts an episode in each environment that has a seed. `seeds` contains one entry per environment of the batch.
+    pub fn reset(&mut self, common: &Common, seeds: &[Option<u64>]) -> PyResult<()> {
+        self.ends.clear();
         for at in 0..self.places.len() {
+            let Some(seed) = seeds[self.first + at] else {
+                continue;
+            };
             let place = &mut self.places[at];
-            place.seed = seed.wrapping_add((self.first + at) as u64);
+            place.seed = seed;
             place.world.events.clear();
             place.world.reset(common, place.seed, &mut self.spaces)?;
             (self.observations.reward[at], self.observations.done[at]) = (0.0, 0);
@@ -87,24 +104,38 @@ impl BatchPart {
     /// Steps each environment once. With a nonzero stride, an environment whose episode ends starts another one, with
     /// the stride added to its seed.
     pub fn step(&mut self, common: &Common, stride: u64, actions: &Actions) -> PyResult<()> {
+        self.ends.clear();
         for at in 0..self.places.len() {
             let number = self.first + at;
             let place = &mut self.places[at];
             place.act(common, number, actions)?;
             self.observations.reward[at] = place.world.step(common, &mut self.spaces)? as f32;
-            self.observations.done[at] = match place.world.outcome {
+            let outcome = place.world.outcome;
+            self.observations.done[at] = match outcome {
                 None => 0,
                 Some(Outcome::TimeLimit) => 2,
                 Some(_) => 1,
             };
+            self.observe(common, at);
+            let place = &mut self.places[at];
+            place.world.finish(common)?;
             // Without a stride, an ended episode stays in its final state for inspection.
-            if self.observations.done[at] != 0 && stride != 0 {
-                place.world.finish()?;
+            if let Some(outcome) = outcome
+                && stride != 0
+            {
+                let features = width(common) * common.features;
+                self.ends.push(EpisodeEnd {
+                    number,
+                    observation: self.observations.observation[at * features..][..features]
+                        .to_vec(),
+                    hash: place.world.hash.clone(),
+                    outcome,
+                    seed: place.seed,
+                });
                 place.seed = place.seed.wrapping_add(stride);
                 place.world.reset(common, place.seed, &mut self.spaces)?;
+                self.observe(common, at);
             }
-            self.observe(common, at);
-            self.places[at].world.finish()?;
         }
         Ok(())
     }

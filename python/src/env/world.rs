@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use analysis::{Pixels, draw_view};
 use in_process::{BodyCommand, Team, Workspaces, joins_of};
 use launch::Registry;
 use proto::control::{AgentState, Phase};
@@ -11,6 +12,7 @@ use proto::mission::Action;
 use proto::mission::items::{Gripper, ItemsAction};
 use proto::readings::Readings;
 use proto::tick::Outcome;
+use proto::view::View;
 use pyo3::prelude::*;
 use robot_agent::allocator::Choice;
 use run_log::recorder::{Folder, RecordError, Sink};
@@ -33,6 +35,40 @@ pub enum Level {
     Decide,
     /// The body of a robot: speed, turn rate and gripper.
     Drive,
+}
+
+/// The length of a step, as the caller states it.
+pub struct StepLength {
+    pub period_s: Option<f64>,
+    pub ticks: Option<u64>,
+}
+
+impl StepLength {
+    /// The length of a step at level decide by default, s.
+    const PERIOD_S: f64 = 1.0;
+
+    /// Returns the largest number of ticks in a step.
+    fn ticks(&self, level: Level, step_ms: u64) -> PyResult<u64> {
+        let step_s = step_ms as f64 / 1000.0;
+        match (self.ticks, self.period_s, level) {
+            (Some(_), Some(_), _) => Err(scenario_error(
+                "ticks and period_s: both state the length of a step; leave one out",
+            )),
+            (Some(0), ..) => Err(scenario_error("ticks: a step has at least 1")),
+            (Some(ticks), ..) => Ok(ticks),
+            (None, None, Level::Drive) => Ok(1),
+            (None, period_s, _) => {
+                let period_s = period_s.unwrap_or(Self::PERIOD_S);
+                let ticks = (period_s / step_s).round();
+                if ticks.is_nan() || ticks < 1.0 {
+                    return Err(scenario_error(format!(
+                        "period_s: {period_s} is shorter than a step; it must be at least {step_s} s"
+                    )));
+                }
+                Ok(ticks as u64)
+            }
+        }
+    }
 }
 
 /// The number of values in an action at level drive: speed, turn, gripper, report.
@@ -71,6 +107,8 @@ pub struct Common {
     period: u64,
     /// The externally controlled robots.
     pub agents: Vec<RobotId>,
+    /// True if the last picture of an episode is kept.
+    renders: bool,
     /// The number of values in an observation, the same for all agents.
     pub features: usize,
     /// The largest number of sets that an agent has.
@@ -79,7 +117,12 @@ pub struct Common {
 
 impl Common {
     /// Creates the shared data. Robots without their own controller are externally controlled.
-    pub fn new(ready: PreparedRun, level: Level, period_s: f64) -> PyResult<Self> {
+    pub fn new(
+        ready: PreparedRun,
+        level: Level,
+        length: &StepLength,
+        renders: bool,
+    ) -> PyResult<Self> {
         let PreparedRun {
             setup,
             registry,
@@ -99,16 +142,7 @@ impl Common {
             setup.catalog.behaviors_of(robot).count()
         };
         let sets = agents.iter().map(sets).max().unwrap_or(0);
-        let period = match level {
-            Level::Decide => (period_s * 1000.0 / setup.scenario.step_ms as f64).round() as u64,
-            Level::Drive => 1,
-        };
-        if period == 0 {
-            let step_s = setup.scenario.step_ms as f64 / 1000.0;
-            return Err(scenario_error(format!(
-                "period_s: {period_s} is shorter than a step; it must be at least {step_s} s"
-            )));
-        }
+        let period = length.ticks(level, setup.scenario.step_ms)?;
         let mut common = Self {
             setup,
             registry,
@@ -116,6 +150,7 @@ impl Common {
             level,
             period,
             agents,
+            renders,
             features: 0,
             sets,
         };
@@ -190,6 +225,8 @@ pub struct Environment {
 struct FinalState {
     poses: Vec<[f32; 3]>,
     faults: Vec<String>,
+    /// The view for a picture, if pictures are drawn.
+    view: Option<View>,
 }
 
 impl Environment {
@@ -358,13 +395,14 @@ impl Environment {
     }
 
     /// Ends the log of an ended episode. Call it after all observations have been read.
-    pub fn finish(&mut self) -> PyResult<()> {
+    pub fn finish(&mut self, common: &Common) -> PyResult<()> {
         if let Some(outcome) = self.outcome
             && let Some(team) = self.team.take()
         {
             self.final_state = FinalState {
                 poses: poses(&team),
                 faults: faults(&team),
+                view: common.renders.then(|| team.view()),
             };
             let (run, _) = team.end(outcome).map_err(alliance_error)?;
             self.hash = run.hash;
@@ -401,6 +439,14 @@ impl Environment {
     pub fn poses(&self) -> Vec<[f32; 3]> {
         let ended = || self.final_state.poses.clone();
         self.team.as_ref().map_or_else(ended, poses)
+    }
+
+    /// Draws the room at this width, px. Returns `None` before the first episode.
+    pub fn picture(&self, common: &Common, width_px: u32) -> PyResult<Option<Pixels>> {
+        let view = self.team.as_ref().map(Team::view);
+        let view = view.or_else(|| self.final_state.view.clone());
+        let pixels = view.map(|view| draw_view(&common.setup, view, width_px));
+        pixels.transpose().map_err(alliance_error)
     }
 
     /// Writes the available actions of an agent at level decide: idle, and its applicable sets.

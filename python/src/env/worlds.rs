@@ -10,11 +10,13 @@ use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
+use pyo3::types::PyBytes;
 
 use super::external_agent::{self, ExternalAgents};
+use super::memory::check_memory;
 use super::part::{Actions, BatchPart, Slot, actions, width};
 use super::threads::{Threads, Work, lock};
-use super::world::{Common, DRIVE_ACTION_LEN, Level};
+use super::world::{Common, DRIVE_ACTION_LEN, Level, StepLength};
 use crate::errors::scenario_error;
 use crate::request::RunRequest;
 
@@ -31,6 +33,9 @@ pub struct EnvironmentBatch {
 
 /// The time, s, and the texts of an event.
 type EventTuple = (f64, [String; 5]);
+
+/// The end of an episode: environment, observation, hash, outcome, seed.
+type EndTuple = (usize, Vec<f32>, Option<String>, &'static str, u64);
 
 /// Locks a part. The GIL is released while the lock is not available.
 fn locked<'p>(part: &'p Mutex<BatchPart>, py: Python<'_>) -> MutexGuard<'p, BatchPart> {
@@ -98,10 +103,11 @@ impl EnvironmentBatch {
     fn new(
         asked: RunRequest,
         level: &str,
-        period_s: f64,
-        envs: usize,
-        threads: usize,
+        length: (Option<f64>, Option<u64>),
+        size: (usize, usize),
+        renders: bool,
     ) -> PyResult<Self> {
+        let (envs, threads) = size;
         let level = match level {
             "decide" => Level::Decide,
             "drive" => Level::Drive,
@@ -115,7 +121,9 @@ impl EnvironmentBatch {
         }
         let allocators = external_agent::kind(Arc::new(ExternalAgents::new(0)));
         let ready = asked.ready(Registry::built_in().with_allocator_kind(allocators))?;
-        let common = Common::new(ready, level, period_s)?;
+        let (period_s, ticks) = length;
+        let common = Common::new(ready, level, &StepLength { period_s, ticks }, renders)?;
+        check_memory(&common, envs)?;
         let size = envs.div_ceil(threads);
         let part = |first| BatchPart::new(&common, first, size.min(envs - first));
         let parts = (0..envs).step_by(size).map(part);
@@ -128,17 +136,30 @@ impl EnvironmentBatch {
         })
     }
 
-    /// Starts an episode in each environment, with consecutive seeds from `seed` on.
-    fn reset(&self, py: Python<'_>, seed: u64) -> PyResult<()> {
-        self.on_each(py, move |common, part| part.reset(common, seed))
+    /// Starts an episode in each environment that has a seed. There is one entry per environment.
+    fn reset(&self, py: Python<'_>, seeds: Vec<Option<u64>>) -> PyResult<()> {
+        if seeds.len() != self.envs {
+            let why = format!(
+                "there are {} seeds for {} environments",
+                seeds.len(),
+                self.envs
+            );
+            return Err(PyValueError::new_err(why));
+        }
+        self.on_each(py, move |common, part| part.reset(common, &seeds))
     }
 
     /// Steps each environment once. With `auto_reset`, an environment whose episode ends starts another one with a new
-    /// seed.
-    fn step(&self, py: Python<'_>, actions: &Bound<'_, PyAny>, auto_reset: bool) -> PyResult<()> {
+    /// seed. Returns whether any episode is over.
+    fn step(&self, py: Python<'_>, actions: &Bound<'_, PyAny>, auto_reset: bool) -> PyResult<bool> {
         let actions = self.read(py, actions)?;
         let stride = if auto_reset { self.envs as u64 } else { 0 };
-        self.on_each(py, move |common, part| part.step(common, stride, &actions))
+        self.on_each(py, move |common, part| part.step(common, stride, &actions))?;
+        let is_over = |part: &Arc<Mutex<BatchPart>>| {
+            let part = locked(part, py);
+            part.observations.done.iter().any(|done| *done != 0)
+        };
+        Ok(self.parts.iter().any(is_over))
     }
 
     /// Copies the observations of a part of the batch into arrays.
@@ -183,6 +204,40 @@ impl EnvironmentBatch {
             let outcome = place.world.outcome.map(Outcome::as_str);
             (place.world.hash.clone(), outcome)
         })
+    }
+
+    /// Returns the ends of episodes in the latest step whose environments have started other ones: number of the
+    /// environment, last observation, hash, outcome, seed.
+    fn ends(&self, py: Python<'_>) -> Vec<EndTuple> {
+        let mut ends = Vec::new();
+        for part in &self.parts {
+            let part = locked(part, py);
+            ends.extend(part.ends.iter().map(|end| {
+                let outcome = end.outcome.as_str();
+                (
+                    end.number,
+                    end.observation.clone(),
+                    end.hash.clone(),
+                    outcome,
+                    end.seed,
+                )
+            }));
+        }
+        ends
+    }
+
+    /// Draws the room at this width, px. Returns height, width and the bytes of red, green and blue; `None` before the first
+    /// episode.
+    fn picture<'py>(
+        &self,
+        py: Python<'py>,
+        index: usize,
+        width_px: u32,
+    ) -> PyResult<Option<(u32, u32, Bound<'py, PyBytes>)>> {
+        let picture = self.at(py, index, |place| {
+            place.world.picture(&self.common, width_px)
+        })??;
+        Ok(picture.map(|pixels| (pixels.height, pixels.width, PyBytes::new(py, &pixels.rgb))))
     }
 
     fn row(&self, py: Python<'_>, index: usize) -> PyResult<Vec<Option<f64>>> {

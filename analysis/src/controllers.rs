@@ -1,0 +1,238 @@
+//! Controllers in Python that a plan names beside the allocators.
+//!
+//! The command line states their files, because a plan must not start programs. The Python package executes the
+//! command with these controllers in its registry.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use clap::Args;
+use scenario::limits::check_name;
+use scenario::{Problem, Robot, Scenario, Vocabulary};
+use xxhash_rust::xxh3::xxh3_64;
+
+use crate::sweep::execution::shell_quoted;
+
+/// A value of `--controller`: `NAME=FILE`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ControllerFile {
+    pub name: String,
+    pub file: PathBuf,
+}
+
+/// The controllers in Python of a command.
+#[derive(Args, Clone, Debug, Default)]
+pub struct ControllerFiles {
+    /// Controller in Python that the plan names like an allocator
+    #[arg(long = "controller", value_name = "NAME=FILE", value_parser = parse)]
+    pub files: Vec<ControllerFile>,
+}
+
+fn parse(text: &str) -> Result<ControllerFile, Problem> {
+    let parts = text.split_once('=').filter(|(_, file)| !file.is_empty());
+    let Some((name, file)) = parts else {
+        return Err(Problem::of_value(
+            "use NAME=FILE, such as greedy=greedy.py",
+            "",
+        ));
+    };
+    check_name((), name)?;
+    Ok(ControllerFile {
+        name: name.to_owned(),
+        file: file.into(),
+    })
+}
+
+impl ControllerFiles {
+    /// Returns whether this program lacks a controller, so that the Python package has to execute the command.
+    #[must_use]
+    pub fn need_python(&self, vocabulary: &Vocabulary) -> bool {
+        let is_known = |file: &ControllerFile| {
+            let mut known = vocabulary.allocators.iter();
+            known.any(|allocator| allocator.name == file.name)
+        };
+        !self.files.iter().all(is_known)
+    }
+
+    /// Appends a digest of the files to that of a plan. Without files, the digest of the plan stays the same. A journal
+    /// then contains only runs of one version of each controller.
+    ///
+    /// # Errors
+    /// Returns an error if a file cannot be read.
+    pub fn digest(&self, plan: String) -> anyhow::Result<String> {
+        let mut digest = plan;
+        for ControllerFile { name, file } in &self.files {
+            let text = fs::read(file).with_context(|| file.display().to_string())?;
+            let whole = format!("{digest}\n{name}\n{:016x}", xxh3_64(&text));
+            digest = format!("{:016x}", xxh3_64(whole.as_bytes()));
+        }
+        Ok(digest)
+    }
+
+    /// Returns the options that repeat these controllers in a command.
+    #[must_use]
+    pub fn options(&self) -> String {
+        let option = |file: &ControllerFile| {
+            let value = format!("{}={}", file.name, file.file.display());
+            format!(" --controller {}", shell_quoted(Path::new(&value)))
+        };
+        self.files.iter().map(option).collect()
+    }
+
+    /// Returns a scenario of a plan in the form for `alliance run`: its robots with one of these controllers have an
+    /// external controller. `None` stands for a scenario without them.
+    ///
+    /// # Errors
+    /// Returns an error for an invalid scenario.
+    pub fn external(
+        &self,
+        scenario: &toml::Table,
+        vocabulary: &Vocabulary,
+    ) -> anyhow::Result<Option<External>> {
+        let mut scenario = Scenario::from_table(scenario, vocabulary)?;
+        let stated = |robot: &Robot| scenario.decider_of(robot).to_owned();
+        let deciders: Vec<String> = scenario.robots.iter().map(stated).collect();
+        let is_ours = |name: &str| self.files.iter().any(|file| file.name == name);
+        if !deciders.iter().any(|name| is_ours(name)) {
+            return Ok(None);
+        }
+        // The team's allocator would be unknown to the program.
+        scenario.allocator = None;
+        for (robot, decider) in scenario.robots.iter_mut().zip(deciders) {
+            let ours = is_ours(&decider);
+            (robot.controller, robot.allocator) = match ours {
+                true => (Some(decider), None),
+                false => (None, Some(decider)),
+            };
+        }
+        let commands = self.files.iter().filter(|file| {
+            let mut robots = scenario.robots.iter();
+            robots.any(|robot| robot.controller.as_ref() == Some(&file.name))
+        });
+        let commands = commands.map(|ControllerFile { name, file }| {
+            let command = format!("{name}=python3 {}", shell_quoted(file));
+            format!(" --controller {}", shell_quoted(Path::new(&command)))
+        });
+        Ok(Some(External {
+            options: commands.collect(),
+            scenario: scenario.to_toml()?,
+        }))
+    }
+
+    /// Checks that each name occurs once.
+    ///
+    /// # Errors
+    /// Returns an error that contains a repeated name.
+    pub fn check(&self) -> anyhow::Result<()> {
+        for (index, file) in self.files.iter().enumerate() {
+            if self.files[..index]
+                .iter()
+                .any(|other| other.name == file.name)
+            {
+                bail!(
+                    "--controller {}: it is given twice; a controller has one file",
+                    file.name
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A scenario with external controllers.
+#[derive(Debug)]
+pub struct External {
+    pub scenario: String,
+    /// The options that start its controllers as processes.
+    pub options: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use missions::Registry;
+
+    use super::*;
+
+    fn files(texts: &[&str]) -> ControllerFiles {
+        let files = texts.iter().map(|text| parse(text).unwrap());
+        ControllerFiles {
+            files: files.collect(),
+        }
+    }
+
+    #[test]
+    fn a_value_is_a_name_and_a_file() {
+        assert_eq!(
+            files(&["ssi=my rules/ssi.py"]).options(),
+            " --controller 'ssi=my rules/ssi.py'"
+        );
+        for (text, expected) in [
+            ("ssi.py", "use NAME=FILE"),
+            ("ssi=", "use NAME=FILE"),
+            ("s si=ssi.py", "'s si' is not a"),
+        ] {
+            let problem = parse(text).unwrap_err().to_string();
+            assert!(problem.contains(expected), "{text}: {problem}");
+        }
+        let error = files(&["a=a.py", "a=b.py"]).check().unwrap_err();
+        assert!(error.to_string().contains("given twice"), "{error}");
+    }
+
+    #[test]
+    fn only_unknown_names_need_python() {
+        let vocabulary = Registry::built_in().vocabulary();
+        assert!(files(&["ssi=ssi.py"]).need_python(&vocabulary));
+        assert!(!files(&["nearest=x.py"]).need_python(&vocabulary));
+        assert!(!files(&[]).need_python(&vocabulary));
+    }
+
+    #[test]
+    fn the_digest_depends_on_name_and_content() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("ssi.py");
+        let digest = |name: &str, text: &str| {
+            fs::write(&file, text).unwrap();
+            let stated = format!("{name}={}", file.display());
+            files(&[&stated]).digest("plan".to_owned()).unwrap()
+        };
+        let first = digest("ssi", "a = 1");
+        assert_eq!(first, digest("ssi", "a = 1"));
+        assert_ne!(first, digest("ssi", "a = 2"));
+        assert_ne!(first, digest("other", "a = 1"));
+        assert_eq!(files(&[]).digest("plan".to_owned()).unwrap(), "plan");
+    }
+
+    #[test]
+    fn an_external_scenario_has_controllers_in_place_of_the_unknown_allocator() {
+        let mut vocabulary = Registry::built_in().vocabulary();
+        let mut spec = vocabulary.allocators[0].clone();
+        spec.name = "ssi";
+        vocabulary.allocators.push(spec);
+        let scenario: toml::Table = toml::from_str(
+            "allocator = 'ssi'\n[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'\nallocator = 'nearest'",
+        )
+        .unwrap();
+        let controllers = files(&["ssi=ssi.py", "unused=x.py"]);
+        let external = controllers
+            .external(&scenario, &vocabulary)
+            .unwrap()
+            .unwrap();
+        assert_eq!(external.options, " --controller 'ssi=python3 ssi.py'");
+        let built_in = Registry::built_in().vocabulary();
+        let read = Scenario::parse("external.toml", &external.scenario, &built_in).unwrap();
+        let deciders: Vec<&str> = read
+            .robots
+            .iter()
+            .map(|robot| read.decider_of(robot))
+            .collect();
+        assert_eq!(deciders, ["ssi", "nearest"]);
+        let without: toml::Table = toml::from_str("allocator = 'nearest'").unwrap();
+        assert!(
+            controllers
+                .external(&without, &vocabulary)
+                .unwrap()
+                .is_none()
+        );
+    }
+}

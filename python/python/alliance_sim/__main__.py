@@ -1,0 +1,69 @@
+"""Command `python3 -m alliance_sim`: sweeps, comparisons and searches with controllers in Python.
+
+`alliance sweep`, `compare` and `tune` start it for `--controller NAME=FILE`.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+from pathlib import Path
+from typing import NoReturn
+
+from . import _engine
+from ._controllers import Agent, Allocator
+from ._engine import ScenarioError
+from ._run import name_of
+
+
+def controller_in(file: Path, name: str) -> type[Allocator] | type[Agent]:
+    """Imports a file and returns its controller of that name. As for `python3 FILE`, it can import modules of its folder."""
+    if not file.is_file():
+        raise ScenarioError(f"--controller {name}: {file}: there is no such file")
+    sys.path.insert(0, str(file.resolve().parent))
+    module = file.stem
+    if module in sys.modules:
+        raise ScenarioError(f"--controller {name}: {file}: a module '{module}' is already imported; rename the file")
+    spec = importlib.util.spec_from_file_location(module, file)
+    if spec is None or spec.loader is None:
+        raise ScenarioError(f"--controller {name}: {file}: this is not a file of Python; its name ends with .py")
+    sys.modules[module] = loaded = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(loaded)
+    except Exception as error:
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ScenarioError(f"--controller {name}: {file}: {why}") from error
+    values = vars(loaded).values()
+    controllers = [value for value in values if isinstance(value, type) and issubclass(value, (Allocator, Agent)) and value.__module__ == module]
+    named = {name_of(controller): controller for controller in controllers}
+    if name not in named:
+        known = f"there are {', '.join(named)}" if named else "there are none"
+        raise ScenarioError(f"--controller {name}: {file}: there is no controller '{name}'; {known}")
+    return named[name]
+
+
+def files_in(words: list[str]) -> dict[str, Path]:
+    """Returns the files of `--controller NAME=FILE` by name. The program checks all words later, with these controllers."""
+    values = [following for word, following in zip(words, words[1:], strict=False) if word == "--controller"]
+    values += [word.partition("=")[2] for word in words if word.startswith("--controller=")]
+    return {name: Path(file) for name, _, file in (value.partition("=") for value in values) if name and file}
+
+
+def main() -> NoReturn:
+    """Executes the command, with the exit statuses of the program `alliance`."""
+    if sys.flags.hash_randomization and "PYTHONHASHSEED" not in os.environ:
+        # A fixed hash seed: the same inputs must give the same bytes, even if a controller iterates over a set of texts.
+        os.execve(sys.executable, sys.orig_argv, {**os.environ, "PYTHONHASHSEED": "0"})
+    words = ["alliance", *sys.argv[1:]]
+    try:
+        controllers = [(name, controller_in(file, name)) for name, file in files_in(words).items()]
+        status = _engine.execute_plan(words, controllers)
+    except (ScenarioError, TypeError) as error:
+        print(f"alliance: {error}", file=sys.stderr)
+        status = 2
+    sys.exit(status)
+
+
+if __name__ == "__main__":
+    main()

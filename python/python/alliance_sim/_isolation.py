@@ -1,0 +1,234 @@
+"""Isolation of the robots of one process: a read-only setup, and a check for variables that several robots would share.
+
+Robots in processes have no common memory. In one process, a variable of a class or a module would be a radio without loss or delay.
+"""
+
+from __future__ import annotations
+
+import builtins
+import dis
+import pickle
+import sys
+import sysconfig
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any, NoReturn
+
+from ._controllers import is_same
+
+#: Length of a pickled value, bytes, above which only some of the steps compare it.
+LARGE = 4096
+
+#: Number of steps between two comparisons of a large value. The first steps compare it more often.
+LARGE_STEPS = 256
+
+#: Folders of the standard library, of installed packages and of this package. Their variables are not checked.
+LIBRARIES = {Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib")} | {Path(__file__).resolve().parent}
+
+#: Types whose values cannot change.
+CONSTANT = (bool, bytes, complex, float, int, str, type(None), type(...))
+
+#: Instruction that assigns a global variable.
+STORE_GLOBAL = dis.opmap["STORE_GLOBAL"]
+
+#: Value of a variable that does not exist.
+MISSING = object()
+
+
+def _refuse(*_: Any, **__: Any) -> NoReturn:
+    raise TypeError("self.setup is read-only, because all robots have the same; copy.deepcopy(…) of a part can be changed")
+
+
+class ReadOnlyDict(dict[str, Any]):
+    """Part of the setup. `copy.deepcopy` returns an ordinary dict."""
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce_ex__(self, _: Any) -> Any:
+        return dict, (dict(self),)
+
+
+class ReadOnlyList(list[Any]):
+    """Part of the setup. `copy.deepcopy` returns an ordinary list."""
+
+    __setitem__ = __delitem__ = __iadd__ = __imul__ = append = clear = extend = insert = pop = remove = reverse = sort = _refuse
+
+    def __reduce_ex__(self, _: Any) -> Any:
+        return list, (list(self),)
+
+
+def read_only(value: Any) -> Any:
+    """Returns a value of JSON whose dicts and lists cannot be changed."""
+    if isinstance(value, dict):
+        return ReadOnlyDict({key: read_only(below) for key, below in value.items()})
+    if isinstance(value, list):
+        return ReadOnlyList(map(read_only, value))
+    return value
+
+
+class Variable:
+    """Variable outside the controllers, with its value at the start of a run."""
+
+    def __init__(self, name: str, read: Callable[[], Any]) -> None:
+        self.name = name
+        self._read = read
+        self._value = read()
+        self._content = None if isinstance(self._value, CONSTANT) or self._value is MISSING else _pickled(self._value)
+        self.is_large = self._content is not None and len(self._content) > LARGE
+
+    def has_changed(self) -> bool:
+        """Compares the variable with the start of the run. Of a value that cannot be pickled only the identity is compared."""
+        now = self._read()
+        if now is not self._value:
+            return not (isinstance(now, CONSTANT) and type(now) is type(self._value) and now == self._value)
+        if self._content is None:
+            return False
+        content = _pickled(now)
+        if content == self._content or content is None:
+            return False
+        # Equal values can have different bytes, for example if a text is stored twice.
+        if not is_same(pickle.loads(self._content), now):
+            return True
+        self._content = content
+        return False
+
+
+class SharedVariables:
+    """Variables that the methods of a controller class can reach, and that all its robots in a process would share."""
+
+    def __init__(self, variables: list[Variable]) -> None:
+        self._variables = variables
+        self._steps = 0
+
+    def check(self) -> None:
+        """Raises a `RuntimeError` that names a variable which has changed since the start of the run."""
+        self._steps += 1
+        with_large = self._steps % LARGE_STEPS == 0 or self._steps & (self._steps - 1) == 0
+        for variable in self._variables:
+            if (with_large or not variable.is_large) and variable.has_changed():
+                raise RuntimeError(
+                    f"{variable.name} was changed, which all robots of this process share; robots in processes do not. "
+                    "Keep it in self, or name it in `collected` if no step reads it"
+                )
+
+
+def shared_variables(controller: type) -> SharedVariables | None:
+    """Returns the shared variables of a controller class with their present values; `None` if there are none."""
+    found = Search(controller).variables()
+    return SharedVariables(found) if found else None
+
+
+def _pickled(value: Any) -> bytes | None:
+    try:
+        return pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
+    except Exception:  # A foreign class may raise any error.
+        return None
+
+
+class Search:
+    """Search for the variables that the methods of a class can reach."""
+
+    def __init__(self, controller: type) -> None:
+        self._exempt = frozenset(getattr(controller, "collected", ()))
+        self._package = controller.__module__.partition(".")[0]
+        self._pending: list[Iterator[Variable]] = []
+        self._visited: set[Any] = set()
+        self._names: set[str] = set()
+        self._follow(controller, ())
+
+    def variables(self) -> list[Variable]:
+        """Returns each variable once, in a fixed order."""
+        found: list[Variable] = []
+        while self._pending:
+            for variable in self._pending.pop():
+                if variable.name not in self._names:
+                    self._names.add(variable.name)
+                    found.append(variable)
+        return found
+
+    def _follow(self, value: Any, names: tuple[str, ...]) -> bool:
+        """Adds the variables of a class, a function or a module to the search. Returns false for any other value."""
+        value = getattr(value, "__wrapped__", value) if callable(value) else value
+        if isinstance(value, property):
+            return any([self._follow(function, names) for function in (value.fget, value.fset, value.fdel)])
+        value = value.__func__ if isinstance(value, staticmethod | classmethod) else value
+        if not isinstance(value, type | FunctionType | ModuleType):
+            return callable(value) and not hasattr(value, "__dict__")
+        if isinstance(value, ModuleType):
+            if self._is_own(value.__name__) and (id(value), names) not in self._visited:
+                self._visited.add((id(value), names))
+                self._pending.append(self._of_namespace(vars(value), value.__name__, names))
+        elif id(value) not in self._visited and self._is_own(value.__module__):
+            self._visited.add(id(value))
+            self._pending.append(self._of_class(value) if isinstance(value, type) else self._of_function(value))
+        return True
+
+    def _is_own(self, module: str | None) -> bool:
+        """Returns whether the author of the controller wrote a module."""
+        if module is None or module == "builtins":
+            return False
+        if module.partition(".")[0] == self._package:
+            return True
+        file = getattr(sys.modules.get(module), "__file__", None)
+        return file is not None and not LIBRARIES & set(Path(file).resolve().parents)
+
+    def _variable(self, name: str, read: Callable[[], Any], names: tuple[str, ...]) -> Iterator[Variable]:
+        """Yields a variable, unless its value leads to others."""
+        value = read()
+        if name.rpartition(".")[2] not in self._exempt and not self._follow(value, names):
+            self._follow(type(value), ())
+            yield Variable(name, read)
+
+    def _of_class(self, kind: type) -> Iterator[Variable]:
+        for base in kind.__mro__[1:]:
+            self._follow(base, ())
+        own = [name for name in vars(kind) if not _is_special(name) or isinstance(vars(kind)[name], FunctionType)]
+        for name in own:
+            yield from self._variable(f"{kind.__name__}.{name}", lambda name=name: vars(kind).get(name, MISSING), ())
+        known, count = {*vars(kind), *self._exempt}, len(vars(kind))
+
+        def added() -> str:
+            names = () if len(vars(kind)) == count else vars(kind)
+            return ", ".join(name for name in names if not _is_special(name) and name not in known)
+
+        yield Variable(f"a new attribute of {kind.__name__}", added)
+
+    def _of_function(self, function: FunctionType) -> Iterator[Variable]:
+        code = function.__code__
+        names = _names(code)
+        for name, cell in zip(code.co_freevars, function.__closure__ or (), strict=True):
+            if not _is_special(name):
+                yield from self._variable(f"{function.__qualname__}.{name}", lambda cell=cell: _content_of(cell), names)
+        given = dict(zip(reversed(code.co_varnames[: code.co_argcount]), reversed(function.__defaults__ or ()), strict=False))
+        for name, default in {**given, **(function.__kwdefaults__ or {})}.items():
+            yield from self._variable(f"{function.__qualname__}.{name}", lambda default=default: default, names)
+        yield from self._of_namespace(function.__globals__, function.__module__, names, _stores_globals(code))
+
+    def _of_namespace(self, namespace: Mapping[str, Any], module: str, names: tuple[str, ...], with_new: bool = False) -> Iterator[Variable]:
+        """Yields the variables of these names. `with_new`: also those that do not exist yet."""
+        for name in names:
+            if name in namespace or (with_new and not hasattr(builtins, name)):
+                yield from self._variable(f"{module}.{name}", lambda name=name: namespace.get(name, MISSING), names)
+
+
+def _is_special(name: str) -> bool:
+    return name.startswith("__") and name.endswith("__")
+
+
+def _content_of(cell: Any) -> Any:
+    try:
+        return cell.cell_contents
+    except ValueError:  # The variable has no value yet.
+        return MISSING
+
+
+def _stores_globals(code: CodeType) -> bool:
+    """Returns whether a function, or one in it, assigns a global variable."""
+    return STORE_GLOBAL in code.co_code[::2] or any(_stores_globals(constant) for constant in code.co_consts if isinstance(constant, CodeType))
+
+
+def _names(code: CodeType) -> tuple[str, ...]:
+    """Returns the names of globals and attributes that a function uses, with those of the functions in it."""
+    inner = (name for constant in code.co_consts if isinstance(constant, CodeType) for name in _names(constant))
+    return tuple(dict.fromkeys((*code.co_names, *inner)))

@@ -1,0 +1,3 @@
+"""State of a module that a controller must not share."""
+
+NOTES: list[str] = []

@@ -1,0 +1,229 @@
+"""Robots in one process share no memory, as robots in processes do."""
+
+import copy
+import json
+import signal
+import threading
+import time
+
+import pytest
+import state
+from alliance_sim import Action, Agent, Allocator, ControllerError, ScenarioError, run
+from greedy import Greedy
+
+TOTAL = 0
+BOARD: dict[str, float] = {}
+LARGE = list(range(5000))
+
+
+def nearest(sets):
+    return min((option for option in sets if option.applicable), key=lambda option: (option.cost, option.id), default=None)
+
+
+class ClassDict(Allocator):
+    taken: dict[int, int] = {}
+
+    def step(self, now, messages, sets):
+        chosen = next((option for option in sets if option.applicable and self.taken.get(option.task, self.rank) == self.rank), None)
+        if chosen:
+            self.taken[chosen.task] = self.rank
+        return chosen
+
+
+class NewAttribute(Allocator):
+    def step(self, now, messages, sets):
+        type(self).last = self.name
+
+
+class Counter(Allocator):
+    def step(self, now, messages, sets):
+        global TOTAL
+        TOTAL += 1
+
+
+class Blackboard(Allocator):
+    def step(self, now, messages, sets):
+        write(self.name, now)
+
+
+def write(name, now):
+    BOARD[name] = now
+
+
+class OtherModule(Allocator):
+    def step(self, now, messages, sets):
+        state.NOTES.append(self.name)
+
+
+class Default(Allocator):
+    def step(self, now, messages, sets, cache={}):
+        cache[self.name] = now
+
+
+class HelperClass(Allocator):
+    class Memory:
+        seen = 0
+
+    def step(self, now, messages, sets):
+        self.Memory.seen += 1
+
+
+class Large(Allocator):
+    def step(self, now, messages, sets):
+        LARGE[0] = LARGE[0] + 1
+
+
+class AtStart(Allocator):
+    born: list[str] = []
+
+    def reset(self):
+        self.born.append(self.name)
+
+
+class Whole(Agent):
+    log: list[str] = []
+
+    def step(self, now, readings, messages):
+        self.log.append(self.name)
+        return Action()
+
+
+@pytest.mark.parametrize(
+    ("controller", "name"),
+    [
+        (ClassDict, "ClassDict.taken"),
+        (NewAttribute, "a new attribute of NewAttribute"),
+        (Counter, "test_isolation.TOTAL"),
+        (Blackboard, "test_isolation.BOARD"),
+        (OtherModule, "state.NOTES"),
+        (Default, "Default.step.cache"),
+        (HelperClass, "Memory.seen"),
+        (Large, "test_isolation.LARGE"),
+        (AtStart, "AtStart.born"),
+        (Whole, "Whole.log"),
+    ],
+)
+def test_a_shared_variable_is_refused_by_name(controller, name):
+    with pytest.raises(ControllerError) as error:
+        run("janitorial", {"*": controller}, limit=2)
+    line = str(error.value)
+    assert line.startswith("gold: tick ") and f": RuntimeError: {name} was changed, " in line.replace("<locals>.", "")
+    assert "robots in processes do not" in line
+
+
+def test_a_variable_of_an_enclosing_function_is_refused_unless_it_is_collected():
+    seen = []
+
+    class Watcher(Allocator):
+        def step(self, now, messages, sets):
+            seen.append(self.name)
+
+    with pytest.raises(ControllerError, match=r"Watcher.step.seen was changed"):
+        run("janitorial", {"*": Watcher}, limit=1)
+    seen.clear()
+    run("janitorial", {"*": type("Collector", (Watcher,), {"collected": {"seen"}})}, limit=1)
+    assert len(seen) == 60
+
+
+def test_variables_that_do_not_change_are_no_error():
+    class Reader(Allocator):
+        table = {"a": [1.0, 2.0]}
+
+        def step(self, now, messages, sets):
+            assert self.table["a"][1] == 2.0 and len(BOARD) < 10 and LARGE[1] == 1
+            return nearest(sets)
+
+    assert run("janitorial", {"*": Reader}, limit=20).outcome == "time-limit"
+
+
+def test_the_setup_is_read_only():
+    class Writer(Allocator):
+        def step(self, now, messages, sets):
+            self.setup["scenario"]["robots"].append("me")
+
+    with pytest.raises(ControllerError, match="self.setup is read-only"):
+        run("janitorial", {"*": Writer}, limit=1)
+
+    class Copier(Allocator):
+        def reset(self):
+            own = copy.deepcopy(self.setup["scenario"])
+            own["robots"].append("me")
+            own["x"] = 1
+            assert type(own) is dict and json.loads(json.dumps(self.setup)) == self.setup
+            assert isinstance(self.setup["scenario"], dict) and isinstance(self.setup["scenario"]["robots"], list)
+
+        def step(self, now, messages, sets):
+            with pytest.raises(TypeError):
+                sets[0].values["x"] = 1
+
+    run("janitorial", {"*": Copier}, limit=1)
+
+
+def test_an_allocator_knows_its_body():
+    known = {}
+
+    class Curious(Allocator):
+        collected = {"known"}
+
+        def step(self, now, messages, sets):
+            known.setdefault(self.name, []).append((self.position, self.speed, self.laden, dict(self.skills)))
+            return nearest(sets)
+
+    run("janitorial", {"*": "nearest", "gold": Curious}, limit=5)
+    speed = run("janitorial", limit=1).file["scenario"]["body"]["speed_m_s"]
+    first, last = known["gold"][0], known["gold"][-1]
+    assert first[1:] == (speed, False, {"dust": 0.5, "garbage": 1.0}) and len(first[0]) == 2
+    assert first[0] != last[0], "the position does not follow the robot"
+
+
+def test_ctrl_c_and_exit_pass():
+    class Endless(Allocator):
+        def step(self, now, messages, sets):
+            time.sleep(0.05)
+
+    timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        run("janitorial", {"*": Endless}, limit=300)
+    timer.join()
+
+    class Leaver(Allocator):
+        def step(self, now, messages, sets):
+            raise SystemExit(7)
+
+    with pytest.raises(SystemExit) as left:
+        run("janitorial", {"*": Leaver}, limit=5)
+    assert left.value.code == 7
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ({"seed": -1}, "seed: -1 is out of range; it must be at least 0"),
+        ({"seed": "7"}, "seed: '7' is not a whole number"),
+        ({"seed": 2**64}, "seed: 18446744073709551616 is out of range"),
+        ({"robots": 0}, "robots: 0 is out of range; it must be at least 1"),
+        ({"controllers": [Greedy]}, "is not a dict; write {'*': …} for all robots"),
+    ],
+)
+def test_wrong_arguments_have_a_clear_message(arguments, expected):
+    with pytest.raises(ScenarioError) as error:
+        run("service", **arguments)
+    assert expected in str(error.value)
+
+
+def test_sets_and_messages_can_be_made_for_tests():
+    from alliance_sim import Message, Set
+
+    dust = Set(0, "dust", 0, cost=5.0, ceased_after=10.0)
+    floor = Set(1, "floor", 1, cost=2.0, applicable=False, active=True, since=3.0)
+    greedy = Greedy()
+    greedy.rank = 0
+    greedy.reset()
+    assert greedy.step(1.0, [], [dust, floor]) is dust
+    claim = Message(1, "executing", task=0, set=0, since=0.5, position=(1.0, 2.0))
+    assert (claim.state, claim.task, claim.since, claim.position) == ("executing", 0, 0.5, (1.0, 2.0))
+    assert greedy.step(1.0, [claim], [dust, floor]) is None
+    assert Message(2, content=b"hello").content == b"hello" and Message(2, content=b"").state == "message"
+    with pytest.raises(ValueError, match="state: there is no 'busy'; use one of executing, waiting, idle, released"):
+        Message(1, "busy")

@@ -1,0 +1,192 @@
+"""Comparisons, sweeps and searches with controllers in Python."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from alliance_sim import Allocator, ScenarioError, compare, load, run, sweep, tune
+from conftest import EXAMPLES, program
+from greedy import Greedy
+
+LOSS = [{"fault": {"drop": {"p": 0.3}}, "at_s": 0.0}]
+PLAN = {
+    "scenario": "janitorial",
+    "limit_s": 40.0,
+    "seeds": [3, 4],
+    "grid": {"allocator": ["alliance", "greedy", "nearest"]},
+    "faults": {"none": {}, "loss": {"timeline": LOSS}},
+}
+TOML = """
+scenario = "janitorial"
+limit_s = 40.0
+seeds = [3, 4]
+[grid]
+allocator = ["alliance", "greedy", "nearest"]
+[faults.none]
+[faults.loss]
+timeline = [{ fault.drop = { p = 0.3 }, at_s = 0.0 }]
+"""
+PICKY = """
+from alliance_sim import Allocator, main
+
+class Picky(Allocator):
+    parameters = {"patience_s": (5.0, 0.0, 60.0)}
+
+    def step(self, now, messages, sets):
+        free = [option for option in sets if option.applicable]
+        if now < self.values["patience_s"] or not free:
+            return None
+        return min(free, key=lambda option: (option.cost, option.id))
+
+if __name__ == "__main__":
+    main(Picky)
+"""
+
+
+
+
+@pytest.fixture
+def command(tmp_path):
+    """Runs a command of the program with this interpreter for controllers, and checks its exit status."""
+
+    def run_command(*words: str, status: int = 0, **variables: str) -> subprocess.CompletedProcess[str]:
+        environment = {**os.environ, "ALLIANCE_PYTHON": sys.executable, **variables}
+        done = subprocess.run([program(), *words], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+        assert done.returncode == status, done.stderr
+        return done
+
+    return run_command
+
+
+def test_a_comparison_has_the_runs_of_the_controller(tmp_path):
+    results = compare(PLAN, [Greedy], out=tmp_path / "mine", jobs=2)
+    rows = load(results.folder, "numpy").results
+    assert rows["allocator"].tolist().count("greedy") == 4
+    for rule, faults, seed, found in zip(rows["allocator"], rows["faults"], rows["seed"], rows["hash"], strict=True):
+        controller = Greedy if rule == "greedy" else str(rule)
+        expected = run("janitorial", {"*": controller}, int(seed), faults=LOSS if faults == "loss" else [], limit=40)
+        assert found == expected.hash, (rule, faults, seed)
+    names = set(load(results.folder, "numpy")["cells"]["allocator"])
+    assert names == {"alliance", "greedy", "nearest"}
+    assert "greedy" in (results.folder / "comparison.html").read_text()
+
+
+def test_the_command_and_its_shards_have_the_same_results(command, tmp_path):
+    compare(PLAN, [Greedy], out=tmp_path / "here")
+    (tmp_path / "plan.toml").write_text(TOML)
+    controller = ["--controller", f"greedy={EXAMPLES / 'greedy.py'}"]
+    done = command("compare", "plan.toml", *controller, "--out", "whole")
+    expected = (tmp_path / "here/results.csv").read_bytes()
+    assert (tmp_path / "whole/results.csv").read_bytes() == expected
+    assert f"--controller greedy={EXAMPLES / 'greedy.py'} --cell 0" in done.stderr
+    for shard in ("0/2", "1/2"):
+        command("compare", "plan.toml", *controller, "--shard", shard, "--out", "shards")
+    command("compare", "--merge", "shards")
+    assert (tmp_path / "shards/results.csv").read_bytes() == expected
+    again = command("compare", "plan.toml", *controller, "--out", "whole")
+    assert "12 of them done before" in again.stderr
+    # The journal belongs to one version of the controller.
+    changed = tmp_path / "greedy.py"
+    changed.write_text((EXAMPLES / "greedy.py").read_text() + "\n# changed\n")
+    refused = command("compare", "plan.toml", "--controller", f"greedy={changed}", "--out", "whole", status=2)
+    assert "holds another sweep, or this one before it was changed" in refused.stderr
+
+
+def test_a_run_of_a_plan_can_be_repeated_in_processes_and_replayed_without_python(command, tmp_path):
+    (tmp_path / "plan.toml").write_text(TOML)
+    controller = f"greedy={EXAMPLES / 'greedy.py'}"
+    rows = load(sweep(PLAN, [Greedy], out=tmp_path / "sweep").folder, "numpy").results
+    number = int(rows["run"][(rows["allocator"] == "greedy") & (rows["faults"] == "loss")][0])
+    printed = command("sweep", "plan.toml", "--controller", controller, "--scenario", str(number))
+    (tmp_path / f"run-{number}.toml").write_text(printed.stdout)
+    words = printed.stderr.strip().partition(": alliance ")[2]
+    assert words.startswith(f"run run-{number}.toml --seed ") and "--controller 'greedy=python3 " in words
+    words = words.replace("python3 ", f"{sys.executable} ")
+    done = subprocess.run(f"{program()} {words} --out repeated --no-page --speed max", shell=True, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode in (0, 1), done.stderr
+    repeated = load(tmp_path / "repeated").run["hash"]
+    assert repeated == rows["hash"][rows["run"] == number][0]
+    replayed = command("replay", "repeated", PATH="", ALLIANCE_PYTHON="/none")
+    assert f"hash {repeated}" in replayed.stderr
+
+
+def test_a_failed_controller_fails_its_runs_only(tmp_path):
+    (tmp_path / "boom.py").write_text(
+        "from alliance_sim import Allocator\n\nclass Boom(Allocator):\n    def step(self, now, messages, sets):\n        return {}[self.name]\n"
+    )
+    sys.path.insert(0, str(tmp_path))
+    import boom
+
+    plan = {**PLAN, "grid": {"allocator": ["nearest", "boom"]}, "faults": {}}
+    with pytest.warns(RuntimeWarning, match="failed: gold: tick 0: boom.py:5: KeyError: 'gold'"):
+        results = sweep(plan, [boom.Boom], out=tmp_path / "out")
+    rows = load(results.folder, "numpy").results
+    assert [bool(one) for one in rows["hash"] != ""] == [rule == "nearest" for rule in rows["allocator"]]
+
+
+def test_parameters_of_a_controller_can_be_varied_and_tuned(tmp_path):
+    (tmp_path / "picky.py").write_text(PICKY)
+    sys.path.insert(0, str(tmp_path))
+    from picky import Picky
+
+    plan = {"scenario": "janitorial", "limit_s": 120.0, "seeds": [1], "grid": {"allocator": ["picky"], "allocators": {"picky": {"patience_s": [5.0, 50.0]}}}}
+    rows = load(sweep(plan, [Picky], out=tmp_path / "sweep").folder, "numpy").results
+    assert len(set(rows["hash"])) == 2
+    assert rows["hash"][0] == run("janitorial", {"*": Picky}, 1, limit=120.0).hash, "5 s is the default"
+    plan["grid"]["allocators"] = {"picky": {"patience_s": [70.0]}}
+    with pytest.raises(ScenarioError, match="patience_s"):
+        sweep(plan, [Picky], out=tmp_path / "refused")
+    search = {
+        "scenario": "janitorial",
+        "limit_s": 60.0,
+        "tune": {
+            "metric": "par2_s",
+            "training": {"from": 1, "to": 2},
+            "selection": {"from": 3, "to": 3},
+            "test": {"from": 4, "to": 5},
+            "budget": 12,
+            "seeds_per_candidate": 2,
+            "finalists": 1,
+            "parameters": {"picky": {"allocators": {"picky": {"patience_s": {"from": 0.0, "to": 40.0}}}}},
+        },
+    }
+    results = tune(search, [Picky], out=tmp_path / "tuned")
+    assert "patience_s" in (results.folder / "tuning.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("--controller", "greedy=none.py"), "--controller greedy: none.py: there is no such file"),
+        (("--controller", "gredy={greedy}"), "there is no controller 'gredy'; there are greedy"),
+        (("--controller", "greedy={greedy}", "--controller", "greedy={greedy}"), "it is given twice"),
+        (("--controller", "greedy"), "use NAME=FILE, such as greedy=greedy.py"),
+        ((), "there is no allocator 'greedy'"),
+    ],
+)
+def test_mistakes_are_reported_in_one_line(command, tmp_path, words, expected):
+    (tmp_path / "plan.toml").write_text(TOML)
+    words = [word.format(greedy=EXAMPLES / "greedy.py") for word in words]
+    done = command("compare", "plan.toml", *words, status=2)
+    assert expected in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    assert not (tmp_path / "comparisons").exists()
+
+
+def test_without_python_the_command_names_the_remedy(command, tmp_path):
+    (tmp_path / "plan.toml").write_text(TOML)
+    done = command("compare", "plan.toml", "--controller", "greedy=greedy.py", status=2, ALLIANCE_PYTHON="/none/python3")
+    assert "/none/python3" in done.stderr and "set ALLIANCE_PYTHON to it" in done.stderr
+
+
+def test_classes_without_a_file_are_refused(tmp_path):
+    class Local(Allocator):
+        pass
+
+    with pytest.raises(ScenarioError, match="is not at the top level of a file of Python"):
+        compare(PLAN, [Local], out=tmp_path / "out")
+    with pytest.raises(ScenarioError, match="no allocator 'greedy'"):
+        compare(PLAN, out=tmp_path / "out")
+    with pytest.raises(ScenarioError, match="football"):
+        compare({**PLAN, "football": 1}, [Greedy], out=tmp_path / "out")
