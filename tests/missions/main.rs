@@ -50,6 +50,7 @@ mod recipes;
 mod recompute;
 mod refusals;
 mod repeatable;
+mod reproduced;
 mod service;
 mod slurm;
 mod statistics;
