@@ -20,12 +20,21 @@ from lab import ROOT, Lab, rounded
 
 GOLDEN = ROOT / "tests/golden/reproduced.json"
 PAGE = ROOT / "docs/REPRODUCED.md"
-SECTIONS = {"grape": grape, "cbba": cbba, "space": space, "routing": routing, "thesis": thesis, "teams": teams}
+SECTIONS = {
+    "grape": grape,
+    "cbba": cbba,
+    "space": space,
+    "routing": routing,
+    "thesis": thesis,
+    "teams": teams,
+}
 
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"some of {', '.join(SECTIONS)}; by default all")
+    parser.add_argument(
+        "sections", nargs="*", metavar="SECTION", help=f"some of {', '.join(SECTIONS)}; by default all"
+    )
     parser.add_argument("--check", action="store_true", help="repeat a cheap part and compare; write nothing")
     parser.add_argument("--program", default="alliance", help="the program under test")
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared/data", help="data of others")
@@ -38,11 +47,10 @@ def arguments():
 
 
 def differences(found, golden, at):
-    """Returns the places at which new figures differ from the stored ones. Not all stored figures are measured again."""
+    """Returns the places at which new figures differ from stored ones. Stored figures may be more than the new "
+    "ones."""
     if isinstance(found, dict) and isinstance(golden, dict):
-        return [
-            line for key in found for line in differences(found[key], golden.get(key), f"{at}.{key}")
-        ]
+        return [line for key in found for line in differences(found[key], golden.get(key), f"{at}.{key}")]
     return [] if found == golden else [f"{at}: {found} instead of {golden}"]
 
 

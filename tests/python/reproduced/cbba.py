@@ -148,45 +148,51 @@ def sections(found):
     least = min(trial["share"] for trial in trials)
     mean = sum(trial["share"] for trial in trials) / count
     bound = min(ROBOTS * BUNDLE, POINTS)
-    return [Section(
-        "CBBA: laws on random static instances",
-        "Choi, Brunet, How, IEEE T-RO 25(4), 2009. Theorems by its abstract and by restatements; the body was not read.",
-        f"{count} instances with {ROBOTS} robots and {POINTS} points, each with bundles of L = {BUNDLE} and of "
-        f"L = {LONGEST}. Positions are uniform in {ROOM_M:.0f} × {ROOM_M:.0f} m, work is U(5, 20) s, values are U(1, 3), "
-        "and each robot receives all others (D = 1). The score of a path is Σ value · 0.98^t. The reference is written "
-        "for this test in Python. Public implementations are no reference: they score travel and time by other "
-        "formulas, and none is a package.",
-        [
-            Row(
-                "assignments without conflict",
-                f"{len(runs)} of {len(runs)}",
-                f"{good} of {len(runs)}",
-                verdict(good == len(runs)),
-                "stable, and each point has one robot",
-            ),
-            Row(
-                "rounds of consensus until the last change",
-                f"at most min(n·L, m)·D = {bound}",
-                f"at most {rounds[BUNDLE]} with L = {BUNDLE}, {rounds[LONGEST]} with L = {LONGEST}",
-                verdict(max(rounds.values()) <= bound),
-                f"counted after the {FIRST_ROUNDS} rounds in which robots receive the points and make their first bids",
-            ),
-            *(
+    return [
+        Section(
+            "CBBA: laws on random static instances",
+            "Choi, Brunet, How, IEEE T-RO 25(4), 2009. Theorems by its abstract and by restatements; the body "
+            "was not read.",
+            f"{count} instances with {ROBOTS} robots and {POINTS} points, each with bundles of L = {BUNDLE} and "
+            f"of L = {LONGEST}. Positions are uniform in {ROOM_M:.0f} × {ROOM_M:.0f} m, work is U(5, 20) s, "
+            "values are U(1, 3), and each robot receives all others (D = 1). The score of a path is Σ value · "
+            "0.98^t. The reference is written for this test in Python. Public implementations are no reference: "
+            "they score travel and time by other formulas, and none is a package.",
+            [
                 Row(
-                    f"equal to the sequential greedy assignment, L = {bundle}",
-                    f"{count} of {count}",
-                    f"{count - len(seeds)} of {count}" + "".join(f"; not with seed {seed}" for seed in seeds),
-                    verdict(not seeds),
-                    "a robot that gave up a point to a bid that is withdrawn later does not rebuild its bundle",
-                )
-                for bundle, seeds in unlike.items()
-            ),
-            Row(
-                f"share of the optimum, L = {BUNDLE}",
-                "at least 0.5",
-                f"at least {least:.3f}, mean {mean:.3f}",
-                verdict(least >= 0.5),
-                "optimum by HiGHS, over all sets of points in their best order",
-            ),
-        ],
-    )]
+                    "assignments without conflict",
+                    f"{len(runs)} of {len(runs)}",
+                    f"{good} of {len(runs)}",
+                    verdict(good == len(runs)),
+                    "stable, and each point has one robot",
+                ),
+                Row(
+                    "rounds of consensus until the last change",
+                    f"at most min(n·L, m)·D = {bound}",
+                    f"at most {rounds[BUNDLE]} with L = {BUNDLE}, {rounds[LONGEST]} with L = {LONGEST}",
+                    verdict(max(rounds.values()) <= bound),
+                    f"counted after the {FIRST_ROUNDS} rounds in which robots receive the points and make their "
+                    "first bids",
+                ),
+                *(
+                    Row(
+                        f"equal to the sequential greedy assignment, L = {bundle}",
+                        f"{count} of {count}",
+                        f"{count - len(seeds)} of {count}"
+                        + "".join(f"; not with seed {seed}" for seed in seeds),
+                        verdict(not seeds),
+                        "a robot that gave up a point to a bid that is withdrawn later does not rebuild its "
+                        "bundle",
+                    )
+                    for bundle, seeds in unlike.items()
+                ),
+                Row(
+                    f"share of the optimum, L = {BUNDLE}",
+                    "at least 0.5",
+                    f"at least {least:.3f}, mean {mean:.3f}",
+                    verdict(least >= 0.5),
+                    "optimum by HiGHS, over all sets of points in their best order",
+                ),
+            ],
+        )
+    ]

@@ -60,9 +60,7 @@ class Instance:
         sizes = self.sizes(allocation)
         count = 0
         for robot, own in enumerate(allocation):
-            worth = [
-                self.utility(robot, task, sizes[task] + (task != own)) for task in range(len(sizes))
-            ]
+            worth = [self.utility(robot, task, sizes[task] + (task != own)) for task in range(len(sizes))]
             # Robots compute with places in single precision.
             count += max(worth) > (0.0 if own is None else worth[own]) + 1e-3
         return count
@@ -100,8 +98,7 @@ class Instance:
             },
             "tasks": {f"serve(p{task})": {"max_robots": most} for task in range(task_count)},
             "robots": [
-                {"name": f"r{number}", "start": moved(at)}
-                for number, at in enumerate(self.robots, 1)
+                {"name": f"r{number}", "start": moved(at)} for number, at in enumerate(self.robots, 1)
             ],
         }
 
@@ -133,38 +130,50 @@ def sections(found):
     for name, (total, share, decisions) in PUBLISHED.items():
         each = found[name]
         stays = each["recorded_would_move"]
-        rows.append(Row(
-            f"{name}: the recorded partition is stable",
-            f"0 of 320 robots gain by a move; sum {total:,.1f}",
-            f"{stays} of 320; sum {each['recorded_total']:,.1f}",
-            verdict(stays == 0 and abs(each["recorded_total"] / total - 1) < 1e-9),
-            "the same formula; the test `grape_keeps_the_published_partition` steps each robot",
-        ))
+        rows.append(
+            Row(
+                f"{name}: the recorded partition is stable",
+                f"0 of 320 robots gain by a move; sum {total:,.1f}",
+                f"{stays} of 320; sum {each['recorded_total']:,.1f}",
+                verdict(stays == 0 and abs(each["recorded_total"] / total - 1) < 1e-9),
+                "the same formula; the test `grape_keeps_the_published_partition` steps each robot",
+            )
+        )
         away = each["total"] / total - 1
-        rows.append(Row(
-            f"{name}: global utility from an empty partition",
-            f"{total:,.1f}, at least {share:.3f} of the optimum",
-            f"{each['total']:,.1f} ({away:+.2%}), {each['total'] / each['optimum']:.4f} of the optimum;"
-            f" {each['would_move']} robots gain by a move; coalitions {' '.join(map(str, each['sizes']))}",
-            verdict(
-                each["stable"]
-                and each["would_move"] == 0
-                and abs(away) <= CLOSE
-                and each["total"] >= share * each["optimum"]
-            ),
-            "stable partitions are not unique: sums may differ by 2 %",
-        ))
-        rows.append(Row(
-            f"{name}: number of decisions",
-            f"{decisions:,}",
-            f"at least {sum(each['sizes'])}, at most {each['rounds']:,} (rounds)",
-            verdict(each["rounds"] <= 2 * decisions),
-            "each robot decides at least once, and a round adds at most one decision to the partition that wins",
-        ))
-    return [Section(
-        "GRAPE: three instances of figure 7",
-        "Jang, Shin, Tsourdos, IEEE T-RO 34(6), 2018; instances from the repository inmo-jang/GRAPE (MIT license).",
-        "320 robots, 5 tasks, radio range 50 m. Robots stand still (`--allocate-only`), with `utility = \"published\"` "
-        "([GRAPE](allocators/grape.md)). The optimum is exact: an assignment of robots to places of coalitions.",
-        rows,
-    )]
+        rows.append(
+            Row(
+                f"{name}: global utility from an empty partition",
+                f"{total:,.1f}, at least {share:.3f} of the optimum",
+                f"{each['total']:,.1f} ({away:+.2%}), {each['total'] / each['optimum']:.4f} of the optimum;"
+                f" {each['would_move']} robots gain by a move; coalitions {' '.join(map(str, each['sizes']))}",
+                verdict(
+                    each["stable"]
+                    and each["would_move"] == 0
+                    and abs(away) <= CLOSE
+                    and each["total"] >= share * each["optimum"]
+                ),
+                "stable partitions are not unique: sums may differ by 2 %",
+            )
+        )
+        rows.append(
+            Row(
+                f"{name}: number of decisions",
+                f"{decisions:,}",
+                f"at least {sum(each['sizes'])}, at most {each['rounds']:,} (rounds)",
+                verdict(each["rounds"] <= 2 * decisions),
+                "each robot decides at least once, and a round adds at most one decision to the partition that "
+                "wins",
+            )
+        )
+    return [
+        Section(
+            "GRAPE: three instances of figure 7",
+            "Jang, Shin, Tsourdos, IEEE T-RO 34(6), 2018; instances from the repository inmo-jang/GRAPE (MIT "
+            "license).",
+            "320 robots, 5 tasks, radio range 50 m. Robots stand still (`--allocate-only`), with `utility = "
+            '"published"` '
+            "([GRAPE](allocators/grape.md)). The optimum is exact: an assignment of robots to places of "
+            "coalitions.",
+            rows,
+        )
+    ]

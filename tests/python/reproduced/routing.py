@@ -54,7 +54,9 @@ def scenario(robots, points):
 
 def least_times(robot, points):
     """Returns the least time of a robot for each set of points, s (Held and Karp)."""
-    least = {((last,), last): math.dist(robot.at, point.at) + point.work_s for last, point in enumerate(points)}
+    least = {
+        ((last,), last): math.dist(robot.at, point.at) + point.work_s for last, point in enumerate(points)
+    }
     for count in range(2, len(points) + 1):
         for chosen in combinations(range(len(points)), count):
             for last in chosen:
@@ -140,7 +142,8 @@ def pyvrp_way(robots, points):
 
 
 def way_of(lab, out, robots, points):
-    """Returns the length of the routes that the robots drove: from the start through the points that each has done."""
+    """Returns the length of the routes that the robots drove: from the start through the points that each has "
+    "done."""
     lab.alliance("export", out, f"--instance={out / 'instance.json'}")
     result = json.loads((out / "instance.json").read_text())["result"]
     number = {task["id"]: index for index, task in enumerate(result["tasks"])}
@@ -183,7 +186,9 @@ def small_table(trials):
         done = [gap for gap in gaps if gap is not None]
         mean = f"{sum(done) / len(done):.1%}" if done else "–"
         best = sum(gap < 0.01 for gap in done)
-        lines.append([f"`{allocator}`", f"{len(done)} of {len(gaps)}", mean, f"{max(done, default=0):.1%}", str(best)])
+        lines.append(
+            [f"`{allocator}`", f"{len(done)} of {len(gaps)}", mean, f"{max(done, default=0):.1%}", str(best)]
+        )
     return table(["allocator", "complete", "mean gap", "largest gap", "within 1 %"], lines)
 
 
@@ -216,27 +221,33 @@ def sections(found):
             "robots carry any load and do not return to the depot, so that the gaps below refer to PyVRP",
         ),
     ]
-    return [Section(
-        "Gaps to the optimum",
-        "The solvers HiGHS (in SciPy) and PyVRP. RC208 by Solomon, PR01 and PR11A after Cordeau and Vidal, as in the tests "
-        "of PyVRP; the figure for RC208 is from its solution file there.",
-        "Each allocator carries out the instance by robots that drive. All points are known from the start. Robots turn at "
-        "once, pass through each other and drive 1 m/s.",
-        rows,
-        "\n\n".join([
-            prose(
-                f"**Makespan against the exact optimum.** {len(trials)} random instances with {ROBOTS} robots and {POINTS} "
-                f"points, uniform in {ROOM_M:.0f} × {ROOM_M:.0f} m, with work of U(5, 60) s. The optimum is by HiGHS over "
-                "all sets of points in their best order. Gaps of complete missions."
+    return [
+        Section(
+            "Gaps to the optimum",
+            "The solvers HiGHS (in SciPy) and PyVRP. RC208 by Solomon, PR01 and PR11A after Cordeau and Vidal, "
+            "as in the tests of PyVRP; the figure for RC208 is from its solution file there.",
+            "Each allocator carries out the instance by robots that drive. All points are known from the start. "
+            "Robots turn at once, pass through each other and drive 1 m/s.",
+            rows,
+            "\n\n".join(
+                [
+                    prose(
+                        f"**Makespan against the exact optimum.** {len(trials)} random instances with {ROBOTS} "
+                        f"robots and {POINTS} points, uniform in {ROOM_M:.0f} × {ROOM_M:.0f} m, with work of U(5, "
+                        "60) s. The optimum is by HiGHS over all sets of points in their best order. Gaps of "
+                        "complete missions."
+                    ),
+                    small_table(trials),
+                    prose(
+                        f"**Route length against PyVRP.** PyVRP solves the imported problem in {ITERATIONS:,} "
+                        f"iterations (seed {SEED}): open routes without capacities, all points in their windows. "
+                        "The way of an allocator is that of its routes: from the start through the points that "
+                        "each robot has done. The gap is given if all points are done. Its rules minimize times "
+                        "or costs of single tasks, and not the way of the team. PR01 loses the limits on which "
+                        "vehicles may serve a customer, and PR11A those on the duration of a route."
+                    ),
+                    files_table(files),
+                ]
             ),
-            small_table(trials),
-            prose(
-                f"**Route length against PyVRP.** PyVRP solves the imported problem in {ITERATIONS:,} iterations (seed "
-                f"{SEED}): open routes without capacities, all points in their windows. The way of an allocator is that of "
-                "its routes: from the start through the points that each robot has done. The gap is given if all points "
-                "are done. Its rules minimize times or costs of single tasks, and not the way of the team. PR01 loses the limits on which vehicles may serve a customer, and "
-                "PR11A those on the duration of a route."
-            ),
-            files_table(files),
-        ]),
-    )]
+        )
+    ]

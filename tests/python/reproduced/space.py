@@ -76,9 +76,7 @@ def measure(lab, quick):
     for rule, published in recorded(lab).items():
         runs = {str(seed): run(lab, RULES[rule], seed) for seed in range(1, SEEDS + 1)}
         ended = [each for each in runs.values() if each["end_s"] is not None]
-        tests = {
-            key: ks_2samp(published[key], [each[key] for each in ended]).pvalue for key in published
-        }
+        tests = {key: ks_2samp(published[key], [each[key] for each in ended]).pvalue for key in published}
         found[rule] = {"runs": runs, "published": published, "p": tests}
     return found
 
@@ -96,33 +94,41 @@ def sections(found):
         p = each["p"]
         is_inside = len(ended) == SEEDS and min(p.values()) >= LEVEL
         is_other = rule == "GRAPE"
-        lines.append(Row(
-            rule,
-            f"end {spread(each['published']['end_s'])} s, distance {spread(each['published']['distance'])} "
-            f"({len(each['published']['end_s'])} runs)",
-            f"end {spread(key('end_s'))} s, distance {spread(key('distance'))} ({len(ended)} of {SEEDS} seeds); "
-            f"p = {p['end_s']:.2g} and {p['distance']:.2g}",
-            OTHER if is_other else verdict(is_inside),
-            "SPACE's utility of a coalition differs, and its agents share the work of a task" if is_other
-            else f"`{RULES[rule]}`; two-sample Kolmogorov–Smirnov test of both figures, level {LEVEL}",
-        ))
+        lines.append(
+            Row(
+                rule,
+                f"end {spread(each['published']['end_s'])} s, distance {spread(each['published']['distance'])} "
+                f"({len(each['published']['end_s'])} runs)",
+                f"end {spread(key('end_s'))} s, distance {spread(key('distance'))} ({len(ended)} of {SEEDS} "
+                f"seeds); p = {p['end_s']:.2g} and {p['distance']:.2g}",
+                OTHER if is_other else verdict(is_inside),
+                "SPACE's utility of a coalition differs, and its agents share the work of a task"
+                if is_other
+                else f"`{RULES[rule]}`; two-sample Kolmogorov–Smirnov test of both figures, level {LEVEL}",
+            )
+        )
     others = [rule for rule in found if rule != "CBAA"]
     ends = lambda rule: [run["end_s"] for run in found[rule]["runs"].values()]
     tests = {rule: mannwhitneyu(ends("CBAA"), ends(rule), alternative="greater").pvalue for rule in others}
-    lines.append(Row(
-        "order",
-        "CBAA ends last (p < 0.001); no other order is certain",
-        "CBAA later than " + ", ".join(f"{rule}: p = {value:.2g}" for rule, value in tests.items()),
-        verdict(max(tests.values()) < 0.001),
-        "one-sided Mann–Whitney test of the end times",
-    ))
-    return [Section(
-        "SPACE: the distribution of its examples",
-        "The repository inmo-jang/space-simulator (commit 2b2187b): 93 runs of its code, executed for this project. Its "
-        "published samples (greedy 13,413 s, GRAPE 15,578 s) lie outside all of these runs.",
-        f"10 robots, 100 points and three bursts of 25, work of U(6, 60) s, speed 0.25 units/s, radio and sight 500 units, "
-        f"done within 10 units. Rooms have at most 1,000 m, so that a unit is {SCALE} m; times stay the same. Three "
-        "things differ. Robots here do not accelerate. They see the seven nearest points at a time. They drive around "
-        "while they know of no point. The figures are mean ± standard deviation, distances in units.",
-        lines,
-    )]
+    lines.append(
+        Row(
+            "order",
+            "CBAA ends last (p < 0.001); no other order is certain",
+            "CBAA later than " + ", ".join(f"{rule}: p = {value:.2g}" for rule, value in tests.items()),
+            verdict(max(tests.values()) < 0.001),
+            "one-sided Mann–Whitney test of the end times",
+        )
+    )
+    return [
+        Section(
+            "SPACE: the distribution of its examples",
+            "The repository inmo-jang/space-simulator (commit 2b2187b): 93 runs of its code, executed for this "
+            "project. Its published samples (greedy 13,413 s, GRAPE 15,578 s) lie outside all of these runs.",
+            "10 robots, 100 points and three bursts of 25, work of U(6, 60) s, speed 0.25 units/s, radio and "
+            f"sight 500 units, done within 10 units. Rooms have at most 1,000 m, so that a unit is {SCALE} m; "
+            "times stay the same. Three things differ. Robots here do not accelerate. They see the seven nearest "
+            "points at a time. They drive around while they know of no point. The figures are mean ± standard "
+            "deviation, distances in units.",
+            lines,
+        )
+    ]
