@@ -62,7 +62,7 @@ class Instance:
         for robot, own in enumerate(allocation):
             worth = [self.utility(robot, task, sizes[task] + (task != own)) for task in range(len(sizes))]
             # Robots compute with places in single precision.
-            count += max(worth) > (0.0 if own is None else worth[own]) + 1e-3
+            count += bool(max(worth) > (0.0 if own is None else worth[own]) + 1e-3)
         return count
 
     def optimum(self):

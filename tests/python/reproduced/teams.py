@@ -6,7 +6,7 @@ from statistics import mean
 from lab import ROOT, rows
 from page import Row, Section, verdict
 
-SEEDS = {"cmommt": 40, "strategies": 200}
+SEEDS = {"cmommt": 40, "strategies": 40}
 # The times of the built-in run, s: blue is killed, genghis is added and has come to the box, genghis babbles.
 KILLED_S, ADDED_S, COME_S, BABBLES_S = 40, 120, 140, 180
 # The stroke in progress at the crash is counted in the next step.
