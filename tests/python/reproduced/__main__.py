@@ -74,7 +74,7 @@ def main():
             wrong += differences(found, golden.get(name), name)
         else:
             golden[name] = found
-            GOLDEN.write_text(json.dumps(golden, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+            GOLDEN.write_text(json.dumps(golden, indent=1) + "\n", encoding="utf-8")
     sections = [SECTIONS[name].sections(golden[name]) for name in SECTIONS if name in golden]
     text = page.page(sum(sections, []))
     if not given.check:
