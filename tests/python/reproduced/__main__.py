@@ -5,6 +5,7 @@ usage: python3 tests/python/reproduced [--check] [--program PROGRAM] [--data DIR
 
 import argparse
 import json
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -43,6 +44,12 @@ def arguments():
     for name in given.sections:
         if name not in SECTIONS:
             parser.error(f"there is no section '{name}'; use {', '.join(SECTIONS)}")
+    program = shutil.which(given.program)
+    if program is None:
+        parser.error(f"--program: there is no program '{given.program}'; build it or state its path")
+    # The program runs in another folder.
+    given.program = Path(program).resolve()
+    given.instances = given.instances and given.instances.resolve()
     return given
 
 

@@ -25,6 +25,10 @@ def missing(given):
         return "there is no Python package pyvrp; see tests/python/requirements.txt"
     if not given.check and given.instances is None:
         return f"--instances: state the folder with {', '.join(FILES)}"
+    files = [] if given.check else [given.instances / f"{name}.vrp" for name in FILES]
+    for file in files:
+        if not file.is_file():
+            return f"there is no file {file}"
     return None
 
 

@@ -129,18 +129,18 @@ def cmommt_section(found):
         follow = min(means["local"], means["a-cmommt"]) > max(means["random"], means["fixed"])
         gain = means["a-cmommt"] - means["local"]
         # The published order depends on whether there are more targets than half the robots.
-        order, published = True, ""
+        order, published, why = True, "", "half as many targets as robots: the published order changes here; "
         if ratio > 0.5:
-            order, published = gain > -EQUAL, "; a-cmommt at least as good as local"
+            order, published, why = gain > -EQUAL, "; a-cmommt at least as good as local", ""
         elif ratio < 0.5:
-            order, published = gain < EQUAL, "; local at least as good as a-cmommt"
+            order, published, why = gain < EQUAL, "; local at least as good as a-cmommt", ""
         rows.append(
             Row(
                 f"{targets} targets, {robots} robots",
                 f"a-cmommt and local above random and fixed{published}",
                 values,
                 verdict(follow and order),
-                f"mean A/n; differences below {EQUAL} count as equal",
+                f"{why}mean A/n, differences below {EQUAL} count as equal",
             )
         )
     return Section(
