@@ -51,6 +51,7 @@ mod recipes;
 mod recompute;
 mod refusals;
 mod repeatable;
+mod reproduced;
 mod service;
 mod slurm;
 mod statistics;

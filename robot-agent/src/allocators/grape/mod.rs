@@ -1,10 +1,11 @@
 //! GRAPE: a hedonic game in which selfish robots choose coalitions until no robot gains by a move (Jang, Shin,
 //! Tsourdos, IEEE T-RO 34(6), 2018; docs/allocators/grape.md).
 //!
-//! A task is worth u/p to each member of a coalition of p robots, with utility u, and nothing above `max_robots`. No
-//! task is worth 0.
+//! By default a task is worth u/p to each member of a coalition of p robots, with utility u, and nothing above
+//! `max_robots`. No task is worth 0.
 
 mod partition;
+mod published;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +19,7 @@ use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
 use crate::allocator::unit::WorkUnit;
+use crate::allocator::utility::log_choices;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
 use partition::{PartReceiver, Partition};
 
@@ -25,6 +27,7 @@ use partition::{PartReceiver, Partition};
 pub struct Grape {
     me: SelfState,
     refresh: SimTime,
+    utility: Utility,
     unit: WorkUnit,
     partition: Partition,
     inbox: PartReceiver,
@@ -40,11 +43,25 @@ pub struct Grape {
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     pub refresh_s: f64,
+    pub utility: Utility,
+}
+
+/// The worth of a coalition to a member.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Utility {
+    /// The common utility of all allocators, divided by the number of members.
+    Common,
+    /// The utility of the published experiments.
+    Published,
 }
 
 impl Default for Config {
     fn default() -> Self {
-        Self { refresh_s: 1.0 }
+        Self {
+            refresh_s: 1.0,
+            utility: Utility::Common,
+        }
     }
 }
 
@@ -87,8 +104,15 @@ impl Grape {
     fn worth(&self, choice: &Choice, input: &Input<'_>) -> Option<Worth> {
         let utility = self.unit.committed().utility(choice, input)?;
         let members = 1 + self.partition.other_members(choice.task, self.me.robot);
-        let has_room = members <= choice.max_robots;
-        has_room.then_some((choice.priority, utility / members as f64))
+        let worth = match self.utility {
+            Utility::Common => utility / members as f64,
+            Utility::Published => {
+                let size = (self.me.team, self.me.tasks);
+                let worth = published::utility(choice.reward, choice.cost_s?, members, size);
+                Some(worth).filter(|&worth| worth > 0.0)?
+            }
+        };
+        (members <= choice.max_robots).then_some((choice.priority, worth))
     }
 
     /// Moves to the best coalition if it is better than the current one. Returns whether the robot moved.
@@ -162,19 +186,29 @@ impl Allocator for Grape {
     type Config = Config;
 
     fn parameters() -> Vec<ParameterSpec> {
-        vec![ParameterSpec {
-            key: "refresh_s",
-            unit: "s",
-            default: ParameterDefault::Number(Config::default().refresh_s),
-            about: "time between two broadcasts of the partition",
-            range: ParameterRange::Above(0.0, 1e9),
-        }]
+        vec![
+            ParameterSpec {
+                key: "refresh_s",
+                unit: "s",
+                default: ParameterDefault::Number(Config::default().refresh_s),
+                about: "time between two broadcasts of the partition",
+                range: ParameterRange::Above(0.0, 1e9),
+            },
+            ParameterSpec {
+                key: "utility",
+                unit: "",
+                default: ParameterDefault::Text("common"),
+                about: "worth of a coalition: the common utility per member, or that of the published experiments",
+                range: ParameterRange::Choice(&["common", "published"]),
+            },
+        ]
     }
 
     fn new(me: &SelfState, config: &Config) -> Self {
         Self {
             me: me.clone(),
             refresh: SimTime::from_secs_f64(config.refresh_s),
+            utility: config.utility,
             unit: WorkUnit::default(),
             partition: Partition::default(),
             inbox: PartReceiver::default(),
@@ -185,8 +219,12 @@ impl Allocator for Grape {
     }
 
     fn adopt(&mut self, config: &Config) -> bool {
-        self.refresh = SimTime::from_secs_f64(config.refresh_s);
-        true
+        // Robots decide again only after a change, so that another utility would leave an unstable partition.
+        let is_same = config.utility == self.utility;
+        if is_same {
+            self.refresh = SimTime::from_secs_f64(config.refresh_s);
+        }
+        is_same
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
@@ -214,8 +252,17 @@ impl Allocator for Grape {
         }
         self.send_partition(is_adopted || has_moved, input.now, &mut decision.say);
         let holder = |task| self.partition.lowest_member(task);
-        let under_way = self.unit.under_way();
-        under_way.log(&self.me, input, decision, holder);
+        match self.utility {
+            Utility::Common => {
+                let under_way = self.unit.under_way();
+                under_way.log(&self.me, input, decision, holder);
+            }
+            Utility::Published => {
+                let worth =
+                    |choice: &Choice| self.worth(choice, input).map_or(0.0, |(_, worth)| worth);
+                log_choices(&self.me, input, decision, worth, holder);
+            }
+        }
         self.unit.note_active(before, decision.active, input.now);
     }
 }

@@ -1,5 +1,7 @@
 //! The properties of GRAPE (docs/allocators/grape.md).
 
+mod figure_7;
+
 use proto::allocation::AllocationMessage;
 use proto::allocation::grape::{CoalitionMember, CoalitionPartition as Message, MEMBERS_MAX};
 use proto::codec::encoded_len;
@@ -10,7 +12,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::partition::{PartReceiver, Partition, Version};
-use super::{Config, Grape};
+use super::{Config, Grape, Utility};
 use crate::allocators::team::{STEP, Situation, TAU, Team};
 use crate::testkit;
 
@@ -19,7 +21,10 @@ const NEVER: SimTime = SimTime(1_000_000_000);
 #[test]
 fn grape_keeps_the_properties_of_all_allocators() {
     testkit::check_allocator::<Grape>(&Config::default());
-    testkit::check_allocator::<Grape>(&Config { refresh_s: 0.1 });
+    for utility in [Utility::Common, Utility::Published] {
+        let refresh_s = 0.1;
+        testkit::check_allocator::<Grape>(&Config { refresh_s, utility });
+    }
 }
 
 fn random_team(seed: u64, refresh_s: f64) -> Team<Grape> {
@@ -30,7 +35,15 @@ fn random_team(seed: u64, refresh_s: f64) -> Team<Grape> {
         task.max_robots = chance.random_range(1..=robots);
         task.priority = i32::from(chance.random_bool(0.1));
     }
-    let mut team = Team::still(seed, NEVER, situation, Config { refresh_s });
+    let mut team = Team::still(
+        seed,
+        NEVER,
+        situation,
+        Config {
+            refresh_s,
+            ..Config::default()
+        },
+    );
     if chance.random_bool(0.7) {
         team.connect_as_line(0.2);
     }

@@ -1,0 +1,179 @@
+"""GRAPE, figure 7: three published instances with 320 robots and 5 tasks."""
+
+import csv
+import math
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from lab import place
+from page import Row, Section, verdict
+
+# Published: the global utility, the guaranteed share of the optimum by theorem 3, and the number of decisions.
+PUBLISHED = {
+    "circle": (461_790.574323, 0.649984, 1_355),
+    "skew": (350_669.081888, 0.630972, 1_380),
+    "square": (309_411.453208, 0.637530, 1_295),
+}
+# Rooms start at 0, and the instances have places from -500 to 500 m.
+SHIFT_M = 500.0
+ROUNDS = 5_000
+# The largest distance from the published sum. Stable partitions are not unique.
+CLOSE = 0.02
+
+
+def missing(given):
+    folder = given.data / "grape"
+    return None if folder.is_dir() else f"there is no folder {folder}"
+
+
+class Instance:
+    """Places, demands and the recorded allocation of a published instance."""
+
+    def __init__(self, file):
+        with open(file, newline="", encoding="utf-8") as lines:
+            rows = list(csv.DictReader(lines))
+        at = lambda row: (float(row["x_m"]), float(row["y_m"]))
+        tasks = [row for row in rows if row["kind"] == "task"]
+        robots = [row for row in rows if row["kind"] == "robot"]
+        self.tasks = np.array([at(row) for row in tasks])
+        self.robots = np.array([at(row) for row in robots])
+        self.demand = np.array([float(row["demand"]) for row in tasks])
+        self.recorded = [int(row["task"]) - 1 for row in robots]
+        self.distance = np.linalg.norm(self.robots[:, None] - self.tasks[None], axis=2)
+        self.scale = self.demand / math.log2(len(robots) / len(tasks) + 1)
+
+    def utility(self, robot, task, members):
+        share = np.log2(members + 1) / members
+        return np.maximum(0.0, self.scale[task] * share - self.distance[robot, task])
+
+    def sizes(self, allocation):
+        return [allocation.count(task) for task in range(len(self.tasks))]
+
+    def total(self, allocation):
+        sizes = self.sizes(allocation)
+        own = [(robot, task) for robot, task in enumerate(allocation) if task is not None]
+        return float(sum(self.utility(robot, task, sizes[task]) for robot, task in own))
+
+    def would_move(self, allocation):
+        """Returns the number of robots to which another coalition is worth more than their own."""
+        sizes = self.sizes(allocation)
+        count = 0
+        for robot, own in enumerate(allocation):
+            worth = [self.utility(robot, task, sizes[task] + (task != own)) for task in range(len(sizes))]
+            # Robots compute with places in single precision.
+            count += bool(max(worth) > (0.0 if own is None else worth[own]) + 1e-3)
+        return count
+
+    def optimum(self):
+        """Returns the largest global utility without the bound at 0. The gain of a further member falls with the
+        members, so that the best assignment of robots to places of coalitions is the optimum.
+        """
+        members = np.arange(len(self.robots) + 1)
+        gains = np.diff(self.scale[:, None] * np.log2(members + 1)[None], axis=1)
+        worth = gains.reshape(1, -1) - np.repeat(self.distance, len(self.robots), axis=1)
+        robots, places = linear_sum_assignment(worth, maximize=True)
+        return float(worth[robots, places].sum())
+
+    def scenario(self):
+        task_count, most = len(self.tasks), len(self.robots)
+        moved = lambda at: place((at + SHIFT_M).tolist())
+        return {
+            "name": "grape",
+            # The rounds end before a robot gives up a task on which it makes no progress.
+            "step_ms": 5,
+            "room": {"width_m": 2 * SHIFT_M, "height_m": 2 * SHIFT_M},
+            "radio": {"range_m": 50.0},
+            "allocator": "grape",
+            "allocators": {"grape": {"utility": "published"}},
+            # At 1 m/s, and with work as long as the way within reach, the cost in s is the distance in m.
+            "body": {"speed_m_s": 1.0, "turn_deg_s": 3600.0, "robot_penetrability": 1.0},
+            "service": {
+                "reach_m": 1.0,
+                "kinds": [{"name": "task", "work_s": {"min": 1.0, "max": 1.0}}],
+                "points": [
+                    {"kind": "task", "value": float(demand), **moved(at)}
+                    for at, demand in zip(self.tasks, self.demand)
+                ],
+            },
+            "tasks": {f"serve(p{task})": {"max_robots": most} for task in range(task_count)},
+            "robots": [
+                {"name": f"r{number}", "start": moved(at)} for number, at in enumerate(self.robots, 1)
+            ],
+        }
+
+
+def measure(lab, quick):
+    found = {}
+    for name in ["skew"] if quick else PUBLISHED:
+        instance = Instance(lab.data / "grape" / f"{name}.csv")
+        result = lab.allocate(lab.write("grape.toml", instance.scenario()), rounds=ROUNDS)
+        tasks = [robot["tasks"] for robot in result["robots"]]
+        assert all(len(each) <= 1 for each in tasks), "a robot has one task"
+        allocation = [int(each[0][len("serve(p") : -1]) if each else None for each in tasks]
+        found[name] = {
+            "sizes": instance.sizes(allocation),
+            "total": instance.total(allocation),
+            "optimum": instance.optimum(),
+            "would_move": instance.would_move(allocation),
+            "stable": result["stable"],
+            "rounds": result["rounds"],
+            "messages": result["messages"],
+            "recorded_would_move": instance.would_move(instance.recorded),
+            "recorded_total": instance.total(instance.recorded),
+        }
+    return found
+
+
+def sections(found):
+    rows = []
+    for name, (total, share, decisions) in PUBLISHED.items():
+        each = found[name]
+        stays = each["recorded_would_move"]
+        rows.append(
+            Row(
+                f"{name}: the recorded partition is stable",
+                f"0 of 320 robots gain by a move; sum {total:,.1f}",
+                f"{stays} of 320; sum {each['recorded_total']:,.1f}",
+                verdict(stays == 0 and abs(each["recorded_total"] / total - 1) < 1e-9),
+                "the same formula; the test `grape_keeps_the_published_partition` steps each robot",
+            )
+        )
+        away = each["total"] / total - 1
+        rows.append(
+            Row(
+                f"{name}: global utility from an empty partition",
+                f"{total:,.1f}, at least {share:.3f} of the optimum",
+                f"{each['total']:,.1f} ({away:+.2%}), {each['total'] / each['optimum']:.4f} of the optimum;"
+                f" {each['would_move']} robots gain by a move; coalitions {' '.join(map(str, each['sizes']))}",
+                verdict(
+                    each["stable"]
+                    and each["would_move"] == 0
+                    and abs(away) <= CLOSE
+                    and each["total"] >= share * each["optimum"]
+                ),
+                "stable partitions are not unique: sums may differ by 2 %",
+            )
+        )
+        rows.append(
+            Row(
+                f"{name}: number of decisions",
+                f"{decisions:,}",
+                f"at least {sum(each['sizes'])}, at most {each['rounds']:,} (rounds)",
+                verdict(each["rounds"] <= 2 * decisions),
+                "each robot decides at least once, and a round adds at most one decision to the partition that "
+                "wins",
+            )
+        )
+    return [
+        Section(
+            "GRAPE: three instances of figure 7",
+            "Jang, Shin, Tsourdos, IEEE T-RO 34(6), 2018; instances from the repository inmo-jang/GRAPE (MIT "
+            "license).",
+            "320 robots, 5 tasks, radio range 50 m. Robots stand still (`--allocate-only`), with `utility = "
+            '"published"` '
+            "([GRAPE](allocators/grape.md)). The optimum is exact: an assignment of robots to places of "
+            "coalitions.",
+            rows,
+        )
+    ]
