@@ -1,5 +1,5 @@
 //! Random service missions (`[random_mission] mission = "service"`). They cover every key of the section except the
-//! properties of points and the chargers, which in-process/tests/service_laws.rs covers.
+//! properties of points, `costs` and the chargers, which in-process/tests/service_laws covers.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -12,7 +12,8 @@ use scenario::mission::section::MissionSection;
 use super::check::covered;
 use super::room::has_room;
 use super::{
-    Interval, Kind, KnowledgeSource, Point, RandomPoints, SERVICE, ServiceSection, TaskGranularity,
+    CostMeasure, Interval, Kind, KnowledgeSource, Point, RandomPoints, SERVICE, ServiceSection,
+    TaskGranularity,
 };
 
 /// The latest arrival time, s.
@@ -58,6 +59,7 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         spare: dice.0.random_range(0..6),
         duration_s: (periodic || dice.0.random_bool(SOME)).then_some(LAST_S),
         uncovered: false,
+        costs: CostMeasure::Line,
         coalition_wait_s: None,
         reserve: None,
         chargers: Vec::new(),
