@@ -94,6 +94,13 @@ impl AgentRegistry {
         kinds.any(|kind| kind.spec().name == name && kind.uses_assignment)
     }
 
+    /// Returns whether the allocator of that name plans a sequence of several tasks for a robot.
+    #[must_use]
+    pub fn plans_sequences(&self, name: &str) -> bool {
+        let mut kinds = self.kinds.iter();
+        kinds.any(|kind| kind.spec().name == name && kind.plans_sequences)
+    }
+
     /// Creates the controller of that name for a run.
     ///
     /// # Errors

@@ -4,17 +4,20 @@ use super::{Scenario, Setup};
 use crate::fault::Faults;
 
 impl Setup {
-    /// Returns the setup for robots: the map, the team and the parameters. It omits obstacles, faults and the values
-    /// that the mission [withholds](crate::mission::data::MissionData::withhold). It contains the seed, because a receiver
-    /// draws the delivery of its messages.
+    /// Returns the setup for robots: the map, the team and the parameters. It omits faults and the values that the
+    /// mission [withholds](crate::mission::data::MissionData::withhold). It omits the obstacles, too, unless the robots
+    /// [know them](crate::mission::data::MissionData::knows_obstacles). It contains the seed, because a receiver draws
+    /// the delivery of its messages.
     #[must_use]
     pub fn for_robots(&self) -> Self {
         let mut scenario = Scenario {
             description: String::new(),
-            obstacles: Vec::new(),
             faults: Faults::default(),
             ..self.scenario.clone()
         };
+        if !scenario.mission().knows_obstacles(&scenario) {
+            scenario.obstacles.clear();
+        }
         scenario.mission().withhold(&mut scenario.mission);
         Self {
             scenario,

@@ -367,6 +367,9 @@ pub struct Robot {
     /// The levels of the mission's skills by name. The robot cannot do what is not named. Absent uses the team's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skills: Option<BTreeMap<String, f64>>,
+    /// The largest load that the robot carries, in the unit of the mission's demands; absent carries any load.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub capacity: Option<f64>,
     /// The robot's own allocator; absent uses the team's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allocator: Option<String>,

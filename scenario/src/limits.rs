@@ -85,6 +85,9 @@ pub const TURN_RATE: NumberRange = above_zero(3600.0, "deg/s");
 /// The range of power, W.
 pub const POWER: NumberRange = closed(0.0, 1e9, "W");
 
+/// The range of loads and capacities, in the unit of the scenario.
+pub const DEMAND: NumberRange = closed(0.0, 1e9, "");
+
 /// The numbers from here on are shown as powers of ten. Not every whole number exists there, so all digits would differ
 /// from those that were written.
 const POWERS_FROM: f64 = 1e16;

@@ -6,8 +6,8 @@ use super::alliance::BehaviorSection;
 use super::catalog::Catalog;
 use super::error::Problem;
 use super::limits::{
-    LENGTH, NumberRange, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE, above_zero, check_known,
-    check_name, check_names, closed,
+    DEMAND, LENGTH, NumberRange, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE, above_zero,
+    check_known, check_name, check_names, closed,
 };
 use super::path::KeyPath;
 use super::{Robot, Scenario};
@@ -126,6 +126,13 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         ] {
             if let Some(number) = number {
                 range.check(at.key(key), number)?;
+            }
+        }
+        if let Some(capacity) = robot.capacity {
+            DEMAND.check(at.key("capacity"), capacity)?;
+            if !catalog.mission.vocabulary().has_loads {
+                let what = "the mission has no loads";
+                return Err(Problem::at(at.key("capacity"), what, "omit it"));
             }
         }
         let devices = robot.devices.iter().flatten();

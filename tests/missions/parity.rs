@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 
 use alliance_tests::harness::{Arguments, Lab, join};
-use alliance_tests::runs::{allocators, builtin, vocabulary};
+use alliance_tests::runs::{allocators, builtin, parse, vocabulary};
 use alliance_tests::testkit::loss_and_kill;
 use analysis::random_mission::faults::{RandomFaults, timeline};
 use rand_chacha::ChaCha8Rng;
@@ -74,6 +74,57 @@ fn every_allocator_has_the_same_bytes() {
         lab.write("s.toml", scenario.to_toml().unwrap());
         let run = check(&lab, "s.toml");
         assert_eq!(run.faults[1].hits, 1, "{allocator}: {:?}", run.faults);
+        lab.assert_repeated("many");
+    }
+}
+
+/// A scenario of the mission service with all properties of points, chargers, loads and costs by path.
+const ALL_PROPERTIES: &str = "
+name = 'all-properties'
+limit_s = 90
+room = { width_m = 8, height_m = 6 }
+energy = { capacity_j = 900, idle_w = 4, drive_w = 16 }
+obstacles = [{ x_m = 3.9, y_m = 0, width_m = 0.2, height_m = 4 }]
+[service]
+costs = 'path'
+reach_m = 0.5
+reserve = 0.4
+coalition_wait_s = 12
+kinds = [{ name = 'a', work_s = { min = 2, max = 4 } }]
+points = [
+    { kind = 'a', x_m = 2, y_m = 1, name = 'first', opens_s = 10, deadline_s = 60, value = 5 },
+    { kind = 'a', x_m = 6, y_m = 1, after = ['first'], priority = 2 },
+    { kind = 'a', x_m = 6, y_m = 3, needs = { a = 1, arm = 1 } },
+    { kind = 'a', x_m = 2, y_m = 3, deliver_to = [7, 5], demand = 2 },
+    { kind = 'a', x_m = 5, y_m = 5, demand = 3 },
+    { kind = 'a', x_m = 1, y_m = 5, demand = 2 },
+]
+chargers = [{ x_m = 1, y_m = 2, rate_w = 80 }]
+[[robots]]
+name = 'r1'
+capacity = 5
+skills = { a = 1, arm = 1 }
+[[robots]]
+name = 'r2'
+skills = { a = 1 }
+[[robots]]
+name = 'r3'
+capacity = 4
+skills = { a = 0.5, arm = 1 }
+";
+
+#[test]
+fn all_properties_of_points_have_the_same_bytes() {
+    for allocator in ["alliance", "murdoch", "cbba", "grape"] {
+        let mut scenario = parse(ALL_PROPERTIES);
+        scenario.allocator = Some(allocator.to_owned());
+        scenario.faults.timeline = loss_and_kill("r1", 15.0);
+        scenario.faults.timeline[1].for_s = Some(8.0);
+        let lab = Lab::new();
+        lab.write("s.toml", scenario.to_toml().unwrap());
+        let run = check(&lab, "s.toml --log full");
+        let done = run.result.mission.get("done").count();
+        assert!(done >= 3, "{allocator}: {:?}", run.result.mission);
         lab.assert_repeated("many");
     }
 }

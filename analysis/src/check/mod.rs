@@ -1,9 +1,11 @@
 //! `alliance check`: explains a scenario's parameters before a run.
 //!
+//! - [`class`]: the class of the scenario in taxonomies of task allocation;
 //! - [`forecast`]: times of activation, takeover, yielding and giving up, in closed form;
 //! - [`mod@warnings`]: valid parameters that contradict each other;
 //! - `show`: the result as a table or as JSON.
 
+pub mod class;
 pub mod forecast;
 mod show;
 pub mod warnings;
@@ -19,6 +21,7 @@ use world_server::mission_args::{Known, MissionArgs};
 use world_server::size::SizeArgs;
 
 use crate::exit_status;
+use class::TaskClass;
 use forecast::{Forecast, forecasts};
 use warnings::{Warning, warnings};
 
@@ -40,6 +43,7 @@ pub struct CheckCommand {
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
+    pub class: TaskClass,
     /// One forecast per robot and behavior set, by rank and in catalog order.
     pub forecasts: Vec<Forecast>,
     pub warnings: Vec<Warning>,
@@ -54,6 +58,7 @@ impl Check {
         let forecasts = forecasts(setup);
         let warnings = warnings(setup, &forecasts);
         Self {
+            class: TaskClass::of(&setup.scenario),
             forecasts,
             warnings,
             contradictions: contradictions(&setup.scenario, starts),

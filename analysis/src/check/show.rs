@@ -17,6 +17,7 @@ pub fn text(setup: &Setup, check: &Check) -> String {
         let _ = writeln!(text, "{}\n{}", robots.join(", "), table.trim_fmt());
     }
     text += "times in s; silent, failing, working: takeover from such a teammate, counted from its first message\n";
+    let _ = writeln!(text, "{}", check.class);
     for warning in &check.warnings {
         let _ = writeln!(
             text,
@@ -120,8 +121,11 @@ pub fn json(setup: &Setup, check: &Check) -> Value {
     let contradictions = check.contradictions.iter().map(
         |text| json!({ "kind": "scenario", "behavior_set": null, "robots": [], "text": text }),
     );
+    let class = check.class.0.iter();
+    let class = class.map(|part| json!({ "name": part.name, "reason": part.reason }));
     json!({
         "scenario": setup.scenario.name,
+        "class": class.collect::<Vec<_>>(),
         "sets": check.forecasts,
         "warnings": warnings.chain(contradictions).collect::<Vec<_>>(),
     })

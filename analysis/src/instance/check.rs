@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use scenario::limits::{
-    LENGTH, NumberRange, PENETRABILITY, SPEED, TIME, TIME_OR_ZERO, TURN_RATE, check_name, closed,
-    whole,
+    DEMAND, LENGTH, NumberRange, PENETRABILITY, SPEED, TIME, TIME_OR_ZERO, TURN_RATE, check_name,
+    closed, whole,
 };
 use scenario::names::RESERVED;
 use scenario::{MAX_ROBOTS, Problem, name_remedy};
@@ -17,7 +17,7 @@ pub const MAX_TASKS: usize = missions::service::data::MAX_POINTS;
 
 /// The coordinates of places, in units of the file.
 const PLACE: NumberRange = closed(-1e9, 1e9, "");
-/// The values, priorities and demands of tasks.
+/// The values, priorities and demands of tasks. Demands below 0 have no effect.
 const ANY: NumberRange = closed(-1e12, 1e12, "");
 const LEVEL: NumberRange = closed(0.0, 1e3, "");
 const WORKERS: NumberRange = whole(1, 100, "");
@@ -89,6 +89,7 @@ pub fn check(loaded: &Loaded, source: Source<'_>) -> Result<(), Problem> {
         }
     }
     precedence(loaded, source, &ids)?;
+    loads(loaded, source)?;
     skills(loaded, source)
 }
 
@@ -153,7 +154,7 @@ fn of_robot(robot: &Robot) -> Result<(), Problem> {
         ("x_m", robot.x_m.unwrap_or(0.0), PLACE),
         ("y_m", robot.y_m.unwrap_or(0.0), PLACE),
         ("speed_m_s", robot.speed_m_s.unwrap_or(1.0), SPEED),
-        ("capacity", robot.capacity.unwrap_or(0.0), ANY),
+        ("capacity", robot.capacity.unwrap_or(0.0), DEMAND),
     ] {
         range.check([key], value)?;
     }
@@ -210,6 +211,24 @@ fn precedence(
             ))
         }
     }
+}
+
+/// Rejects a demand above the capacities of all robots. A robot without a stated capacity carries any load.
+fn loads(loaded: &Loaded, source: Source<'_>) -> Result<(), Problem> {
+    let capacities = loaded.instance.robots.iter().map(|robot| robot.capacity);
+    let Some(capacities) = capacities.collect::<Option<Vec<f64>>>() else {
+        return Ok(());
+    };
+    let most = capacities.into_iter().fold(0.0, f64::max);
+    let mut demands = loaded.instance.tasks.iter().map(Task::load).enumerate();
+    let heavy =
+        demands.find_map(|(index, demand)| Some((index, demand.filter(|demand| *demand > most)?)));
+    heavy.map_or(Ok(()), |(index, demand)| {
+        let task = &loaded.instance.tasks[index];
+        let what = format!("task '{}': no robot has a capacity of {demand}", task.id);
+        let remedy = "reduce the demand, or give a robot more capacity";
+        Err(source.error(loaded.task_line(index), what, remedy))
+    })
 }
 
 /// Rejects a task that no robot can do. A robot without stated skills has all of them.

@@ -78,7 +78,7 @@ pub fn instance(scenario: &Scenario, seed: u64, starts: &[[f64; 2]]) -> Result<E
         y_m: Some(*y),
         speed_m_s: robot.speed_m_s.map(readable),
         skills: robot.skills.clone(),
-        capacity: None,
+        capacity: robot.capacity,
     });
     let mut notes = Vec::new();
     let mut note = |is_stated: bool, text: &str| {

@@ -104,6 +104,15 @@ pub struct Task {
     pub demand: Option<f64>,
 }
 
+impl Task {
+    /// Returns the demand that a robot of the mission takes: one above 0, of a task for one robot.
+    #[must_use]
+    pub fn load(&self) -> Option<f64> {
+        let is_alone = self.needs.is_empty() && self.workers.unwrap_or(1) == 1;
+        self.demand.filter(|demand| *demand > 0.0 && is_alone)
+    }
+}
+
 fn is_zero(number: &f64) -> bool {
     *number == 0.0
 }

@@ -56,6 +56,11 @@ pub const PROPERTIES: &[Property] = &[
         read: |task, value| task.value = number(value),
     },
     Property {
+        name: "demand",
+        write: |task, _| task.load().map(Value::Float),
+        read: |task, value| task.demand = number(value),
+    },
+    Property {
         name: "priority",
         write: |task, _| task.priority.map(Value::Integer),
         read: |task, value| task.priority = value.as_integer(),

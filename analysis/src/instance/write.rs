@@ -147,18 +147,11 @@ pub fn scenario(loaded: &Loaded, frame: &Frame, title: &str) -> Result<Written, 
     })
 }
 
-/// Returns notes about the loads of tasks and robots, which the mission lacks.
-fn lost_loads(instance: &Instance) -> Vec<String> {
-    let mut lost = Vec::new();
-    let loads = instance.tasks.iter().filter(|task| task.demand.is_some());
-    let count = loads.count();
-    if count > 0 {
-        lost.push(dropped("demand", count, "robots carry any load"));
-    }
-    if instance.robots.iter().any(|robot| robot.capacity.is_some()) {
-        lost.push("dropped: capacity of robots: robots carry any load".to_owned());
-    }
-    lost
+/// Returns a note about the demands that no robot takes.
+fn lost_loads(instance: &Instance) -> Option<String> {
+    let demands = instance.tasks.iter().filter(|task| task.demand.is_some());
+    let lost = demands.filter(|task| task.load().is_none()).count();
+    (lost > 0).then(|| dropped("demand", lost, "a robot takes a load above 0, alone"))
 }
 
 /// Returns the robots with their ids. A robot without a skill that a task needs is dropped.
@@ -181,6 +174,9 @@ fn team(
         }
         if let Some(speed_m_s) = robot.speed_m_s {
             each.extend(numbers([("speed_m_s", frame.length(speed_m_s))]));
+        }
+        if let Some(capacity) = robot.capacity {
+            each.extend(numbers([("capacity", capacity)]));
         }
         if let Some(levels) = levels(robot, kinds, &needed) {
             if levels.is_empty() {

@@ -22,6 +22,8 @@ pub struct AllocatorKind {
     spec: AllocatorSpec,
     /// See [`Allocator::uses_assignment`].
     pub(crate) uses_assignment: bool,
+    /// See [`Allocator::plans_sequences`].
+    pub(crate) plans_sequences: bool,
     prepare: Arc<Prepare>,
 }
 
@@ -117,6 +119,7 @@ impl AllocatorKind {
         });
         Self {
             uses_assignment: A::uses_assignment(),
+            plans_sequences: A::plans_sequences(),
             ..kind
         }
     }
@@ -129,6 +132,7 @@ impl AllocatorKind {
         Self {
             spec,
             uses_assignment: false,
+            plans_sequences: false,
             prepare: Arc::new(prepare),
         }
     }

@@ -104,6 +104,12 @@ pub trait Allocator: Clone + Debug + Send + 'static {
         false
     }
 
+    /// Returns whether the algorithm plans a sequence of several tasks for a robot. The default is false.
+    #[must_use]
+    fn plans_sequences() -> bool {
+        false
+    }
+
     /// Returns whether the robot sends and receives broadcasts. If false, it sends neither heartbeats nor shared
     /// knowledge, and receives none. The default is true.
     #[must_use]

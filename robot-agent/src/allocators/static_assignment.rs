@@ -18,6 +18,10 @@ pub struct Fixed {
 impl Allocator for Fixed {
     type Config = NoParameters;
 
+    fn plans_sequences() -> bool {
+        true
+    }
+
     fn uses_assignment() -> bool {
         true
     }

@@ -76,6 +76,17 @@ pub trait MissionData: Debug + Send + Sync + 'static {
     /// Removes values from the section that robots do not receive in advance.
     fn withhold(&self, _section: &mut MissionSection) {}
 
+    /// Returns whether robots receive the obstacles of the scenario before the start, as a map. The default is false.
+    fn knows_obstacles(&self, _scenario: &Scenario) -> bool {
+        false
+    }
+
+    /// Returns the dependencies between tasks and robots, for the class of the scenario in taxonomies. The default is
+    /// none.
+    fn dependencies(&self, _scenario: &Scenario) -> TaskDependencies {
+        TaskDependencies::default()
+    }
+
     /// Returns the team of a scenario that states none.
     fn team(&self) -> Vec<Robot> {
         let robot = |name: &str| Robot {
@@ -332,6 +343,19 @@ impl Default for BehaviorProperties {
     }
 }
 
+/// The dependencies between tasks and robots in a scenario, each with its reason; `None` if there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TaskDependencies {
+    /// The reason why a robot works on several tasks at once.
+    pub several_tasks: Option<&'static str>,
+    /// The reason why a task needs several robots at once.
+    pub several_robots: Option<&'static str>,
+    /// The reason why a task depends on the other tasks of the same robot.
+    pub in_schedule: Option<&'static str>,
+    /// The reason why a task depends on the tasks of other robots.
+    pub cross_schedule: Option<&'static str>,
+}
+
 /// The declarations of a mission that are the same in every scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MissionVocabulary {
@@ -351,6 +375,8 @@ pub struct MissionVocabulary {
     pub measuring_devices: &'static [&'static str],
     /// The kinds of notes in events.csv that the mission's robots write.
     pub notes: &'static [&'static str],
+    /// True if robots carry loads up to their `capacity`.
+    pub has_loads: bool,
     /// The devices that a robot may have or lack (`[[robots]] devices`).
     pub optional_devices: &'static [&'static str],
     /// The kinds of events in events.csv that only this mission has.
@@ -379,6 +405,7 @@ impl MissionVocabulary {
         devices: &[],
         measuring_devices: &[],
         notes: &[],
+        has_loads: false,
         optional_devices: &[],
         events: &[],
         effects: &[],

@@ -8,7 +8,8 @@ use scenario::time::SimTime;
 use crate::geometry::is_possible_place;
 use crate::service::bus::PointFact;
 use crate::service::data::{
-    Charger, KnowledgeSource, ServiceSection, Slots, TaskGranularity, Terms, terms,
+    Charger, CostMeasure, KnowledgeSource, Paths, ServiceSection, Slots, TaskGranularity, Terms,
+    terms,
 };
 
 /// The share of the capacity at which a robot leaves a charger.
@@ -31,6 +32,8 @@ pub(super) struct Briefing {
     pub energy_limits_j: [f32; 2],
     /// The longest time that a robot waits at a point for the robots of the other slots.
     pub coalition_wait: SimTime,
+    /// The ways around obstacles, if costs are such ways.
+    paths: Option<Paths>,
     /// The windows and values of the points at stated places, by number. Empty if no point states any.
     terms: Vec<Terms>,
     /// The priorities of the points at stated places, by number.
@@ -72,6 +75,9 @@ impl Briefing {
                         .as_ref()
                         .map_or(0.0, |energy| energy.capacity_j)
             }),
+            paths: (section.costs == CostMeasure::Path)
+                .then(|| Paths::new(scenario))
+                .flatten(),
             coalition_wait: SimTime::from_secs_f64(section.coalition_wait_s.unwrap_or(30.0)),
             priorities: (0..section.points.len())
                 .map(|point| section.priority(point))
@@ -100,6 +106,20 @@ impl Briefing {
     /// Returns whether any point states a window, a value or a priority.
     pub fn has_terms(&self) -> bool {
         !self.terms.is_empty()
+    }
+
+    /// Returns whether obstacles may be between a robot and a point.
+    pub fn has_paths(&self) -> bool {
+        self.paths.is_some()
+    }
+
+    /// Estimates the length of the way to a place, m: a straight line, or the shortest way around the obstacles. `None`
+    /// if no way leads within reach of the place.
+    pub fn way_m(&self, from: Vec2, to: Vec2) -> Option<f32> {
+        match &self.paths {
+            None => Some(from.distance(to)),
+            Some(paths) => paths.length_m(from, to, self.reach_m),
+        }
     }
 
     pub fn terms(&self, point: u16) -> &Terms {

@@ -1,11 +1,12 @@
 //! The robot controller of service: goes to a point of the active task and works there.
 //!
 //! - `briefing`: the initial knowledge. `memory`: the knowledge about points. `wander`: movement without a task.
-//! - `recharge`: the way to a charger. `progress`: the estimated progress of the current work. `timing`: points with windows. `crew`, `together`:
-//!   robots that work together.
+//! - `recharge`: the way to a charger. `progress`: the estimated progress of the current work. `load`: the load of the
+//!   robot. `timing`: points with windows. `crew`, `together`: robots that work together.
 
 mod briefing;
 mod crew;
+mod load;
 mod memory;
 mod progress;
 mod recharge;
@@ -36,6 +37,7 @@ use super::bus::{Action, ObservedFact, PointFact, SensorReading, SharedKnowledge
 use super::data::{self, KnowledgeSource, TaskGranularity};
 use briefing::Briefing;
 use crew::CrewMember;
+use load::Load;
 use memory::{Memory, is_open};
 use progress::Progress;
 use wander::Wander;
@@ -67,6 +69,7 @@ struct ServiceController {
     crew: CrewMember,
     /// The point whose load the robot carries.
     laden: Option<u16>,
+    load: Load,
     /// The charger to which the robot drives, or at which it charges, m.
     charger: Option<Vec2>,
     /// The point to which the way was blocked, with the work left, s, and the time since when both are the same.
@@ -90,6 +93,7 @@ impl ServiceController {
             target: None,
             heading_for: None,
             laden: None,
+            load: Load::new(&setup.scenario.robots[robot.index()]),
             charger: None,
             crew: CrewMember::new(robot, setup.scenario.robots.len(), briefing.coalition_wait),
             blocked: None,
@@ -263,16 +267,27 @@ impl ServiceController {
         self.driver.drive_to(to, near_m / 2.0, readings, now)
     }
 
-    /// Estimates the straight way to a point at top speed, s.
-    fn drive_s(&self, from: Vec2, fact: &PointFact) -> f64 {
-        let way_m = (from.distance(fact.at) - self.briefing.reach_m).max(0.0);
-        self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0))
+    /// Estimates the way to a point at top speed, s. `None` without a way.
+    fn drive_s(&self, from: Vec2, fact: &PointFact) -> Option<f64> {
+        let way_m = self.briefing.way_m(from, fact.at)?;
+        let way_m = (way_m - self.briefing.reach_m).max(0.0);
+        Some(self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0)))
     }
 
-    /// Estimates the cost of a point: straight way at top speed and all work left, s. `None` without the skill.
+    /// Returns whether ways lead to the point of a task and to its delivery.
+    fn is_reachable(&self, task: TaskId, from: Option<Vec2>) -> bool {
+        let fact = from.and_then(|from| self.point_of(task, from));
+        fact.zip(from).is_some_and(|(fact, from)| {
+            let delivery = self.briefing.terms(fact.point).deliver_to;
+            self.briefing.way_m(from, fact.at).is_some()
+                && delivery.is_none_or(|to| self.briefing.way_m(fact.at, to).is_some())
+        })
+    }
+
+    /// Estimates the cost of a point: the way at top speed and all work left, s. `None` without the skill or a way.
     fn cost_s(&self, from: Vec2, fact: &PointFact) -> Option<f64> {
         let skill = self.memory.skill(fact);
-        let drive_s = self.drive_s(from, fact);
+        let drive_s = self.drive_s(from, fact)?;
         (skill > 0.0).then(|| drive_s + f64::from(fact.left_s / skill))
     }
 
@@ -312,6 +327,7 @@ impl MissionController for ServiceController {
             .filter(|fact| self.is_load(fact))
             .map(|fact| fact.point);
         self.note_work(sensed.effect, input, perception);
+        self.note_load(sensed.effect, input.now);
         if self.briefing.has_terms() {
             self.close_expired(input.now);
         }
@@ -325,6 +341,12 @@ impl MissionController for ServiceController {
             for (behavior, applicable) in own {
                 *applicable &=
                     self.is_due(behavior.task, position) && !self.is_taken(behavior.task, position);
+            }
+        }
+        if self.briefing.has_paths() {
+            let own = input.behaviors.iter().zip(&mut perception.applicable);
+            for (behavior, applicable) in own.filter(|(_, applicable)| **applicable) {
+                *applicable = self.is_reachable(behavior.task, position);
             }
         }
         self.update_charging(input.readings);
@@ -391,6 +413,7 @@ impl MissionController for ServiceController {
             }
             let works = sensed.effect == Some(fact.point);
             self.note_wait(&fact, works, distance_m, input.now);
+            self.note_refusal(&fact, works, distance_m <= near_m, input.now);
             let delivers = self.laden == Some(fact.point) && distance_m > near_m / 2.0;
             if delivers || !works && !self.stands_in_crew(&fact, distance_m) {
                 let (readings, now) = (input.readings, input.now);
@@ -401,6 +424,7 @@ impl MissionController for ServiceController {
             }
         } else if let Some(position) = input.position() {
             self.crew.note_wait(None, input.now);
+            self.load.forget_refusal();
             output.actuation = match self.charger {
                 Some(charger) => {
                     self.drive_to_charger(charger, position, input.readings, input.now)
@@ -451,8 +475,7 @@ pub(super) fn constructor(setup: &Setup) -> ControllerConstructor {
     ControllerConstructor::new(move |robot, setup| ServiceController::new(robot, setup, &briefing))
 }
 
-/// Estimates the cost of each task from the robot's start: the straight way and all work, for a kind its cheapest
-/// point.
+/// Estimates the cost of each task from the robot's start: the way and all work, for a kind its cheapest point.
 pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
     let (scenario, catalog) = (&setup.scenario, &setup.catalog);
     let briefing = Briefing::from_setup(setup);
@@ -463,7 +486,8 @@ pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
         let start = robot.start.map_or(door, |start| start.position());
         let speed_m_s = scenario.body_of(robot).speed_m_s;
         let cost_ms = |(number, point): (u16, &data::PointSpec)| {
-            let way_m = (start.distance(point.at) - briefing.reach_m).max(0.0);
+            let way_m = briefing.way_m(start, point.at).unwrap_or(0.0);
+            let way_m = (way_m - briefing.reach_m).max(0.0);
             let mut start_s = f64::from(way_m / speed_m_s);
             if point.opens_after > SimTime::ZERO {
                 start_s = start_s.max((point.arrives + point.opens_after).as_secs_f64());
@@ -480,7 +504,9 @@ pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
         for id in catalog.behaviors_of(robot) {
             let task = catalog.sets[id.index()].task.index();
             let able = |(number, point): &(u16, &data::PointSpec)| {
-                briefing.has_slots(*number) || skills[point.kind] > 0.0
+                let has_skill = briefing.has_slots(*number) || skills[point.kind] > 0.0;
+                let has_capacity = data::fits(0.0, point.demand, robot.capacity);
+                has_skill && has_capacity && briefing.way_m(start, point.at).is_some()
             };
             row[task] = match briefing.tasks {
                 TaskGranularity::Points => {

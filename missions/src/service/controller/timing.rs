@@ -25,14 +25,21 @@ impl ServiceController {
         opens.since(self.now).as_secs_f64()
     }
 
-    /// Estimates the time at which a robot has done a point, s from now: the straight way from a place where it is at
-    /// `time_s`, the wait for the window, and all work left. `None` without the skill.
+    /// Estimates the time at which a robot has done a point, s from now: the way from a place where it is at `time_s`,
+    /// the wait for the window, and all work left. `None` without the skill or a way.
     fn end_s(&self, from: Vec2, time_s: f64, fact: &PointFact) -> Option<f64> {
         let skill = self.memory.skill(fact);
-        let arrival_s = time_s + self.drive_s(from, fact);
+        let arrival_s = time_s + self.drive_s(from, fact)?;
         let start_s = arrival_s.max(self.opens_in_s(fact));
         let delivery = self.briefing.terms(fact.point).deliver_to;
-        let delivery_s = delivery.map_or(0.0, |to| self.driver.seconds(fact.at, to));
+        let delivery_s = match delivery {
+            None => 0.0,
+            Some(to) if self.briefing.has_paths() => {
+                let way_m = self.briefing.way_m(fact.at, to)?;
+                self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0))
+            }
+            Some(to) => self.driver.seconds(fact.at, to),
+        };
         (skill > 0.0).then(|| start_s + f64::from(fact.left_s / skill) + delivery_s)
     }
 
@@ -44,9 +51,10 @@ impl ServiceController {
         after: &[TaskId],
         task: TaskId,
     ) -> Option<f64> {
-        let (mut from, mut time_s) = (from, 0.0);
+        let (mut from, mut time_s, mut load) = (from, 0.0, 0.0);
         for task in after {
             let fact = self.point_of(*task, from)?;
+            load += self.briefing.terms(fact.point).kept_demand();
             time_s = self.end_s(from, time_s, fact)?;
             from = self
                 .briefing
@@ -61,13 +69,19 @@ impl ServiceController {
             closes.as_secs_f64() - self.now.as_secs_f64() + ROUNDING_S
         });
         let is_at_work = after.is_empty() && self.working == Some(fact.point);
-        (end_s <= closes_s || is_at_work).then_some(end_s - time_s)
+        let has_capacity = self.has_capacity(load, fact.point);
+        (has_capacity && end_s <= closes_s || is_at_work).then_some(end_s - time_s)
     }
 
     /// Returns the best point of a kind for a robot at a place: highest priority, then earliest start.
     pub(super) fn best_of_kind(&self, kind: usize, from: Vec2) -> Option<&PointFact> {
-        let start_s = |fact: &PointFact| f64::max(self.drive_s(from, fact), self.opens_in_s(fact));
-        self.memory.open_of_kind(kind, self.now).min_by(|a, b| {
+        let start_s = |fact: &PointFact| {
+            let drive_s = self.drive_s(from, fact).unwrap_or(f64::INFINITY);
+            f64::max(drive_s, self.opens_in_s(fact))
+        };
+        let open = self.memory.open_of_kind(kind, self.now);
+        let open = open.filter(|fact| self.has_capacity(0.0, fact.point));
+        open.min_by(|a, b| {
             let priority = |fact: &PointFact| self.briefing.priority(fact.point);
             let order = priority(b).cmp(&priority(a));
             order.then(start_s(a).total_cmp(&start_s(b)))
@@ -87,12 +101,15 @@ impl ServiceController {
     }
 
     /// Returns whether a robot should drive to the point of a task by now: the window is open, or opens about when the
-    /// robot arrives. A robot on its way continues.
+    /// robot arrives. A robot on its way continues. A robot without a way or the capacity does not drive.
     pub(super) fn is_due(&self, task: TaskId, from: Option<Vec2>) -> bool {
         let fact = from.and_then(|from| self.point_of(task, from));
         fact.zip(from).is_some_and(|(fact, from)| {
-            let arrival_s = self.drive_s(from, fact) + EARLY_S;
-            self.heading_for == Some(fact.point) || arrival_s >= self.opens_in_s(fact)
+            let opens_s = self.opens_in_s(fact);
+            let is_in_time = |drive_s: f64| drive_s + EARLY_S >= opens_s;
+            self.has_capacity(0.0, fact.point)
+                && (self.heading_for == Some(fact.point)
+                    || self.drive_s(from, fact).is_some_and(is_in_time))
         })
     }
 
@@ -113,7 +130,11 @@ impl ServiceController {
                 behavior: behavior.id,
                 task,
                 round: self.round_of(fact, input.now),
-                applicable: is_open && can_go && !self.is_taken(task, from),
+                applicable: is_open
+                    && can_go
+                    && !self.is_taken(task, from)
+                    && fact.is_some_and(|fact| self.has_capacity(0.0, fact.point))
+                    && (!self.briefing.has_paths() || self.is_reachable(task, from)),
                 cost_s: from.and_then(|from| self.seconds_in_window(from, &[], task)),
                 opens_in_s: fact.map_or(0.0, |fact| self.opens_in_s(fact)),
                 reward: fact.map_or(1.0, |fact| self.briefing.terms(fact.point).value),
@@ -137,7 +158,7 @@ impl ServiceController {
     pub(super) fn point_of(&self, task: TaskId, from: Vec2) -> Option<&PointFact> {
         match self.briefing.tasks {
             TaskGranularity::Points => self.memory.fact(self.briefing.point(task)),
-            TaskGranularity::Kinds if self.briefing.has_terms() => {
+            TaskGranularity::Kinds if self.briefing.has_terms() || self.briefing.has_paths() => {
                 self.best_of_kind(task.index(), from)
             }
             TaskGranularity::Kinds => self.memory.nearest(task.index(), from, self.now),

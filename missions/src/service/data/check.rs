@@ -9,8 +9,8 @@ use world_server::world::Places;
 
 use super::points::free_place;
 use super::room::has_room;
-use super::{Interval, Kind, MAX_POINTS, Point, ServiceSection};
-use super::{precedence, slots};
+use super::{CostMeasure, Interval, Kind, MAX_POINTS, Point, ServiceSection};
+use super::{loads, paths, precedence, slots};
 use crate::coverage::uncovered_tasks;
 
 /// The maximum number of tasks: points, spare ones and slots.
@@ -19,8 +19,16 @@ const MAX_TASKS: usize = 60_000;
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
     let at = KeyPath::new(["service"]);
+    for (key, number) in [
+        ("duration_s", section.duration_s),
+        ("coalition_wait_s", section.coalition_wait_s),
+        ("reserve", section.reserve),
+    ] {
+        is_finite(number, at.key(key))?;
+    }
     for (index, kind) in section.kinds.iter().enumerate() {
         let at = at.key("kinds").index(index);
+        is_finite(kind.period_s, at.key("period_s"))?;
         in_order(&kind.work_s, at.key("work_s"))?;
         if let Some(deadline_s) = &kind.deadline_s {
             in_order(deadline_s, at.key("deadline_s"))?;
@@ -49,8 +57,10 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         let at = at.key("points").index(index);
         let kind = kinds.next().map(|kind| &section.kinds[kind]);
         check_point(scenario, index, point, kind, at.clone())?;
+        loads::check_demand(point, kind, at.key("demand"))?;
         slots::check_needs(scenario, point, at.key("needs"))?;
     }
+    check_costs(scenario)?;
     precedence::check(section)?;
     check_energy(scenario)?;
     let count = section.kinds_of_points().count();
@@ -75,7 +85,20 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         return Ok(());
     }
     slots::check_filled(scenario)?;
+    loads::check_capacities(scenario)?;
     covered(scenario)
+}
+
+/// Checks that the shortest ways can be computed in a short time.
+fn check_costs(scenario: &Scenario) -> Result<(), Problem> {
+    let solid = scenario.obstacles.iter().filter(|each| each.is_solid());
+    let (count, most) = (solid.count(), paths::MOST_OBSTACLES);
+    if ServiceSection::of(scenario).costs == CostMeasure::Line || count <= most {
+        return Ok(());
+    }
+    let what = format!("the room has {count} solid obstacles, more than {most}");
+    let remedy = "set costs = 'line', or give fewer obstacles";
+    Err(Problem::at(["service", "costs"], what, remedy))
 }
 
 /// Checks that robots can reach the stated points and chargers, and that there is room for drawn points.
@@ -181,6 +204,15 @@ fn check_point(
     kind: Option<&Kind>,
     at: KeyPath,
 ) -> Result<(), Problem> {
+    for (key, number) in [
+        ("work_s", point.work_s),
+        ("opens_s", point.opens_s),
+        ("deadline_s", point.deadline_s),
+        ("value", point.value),
+        ("demand", point.demand),
+    ] {
+        is_finite(number, at.key(key))?;
+    }
     if let (Some(opens_s), Some(deadline_s)) = (point.opens_s, point.deadline_s)
         && deadline_s <= opens_s
     {
@@ -210,6 +242,17 @@ fn check_point(
         return Err(Problem::at(at.key("name"), what, "give another name"));
     }
     Ok(())
+}
+
+/// Checks that an optional number is finite. The check of ranges takes other numbers for absent ones.
+fn is_finite(number: Option<f64>, at: KeyPath) -> Result<(), Problem> {
+    match number.filter(|number| !number.is_finite()) {
+        None => Ok(()),
+        Some(number) => {
+            let what = format!("{number} does not fit");
+            Err(Problem::at(at, what, "write a number"))
+        }
+    }
 }
 
 fn in_order(between: &Interval, at: KeyPath) -> Result<(), Problem> {

@@ -9,7 +9,9 @@ use glam::Vec2;
 use scenario::mission::section::MissionSection;
 use scenario::{Robot, Room, Scenario, Start};
 
-use super::{Interval, Kind, KnowledgeSource, Point, SERVICE, ServiceSection, TaskGranularity};
+use super::{
+    CostMeasure, Interval, Kind, KnowledgeSource, Point, SERVICE, ServiceSection, TaskGranularity,
+};
 use crate::districts::{self, Districts, nearest_both_ways};
 
 const ROBOTS: usize = 3;
@@ -93,6 +95,7 @@ fn section(points: Vec<Point>) -> ServiceSection {
         spare: 0,
         duration_s: None,
         uncovered: false,
+        costs: CostMeasure::Line,
         coalition_wait_s: None,
         reserve: None,
         chargers: Vec::new(),

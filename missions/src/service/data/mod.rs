@@ -1,9 +1,12 @@
 //! Service in scenario files: the section `[service]`, its tasks and terms.
 
 mod check;
+mod dependencies;
 mod family;
 mod faults;
+mod loads;
 mod parameters;
+mod paths;
 mod points;
 mod precedence;
 mod random;
@@ -17,10 +20,13 @@ mod warnings;
 mod ways;
 
 pub use faults::POINT;
+pub use loads::{fits, too_heavy};
+pub use paths::Paths;
 pub use points::{PointSpec, points};
 pub use precedence::{predecessors, successors};
 pub use section::{
-    Charger, Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection, TaskGranularity,
+    Charger, CostMeasure, Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection,
+    TaskGranularity,
 };
 pub use slots::{Slot, Slots};
 pub use terms::{Terms, terms};
@@ -32,7 +38,7 @@ use scenario::ids::TaskId;
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
     BehaviorProperties, BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData,
-    MissionVocabulary,
+    MissionVocabulary, TaskDependencies,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
@@ -48,7 +54,7 @@ pub const SERVICE: Mission = Mission::new(
     &Service,
 );
 
-const SCENARIOS: [BuiltinScenario; 3] = [
+const SCENARIOS: [BuiltinScenario; 7] = [
     BuiltinScenario {
         name: "l-alliance-abstract",
         text: include_str!("../scenarios/l-alliance-abstract.toml"),
@@ -60,6 +66,22 @@ const SCENARIOS: [BuiltinScenario; 3] = [
     BuiltinScenario {
         name: "space-greedy",
         text: include_str!("../scenarios/space-greedy.toml"),
+    },
+    BuiltinScenario {
+        name: "course-project",
+        text: include_str!("../scenarios/course-project.toml"),
+    },
+    BuiltinScenario {
+        name: "sadcher-coalitions",
+        text: include_str!("../scenarios/sadcher-coalitions.toml"),
+    },
+    BuiltinScenario {
+        name: "vrptw",
+        text: include_str!("../scenarios/vrptw.toml"),
+    },
+    BuiltinScenario {
+        name: "long-endurance",
+        text: include_str!("../scenarios/long-endurance.toml"),
     },
 ];
 
@@ -91,6 +113,7 @@ impl MissionData for Service {
         MissionVocabulary {
             scenarios: &SCENARIOS,
             size_option: Some("points"),
+            has_loads: true,
             faults: faults::ALL,
             devices: &["points", "effect"],
             measuring_devices: &["points"],
@@ -123,6 +146,14 @@ impl MissionData for Service {
             },
             ..MissionVocabulary::NONE
         }
+    }
+
+    fn knows_obstacles(&self, scenario: &Scenario) -> bool {
+        ServiceSection::of(scenario).costs == CostMeasure::Path
+    }
+
+    fn dependencies(&self, scenario: &Scenario) -> TaskDependencies {
+        dependencies::dependencies(scenario)
     }
 
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
@@ -237,13 +268,16 @@ impl MissionData for Service {
     }
 
     /// Returns the promises of a run. It ends unless a task is uncovered, points keep coming back,
-    /// or one robot is not enough for a point.
+    /// one robot is not enough for a point, or the robots may be full.
     fn expected_properties(&self, scenario: &Scenario) -> ExpectedProperties {
         let section = ServiceSection::of(scenario);
         let comes_back = section.kinds.iter().any(|kind| kind.period_s.is_some());
         ExpectedProperties {
             ends: !section.uncovered
-                && !section.points.iter().any(Point::has_needs)
+                && !section
+                    .points
+                    .iter()
+                    .any(|point| point.has_needs() || point.demand.is_some())
                 && (!comes_back || section.duration_s.is_some()),
             ..ExpectedProperties::default()
         }

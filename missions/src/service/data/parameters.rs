@@ -76,6 +76,13 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             false,
             "whether tasks that no robot can do are allowed",
         ),
+        ParameterSpec::new(
+            "costs",
+            "",
+            Text("line"),
+            "estimated way to a point: straight, or the shortest one around the obstacles, which robots receive as a map",
+            Choice(&["line", "path"]),
+        ),
         time(
             "coalition_wait_s",
             Words("30"),
@@ -192,6 +199,13 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             Words("nowhere"),
             "place to which the robot that has done the work carries a load; the point is done there",
             Other("a place in the room, [x, y]"),
+        ),
+        ParameterSpec::new(
+            "points.demand",
+            "",
+            Words("0"),
+            "part of a robot's capacity that it takes: up to the delivery, or else for the rest of the run",
+            Within(0.0, 1e9),
         ),
         list("random", "points at random places in the room", 1000),
         required(

@@ -33,6 +33,8 @@ pub struct PointSpec {
     pub value: f64,
     /// The place of delivery, m.
     pub deliver_to: Option<Vec2>,
+    /// The part of a robot's capacity that the point takes.
+    pub demand: f64,
     /// True if the scenario states properties of points, so that the log contains them.
     pub has_terms: bool,
 }
@@ -55,6 +57,7 @@ impl PointSpec {
             opens_after: SimTime::ZERO,
             value: Terms::NONE.value,
             deliver_to: None,
+            demand: Terms::NONE.demand,
             has_terms: false,
             expires_after: spec
                 .deadline_s
@@ -97,6 +100,7 @@ pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
         point.expires_after = terms.closes_after.or(point.expires_after);
         point.value = terms.value;
         point.deliver_to = terms.deliver_to;
+        point.demand = terms.demand;
         point.has_terms = true;
     }
     let places = Places::of(scenario);

@@ -1,5 +1,6 @@
-//! Random service missions (`[random_mission] mission = "service"`). They cover every key of the section. Half of them
-//! have points with properties, such as windows and needs, and a quarter has chargers.
+//! Random service missions (`[random_mission] mission = "service"`). They cover every key of the section except `costs`
+//! and demands, which in-process/tests/service_laws covers. Half of them have points with properties, such as windows and
+//! needs, and a quarter has chargers.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,8 +14,8 @@ use super::check::covered;
 use super::room::has_room;
 use super::slots::check_filled;
 use super::{
-    Charger, Interval, Kind, KnowledgeSource, Point, RandomPoints, SERVICE, ServiceSection,
-    TaskGranularity,
+    Charger, CostMeasure, Interval, Kind, KnowledgeSource, Point, RandomPoints, SERVICE,
+    ServiceSection, TaskGranularity,
 };
 
 /// The latest arrival time, s.
@@ -66,6 +67,7 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         spare: dice.0.random_range(0..6),
         duration_s: (periodic || dice.0.random_bool(SOME)).then_some(LAST_S),
         uncovered: false,
+        costs: CostMeasure::Line,
         coalition_wait_s: None,
         reserve: None,
         chargers: Vec::new(),

@@ -20,6 +20,8 @@ pub struct ServiceSection {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     pub uncovered: bool,
+    #[serde(default, skip_serializing_if = "CostMeasure::is_line")]
+    pub costs: CostMeasure,
     /// The longest time that a robot waits at a point for the robots of the other slots, s. By default 30.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coalition_wait_s: Option<f64>,
@@ -71,6 +73,25 @@ pub enum KnowledgeSource {
     All,
     /// The robot's own sight and messages of teammates.
     Sight,
+}
+
+/// The way by which robots estimate the cost of a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CostMeasure {
+    /// The straight line.
+    #[default]
+    Line,
+    /// The shortest way around the solid obstacles, which robots receive as a map.
+    Path,
+}
+
+impl CostMeasure {
+    // Serde passes a reference.
+    #[allow(clippy::trivially_copy_pass_by_ref)]
+    fn is_line(&self) -> bool {
+        *self == Self::Line
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -139,6 +160,9 @@ pub struct Point {
     /// The place to which the robot that has done the work delivers its result, m. By default nothing is delivered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deliver_to: Option<[f32; 2]>,
+    /// The part of a robot's capacity that the point takes: up to the delivery, or for the rest of the run. By default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub demand: Option<f64>,
 }
 
 impl Point {
@@ -158,6 +182,7 @@ impl Point {
             || !self.after.is_empty()
             || !self.needs.is_empty()
             || self.deliver_to.is_some()
+            || self.demand.is_some()
     }
 }
 

@@ -20,6 +20,8 @@ pub struct Terms {
     pub value: f64,
     /// The place of delivery, m.
     pub deliver_to: Option<Vec2>,
+    /// The part of a robot's capacity that the point takes.
+    pub demand: f64,
 }
 
 impl Terms {
@@ -31,7 +33,18 @@ impl Terms {
         closes_after: None,
         value: 1.0,
         deliver_to: None,
+        demand: 0.0,
     };
+
+    /// Returns the demand that the robot takes for the rest of the run: that of a point without a delivery.
+    #[must_use]
+    pub fn kept_demand(&self) -> f64 {
+        if self.deliver_to.is_some() {
+            0.0
+        } else {
+            self.demand
+        }
+    }
 
     /// Returns the time from which robots can work in a round, and the stated time at which the point expires.
     #[must_use]
@@ -59,6 +72,7 @@ pub fn terms(section: &ServiceSection) -> Vec<Terms> {
             closes_after: point.deadline_s.map(time),
             value: point.value.unwrap_or(Terms::NONE.value),
             deliver_to: point.deliver_to.map(Vec2::from),
+            demand: point.demand.unwrap_or(Terms::NONE.demand),
         }
     });
     of_point.collect()

@@ -60,6 +60,8 @@ fn mistakes_in_properties_give_one_line_of_error() {
         with(&["name = 'p1'", "name = 'p1'"]),
         with(&["name = 'a b'"]),
         with(&["value = 0"]),
+        with(&["value = nan"]),
+        with(&["deadline_s = inf"]),
         with(&["priority = 0.5"]),
         with(&["deadline_s = -1"]),
         with(&["opens = 5"]),
@@ -504,4 +506,45 @@ fn points_without_a_way_give_a_warning() {
         warned(&text, &[1.0, start_m])
     });
     insta::assert_snapshot!(answers.concat());
+}
+
+/// The graph of ways grows fast with the obstacles.
+#[test]
+fn costs_by_path_need_few_obstacles() {
+    let text = |costs: &str, count: usize| {
+        let obstacles = (0..count).map(|index| {
+            let (x_m, y_m) = (
+                0.5 + (index % 20) as f32 * 0.5,
+                2.0 + (index / 20) as f32 * 0.8,
+            );
+            format!("[[obstacles]]\nx_m = {x_m}\ny_m = {y_m}\nwidth_m = 0.01\nheight_m = 0.01\n")
+        });
+        let obstacles: Vec<String> = obstacles.collect();
+        let section = TWO_KINDS.replace("[service]", &format!("[service]\ncosts = '{costs}'"));
+        format!(
+            "{section}{}{}",
+            point("dust", 11.0, 1.0),
+            obstacles.concat()
+        )
+    };
+    let refused = read(&text("path", 101)).unwrap_err().to_string();
+    assert_eq!(
+        refused,
+        "s.toml:2: service.costs: the room has 101 solid obstacles, more than 100; set costs = 'line', or give fewer obstacles"
+    );
+    for (costs, count) in [("path", 100), ("line", 101)] {
+        let scenario = parse(&text(costs, count));
+        assert_eq!(parse(&scenario.to_toml().unwrap()), scenario);
+        let robots = resolve(scenario).for_robots().scenario.obstacles.len();
+        assert_eq!(
+            robots,
+            if costs == "path" { 100 } else { 0 },
+            "the map of the robots"
+        );
+    }
+    let refused = read(&text("walk", 1)).unwrap_err().to_string();
+    assert!(
+        refused.starts_with("s.toml:2: service.costs: "),
+        "{refused}"
+    );
 }

@@ -3,6 +3,7 @@
 use glam::Vec2;
 use scenario::{KeyPath, Problem, Scenario};
 
+use super::loads;
 use super::ways::{Ways, skill};
 use super::{Kind, Point, ServiceSection};
 
@@ -66,6 +67,7 @@ pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
             found.push(Problem::at(at.key("rate_hz"), what, remedy));
         }
     }
+    found.extend(loads::too_much(scenario));
     found.extend(without_a_way(scenario, starts));
     found
 }
@@ -87,6 +89,15 @@ fn without_a_way(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
         if !ways.lead_to(skills, Vec2::new(x_m, y_m)) {
             let what = format!("obstacles leave no way to p{index} at ({x_m}, {y_m})");
             found.push(Problem::at(at.key("points").index(index), what, remedy));
+        }
+        let skills = section.skills_of(index as u16, kind);
+        if let Some([x_m, y_m]) = point.deliver_to
+            && !ways.lead_to(skills, Vec2::new(x_m, y_m))
+        {
+            let what =
+                format!("obstacles leave no way to the delivery of p{index} at ({x_m}, {y_m})");
+            let at = at.key("points").index(index).key("deliver_to");
+            found.push(Problem::at(at, what, remedy));
         }
     }
     for (index, batch) in section.random.iter().enumerate() {

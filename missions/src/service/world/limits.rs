@@ -6,14 +6,14 @@ use glam::Vec2;
 use scenario::Setup;
 
 use crate::coverage::uncovered_tasks;
-use crate::service::data::{PointSpec, ServiceSection, Slots, TaskGranularity, Ways};
+use crate::service::data::{PointSpec, ServiceSection, Slots, TaskGranularity, Ways, too_heavy};
 
 #[derive(Debug)]
 pub(super) struct TeamLimits {
     tasks: TaskGranularity,
     /// The tasks that no robot can do, as indices of the catalog.
     uncovered: BTreeSet<usize>,
-    /// The points whose slots the team cannot fill at the same time.
+    /// The points whose slots the team cannot fill at the same time, and those that no robot can carry.
     unfillable: BTreeSet<u16>,
     /// The points of the start to which obstacles leave no way, by number.
     unreachable: BTreeSet<u16>,
@@ -25,6 +25,9 @@ impl TeamLimits {
         let (scenario, catalog) = (&setup.scenario, &setup.catalog);
         let section = ServiceSection::of(scenario);
         let unfillable = Slots::new(section).unfillable(scenario, catalog);
+        let unfillable = unfillable.into_iter().map(|(point, _)| point);
+        let heavy = too_heavy(scenario, catalog).into_iter();
+        let heavy = heavy.map(|(point, _)| point);
         let ways = Ways::new(scenario, starts);
         let unreachable = ways.iter().flat_map(|ways| {
             let points = specs.iter().zip(0..);
@@ -36,7 +39,7 @@ impl TeamLimits {
         });
         Self {
             tasks: section.tasks,
-            unfillable: unfillable.into_iter().map(|(point, _)| point).collect(),
+            unfillable: unfillable.chain(heavy).collect(),
             uncovered: uncovered_tasks(scenario, catalog),
             unreachable: unreachable.map(|(_, number)| number).collect(),
         }

@@ -2,12 +2,14 @@
 //! back.
 //!
 //! - `points`: the points and their phases. `board`: the announcements for robots. `log`: tables, figures and view.
-//! - `limits`: points that the team cannot do. `crews`: robots that work together. `charging`: chargers.
+//! - `limits`: points that the team cannot do. `crews`: robots that work together. `loads`: the loads of robots.
+//!   `charging`: chargers.
 
 mod board;
 mod charging;
 mod crews;
 mod limits;
+mod loads;
 mod log;
 mod points;
 #[cfg(test)]
@@ -69,6 +71,8 @@ struct Constants {
     /// The points that the team cannot do, if points state properties.
     limits: Option<TeamLimits>,
     skills: Vec<Vec<f64>>,
+    /// The capacity of each robot; `None` carries any load.
+    capacities: Vec<Option<f64>>,
     readers: Vec<BoardFilter>,
     crews: Crews,
     /// The energy of a full battery, J; 0 if energy is not simulated.
@@ -88,6 +92,9 @@ struct Robot {
     /// The point whose load the robot carries.
     #[serde(skip_serializing_if = "Option::is_none")]
     load: Option<u16>,
+    /// The sum of the demands that the robot has taken for the rest of the run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    taken: Option<f64>,
 }
 
 impl Constants {
@@ -120,6 +127,7 @@ impl Constants {
             limits,
             step: SimTime(scenario.step_ms),
             skills: skills.collect(),
+            capacities: scenario.robots.iter().map(|robot| robot.capacity).collect(),
             readers: readers.collect(),
             capacity_j: scenario
                 .energy
@@ -232,39 +240,7 @@ impl Service {
         }
     }
 
-    /// Lets a robot deliver the load that it carries, if it is within reach of the place.
-    fn deliver(&mut self, robot: RobotId, point: u16, floor: &Floor, happened: &mut StepEvents) {
-        let distance = floor.pose(robot).position.distance(self.points.at(point));
-        if self.points.carrier(point) != Some(robot) || distance > self.constants.section.reach_m {
-            return;
-        }
-        self.robots[robot.index()].load = None;
-        self.robots[robot.index()].works = Some(point);
-        let now = floor.now();
-        let change = self.points.finish(point, now);
-        self.log
-            .add(&self.points, point, change, Some(robot), now, happened);
-        self.announce(point, floor);
-    }
-
-    /// Returns the load of a robot to its first place.
-    fn drop_load(&mut self, robot: RobotId, floor: &Floor, happened: &mut StepEvents) {
-        let load = self.robots[robot.index()].load.take();
-        // The load of a point that has expired is gone.
-        let Some(point) = load.filter(|point| self.points.carrier(*point) == Some(robot)) else {
-            return;
-        };
-        let worker = &mut self.robots[robot.index()];
-        // The robot does not leave the point in addition.
-        worker.worked = worker.worked.filter(|worked| *worked != point);
-        self.points.drop_load(point);
-        happened
-            .push_mission_event("load-lost", Some(robot))
-            .subject = format!("p{point}");
-        self.announce(point, floor);
-    }
-
-    /// Lets a robot work on a point, if it is within reach and has the skill.
+    /// Lets a robot work on a point, if it is within reach and has the skill and the capacity.
     fn work(&mut self, robot: RobotId, point: u16, floor: &mut Floor, happened: &mut StepEvents) {
         let constants = Arc::clone(&self.constants);
         let Some(kind) = self.points.open_kind(point) else {
@@ -277,7 +253,8 @@ impl Service {
         let distance = floor.pose(robot).position.distance(self.points.at(point));
         let skill = constants.skills[robot.index()][kind];
         let spec = &constants.section.kinds[kind];
-        if distance > constants.section.reach_m || skill <= 0.0 {
+        let can_take = self.has_capacity(robot, self.points.spec(point).demand);
+        if distance > constants.section.reach_m || skill <= 0.0 || !can_take {
             return;
         }
         let (now, opens) = (floor.now(), self.points.opens(point));
@@ -327,15 +304,23 @@ impl Service {
         if is_done && self.points.spec(point).deliver_to.is_some() {
             self.points.pick_up(point, robot);
             self.robots[robot.index()].load = Some(point);
-            happened
-                .push_mission_event("picked-up", Some(robot))
-                .subject = format!("p{point}");
+            let event = happened.push_mission_event("picked-up", Some(robot));
+            event.subject = format!("p{point}");
+            if self.points.spec(point).demand > 0.0 {
+                event.detail = format!("load {}", self.load_of(robot));
+            }
             self.announce(point, floor);
         } else if is_done {
             let now = floor.now();
             let change = self.points.finish(point, now);
-            self.log
+            let event = self
+                .log
                 .add(&self.points, point, change, Some(robot), now, happened);
+            let demand = self.points.spec(point).demand;
+            if demand > 0.0 {
+                *self.robots[robot.index()].taken.get_or_insert(0.0) += demand;
+                event.detail += &format!(", load {}", self.load_of(robot));
+            }
             self.announce(point, floor);
         } else if self.points.quarters_left(point) != quarters
             && constants.section.known == KnowledgeSource::Sight
@@ -589,6 +574,7 @@ impl MissionWorld for Service {
 
     fn check_invariants(&self, _: &Floor) -> Result<(), String> {
         self.points.holds()?;
+        self.check_loads()?;
         match self.workers_on.iter().position(|workers| *workers != 0) {
             None => Ok(()),
             Some(point) => Err(format!("p{point} has workers between steps")),

@@ -1,5 +1,6 @@
 //! The phases of points, with robots that execute given actions.
 
+mod loads;
 mod properties;
 
 use glam::Vec2;

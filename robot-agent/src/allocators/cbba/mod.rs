@@ -217,6 +217,10 @@ pub struct Cbba(Bidder<Tables>);
 impl Allocator for Cbba {
     type Config = CbbaConfig;
 
+    fn plans_sequences() -> bool {
+        true
+    }
+
     fn parameters() -> Vec<ParameterSpec> {
         vec![bundle_spec(), refresh_spec()]
     }
@@ -258,6 +262,10 @@ pub struct Acbba(Bidder<Deltas>);
 
 impl Allocator for Acbba {
     type Config = AcbbaConfig;
+
+    fn plans_sequences() -> bool {
+        true
+    }
 
     fn parameters() -> Vec<ParameterSpec> {
         let repeat = ParameterSpec {

@@ -3,7 +3,11 @@
 use super::*;
 
 /// Makes steps until the given time. Returns the details of the events, such as `done after 2.500 s`.
-fn details_until(world: &mut World, end_s: f64, commands: [Option<Actuation>; 2]) -> Vec<String> {
+pub fn details_until(
+    world: &mut World,
+    end_s: f64,
+    commands: [Option<Actuation>; 2],
+) -> Vec<String> {
     let mut details = Vec::new();
     while world.now() < SimTime::from_secs_f64(end_s) {
         let events = world.step(&commands);
@@ -302,73 +306,4 @@ fn the_robot_with_the_least_energy_charges_first() {
         "25 charging gold c0",
     ];
     assert_eq!(events[..3], expected);
-}
-
-/// Returns a team with reach 0.5 m. Gold is at p0, and the place of delivery is 2 m away.
-fn delivery(more: &str) -> World {
-    world_of(&format!(
-        "step_ms = 500\n[service]\nreach_m = 0.5\n{}{}deliver_to = [8, 4]\n{more}\
-         [[robots]]\nname = 'gold'\nstart = {{ x_m = 6, y_m = 4, heading_deg = 0 }}\n\
-         [[robots]]\nname = 'blue'\nstart = {{ x_m = 6, y_m = 4.4, heading_deg = 0 }}\n",
-        kind("garbage", 1.0, ""),
-        point("garbage", 0.0),
-    ))
-}
-
-fn drives_and_works(point: u16) -> Option<Actuation> {
-    Some(Actuation {
-        speed_m_s: 0.5,
-        ..works(point).unwrap()
-    })
-}
-
-/// After the work at its place, gold carries the load. Blue can do nothing, and the point is done at the delivery.
-#[test]
-fn a_load_is_delivered() {
-    let mut world = delivery("");
-    let mut events = until(&mut world, 1.0, [works(0), None]);
-    assert_eq!(
-        events,
-        ["0 arrived - p0", "0 begun gold p0", "0.5 picked-up gold p0"]
-    );
-    let reading = sensed(&world, GOLD);
-    assert_eq!(reading.effect, Some(0), "gold carries the load");
-    assert_eq!(reading.points.unwrap()[0].at, Vec2::new(8.0, 4.0));
-    assert_eq!(until(&mut world, 3.0, [None, works(0)]), [""; 0]);
-    events = until(&mut world, 20.0, [drives_and_works(0), works(0)]);
-    // 1.5 m at 0.5 m/s lead within reach of the place.
-    assert_eq!(events, ["6 done gold p0"]);
-    assert_eq!(end(&world), Some(Outcome::Complete));
-}
-
-/// A robot that is lost, and one that begins other work, lose the load. The work begins again at its first place.
-#[test]
-fn a_lost_load_returns_to_its_place() {
-    let mut world = delivery(&point("garbage", 0.0));
-    until(&mut world, 1.0, [works(0), None]);
-    let lost = world.release_load(GOLD);
-    let lost: Vec<String> = lost.iter().map(|event| event.kind.to_string()).collect();
-    assert_eq!(lost, ["load-lost"]);
-    let facts = sensed(&world, BLUE).points.unwrap();
-    let round_of = |point| facts.iter().find(|fact| fact.point == point).unwrap().round;
-    assert_eq!([0, 1].map(round_of), [1, 0]);
-    assert_eq!(
-        until(&mut world, 3.0, [None, works(0)]),
-        ["1 begun blue p0", "1.5 picked-up blue p0"]
-    );
-    let events = until(&mut world, 4.0, [None, works(1)]);
-    assert_eq!(
-        events,
-        ["3 load-lost blue p0", "3 begun blue p1", "3.5 done blue p1"]
-    );
-    assert_eq!(counts(&world), [1, 0, 1]);
-}
-
-/// A point whose load is on the way expires as any other.
-#[test]
-fn a_load_expires_with_its_point() {
-    let mut world = delivery("deadline_s = 2\n");
-    let events = until(&mut world, 4.0, [works(0), None]);
-    assert_eq!(events[2..], ["0.5 picked-up gold p0", "2 expired - p0"]);
-    assert_eq!(sensed(&world, GOLD).effect, None);
 }

@@ -41,6 +41,10 @@ fn short_forms_leave_the_built_in_scenarios_as_they_were() {
     94192ac37a0dea9f l-alliance-abstract
     35b07ec52dfda67b janitorial
     e00a6427248b65ad space-greedy
+    2413bb75d244d0f3 course-project
+    bb55ec27a2be32e9 sadcher-coalitions
+    419ca93175cdb429 vrptw
+    93ae29adfee0ba97 long-endurance
     27e4f64ef0c955a0 parker-box
     1778fa8f90934e5d cmommt
     375d5afe2c99ea6c cmommt-crowded

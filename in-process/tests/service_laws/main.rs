@@ -1,0 +1,160 @@
+//! The laws of service with task properties, for every allocator on random instances.
+//!
+//! - `instances`: the instances of each class. `laws`: the laws, from the log of a run.
+
+#![allow(clippy::unwrap_used)] // Clippy exempts test functions only, not their helpers.
+
+mod instances;
+mod laws;
+
+use in_process::Team;
+use missions::Registry;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use run_log::{EventRow, LogLevel, MemoryLog, RunLog};
+use scenario::{Scenario, Setup};
+
+/// The number of instances of each class, with one allocator each.
+const INSTANCES: u64 = 60;
+/// The number of instances of each class with faults in the long test: 10,000 in all. The environment variable
+/// `ALLIANCE_LAW_INSTANCES` sets another one.
+const MANY: u64 = 1429;
+
+/// A run of an instance, as the laws see it.
+struct Run {
+    scenario: Scenario,
+    seed: u64,
+    events: Vec<EventRow>,
+    log: RunLog,
+}
+
+/// Runs a scenario to its end, and checks the invariants of the mission after each tick.
+fn run(text: &str, seed: u64) -> Run {
+    let vocabulary = Registry::built_in().vocabulary();
+    let scenario = Scenario::parse("s.toml", text, &vocabulary);
+    let scenario = scenario.unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let resolved = Setup::resolve(scenario.clone(), seed, None);
+    let setup = resolved.unwrap_or_else(|error| panic!("{error}")).setup;
+    let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
+    let (_, recorder) = team.run().unwrap();
+    let log = RunLog::from_memory(&recorder.into_sink(), &vocabulary).unwrap();
+    Run {
+        scenario,
+        seed,
+        events: log.rows().unwrap(),
+        log,
+    }
+}
+
+/// Returns a random instance of a class as a scenario file: a function of its number.
+type Instance = fn(u64, &mut ChaCha8Rng) -> String;
+
+const CLASSES: [(&str, Instance); 7] = [
+    ("windows", instances::windows_and_values),
+    ("precedence", instances::precedence),
+    ("coalitions", instances::coalitions),
+    ("endurance", instances::endurance),
+    ("deliveries", instances::deliveries),
+    ("loads", instances::loads),
+    ("paths", instances::paths),
+];
+
+/// Runs an instance and checks the laws. Returns the number of points that are done, and the hash.
+fn check(text: &str, number: u64) -> (u64, Option<String>) {
+    let checked = std::panic::catch_unwind(|| {
+        let run = run(text, number);
+        laws::check(&run);
+        laws::check_energy(&run);
+        let done = run.log.run.result.mission.get("done").count();
+        (done, run.log.run.hash.clone())
+    });
+    checked.unwrap_or_else(|_| panic!("instance {number}:\n{text}"))
+}
+
+/// Checks the laws on random instances of a class, and that every third repeats its hash.
+fn check_class(name: &str, count: u64, instance: impl Fn(u64, &mut ChaCha8Rng) -> String) {
+    let mut all_done = 0;
+    for number in 0..count {
+        let text = instance(number, &mut ChaCha8Rng::seed_from_u64(number));
+        let (done, hash) = check(&text, number);
+        all_done += done;
+        if number % 3 == 0 {
+            assert_eq!(hash, check(&text, number).1, "{name} {number}:\n{text}");
+        }
+    }
+    eprintln!("{name}: {count} instances, {all_done} points done, 0 violations");
+    assert!(all_done > 0, "{name}: some points are done");
+}
+
+fn check_named(name: &str) {
+    let (_, instance) = CLASSES.iter().find(|(known, _)| *known == name).unwrap();
+    check_class(name, INSTANCES, instance);
+}
+
+#[test]
+fn windows_and_values() {
+    check_named("windows");
+}
+
+#[test]
+fn precedence() {
+    check_named("precedence");
+}
+
+#[test]
+fn coalitions() {
+    check_named("coalitions");
+}
+
+#[test]
+fn endurance() {
+    check_named("endurance");
+}
+
+#[test]
+fn deliveries() {
+    check_named("deliveries");
+}
+
+#[test]
+fn loads() {
+    check_named("loads");
+}
+
+#[test]
+fn paths() {
+    check_named("paths");
+}
+
+/// Every allocator does all that a lone robot can do, if the time suffices.
+#[test]
+fn a_lone_robot_does_all() {
+    for number in 0..INSTANCES {
+        let text = instances::lone(number, &mut ChaCha8Rng::seed_from_u64(number));
+        let run = run(&text, number);
+        laws::check(&run);
+        let mission = &run.log.run.result.mission;
+        let [done, total] = ["done", "total"].map(|name| mission.get(name).count());
+        assert_eq!(done, total, "instance {number}:\n{text}");
+    }
+}
+
+/// 10,000 instances of all classes, half of them with faults.
+#[test]
+#[ignore = "takes hours without optimization"]
+fn many_with_faults() {
+    let stated = std::env::var("ALLIANCE_LAW_INSTANCES").ok();
+    let count = stated.map_or(MANY, |number| number.parse().expect("a whole number"));
+    for (name, instance) in CLASSES {
+        check_class(name, count, |number, chance| {
+            let text = instance(number, chance);
+            let faults = if chance.random_bool(0.5) {
+                instances::faults(chance)
+            } else {
+                String::new()
+            };
+            text + &faults
+        });
+    }
+}
