@@ -50,6 +50,7 @@ mod recipes;
 mod recompute;
 mod refusals;
 mod repeatable;
+mod ros;
 mod service;
 mod slurm;
 mod statistics;
