@@ -4,6 +4,7 @@
 //!   the first difference of two runs. [`replay_views`]: a finished run with a view of each tick.
 //! - [`branch`]: a run that repeats another one up to a tick. [`allocation`]: communication rounds without motion.
 //! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools, and as pictures and films.
+//! - `ros_messages`: a run as messages of ROS 2. `live`: a live run, from its growing log, for observers of other tools.
 //! - [`instance`]: instances of other programs as scenarios, and runs as instances.
 //! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
@@ -29,8 +30,10 @@ pub mod instance;
 pub mod interrupted;
 pub mod invariants;
 pub mod learned;
+#[cfg(any(feature = "mcap", feature = "rosbag"))]
+pub mod live;
 mod new_file;
-mod optional;
+pub mod optional;
 mod page;
 mod picture;
 pub mod progress;
@@ -38,6 +41,8 @@ pub mod random_mission;
 pub mod replay;
 pub mod replay_views;
 pub mod report;
+#[cfg(feature = "rosbag")]
+pub mod ros_messages;
 pub mod strategies;
 pub mod sweep;
 pub mod table;

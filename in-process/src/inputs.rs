@@ -6,6 +6,7 @@ use proto::process::ProcessAction;
 use run_log::{Input, InputLine};
 use scenario::ids::{Incarnation, Tick};
 
+#[derive(Default)]
 pub(super) struct LoggedInputs {
     by_tick: BTreeMap<Tick, Vec<Input>>,
     /// The incarnations that process faults start, by tick and robot. An incarnation that ends before it takes part has a number, too.
@@ -13,11 +14,8 @@ pub(super) struct LoggedInputs {
 }
 
 impl LoggedInputs {
-    pub fn new(lines: Vec<InputLine>) -> Self {
-        let mut inputs = Self {
-            by_tick: BTreeMap::new(),
-            incarnations: BTreeMap::new(),
-        };
+    /// Adds inputs of ticks that have not begun.
+    pub fn add(&mut self, lines: Vec<InputLine>) {
         for InputLine { tick, input } in lines {
             match input {
                 Input::Join {
@@ -26,14 +24,13 @@ impl LoggedInputs {
                     scripted: true,
                     ..
                 } => {
-                    let started = inputs.incarnations.entry((tick, robot)).or_default();
+                    let started = self.incarnations.entry((tick, robot)).or_default();
                     started.push_back(incarnation);
                 }
                 input if input.is_scripted() => {}
-                input => inputs.by_tick.entry(tick).or_default().push(input),
+                input => self.by_tick.entry(tick).or_default().push(input),
             }
         }
-        inputs
     }
 
     /// Returns the inputs that take effect before a tick or have no order index in it.

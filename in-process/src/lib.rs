@@ -116,6 +116,12 @@ impl<S: Sink> Team<S> {
         Ok(Self { run, recorder })
     }
 
+    /// Adds external inputs of later ticks than the current one. The inputs of a tick must be complete before the previous
+    /// tick is run, because robots that join are admitted at its end.
+    pub fn add_inputs(&mut self, inputs: Vec<InputLine>) {
+        self.run.add_inputs(inputs);
+    }
+
     pub fn simulation(&self) -> &Simulation {
         &self.run.simulation
     }

@@ -98,12 +98,13 @@ impl Run {
             asked: Vec::new(),
             spaces: Workspaces::default(),
             simulation: Simulation::new(setup, mission, true),
-            inputs: LoggedInputs::new(inputs),
+            inputs: LoggedInputs::default(),
             driven: Vec::new(),
             traffic: None,
             vocabulary,
             agents: registry.agents().clone(),
         };
+        run.inputs.add(inputs);
         run.simulation.send_ground_truth_to(informed);
         // A run that is over at its start admits no robots.
         if run.simulation.outcome().is_none() {
@@ -129,6 +130,11 @@ impl Run {
         Profile {
             robots: robots.collect(),
         }
+    }
+
+    /// Adds inputs, see [`Team::add_inputs`](crate::Team::add_inputs).
+    pub fn add_inputs(&mut self, lines: Vec<InputLine>) {
+        self.inputs.add(lines);
     }
 
     /// Drives a body, see [`Team::drive`](crate::Team::drive).

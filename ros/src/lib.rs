@@ -6,8 +6,8 @@
 //! - [`definition`]: the text of the type, as in `.msg` files;
 //! - [`type_hash`]: the RIHS01 hash, by which ROS 2 compares types.
 //!
-//! [`names`] converts names to those that ROS accepts, and [`Qos`] contains the quality of service of a topic. The crate
-//! does no I/O.
+//! [`names`] converts names to those that ROS accepts, and [`Qos`] contains the quality of service of a topic.
+//! [`rmw_zenoh`] contains the keys under which ROS nodes find a message on zenoh. The crate does no I/O.
 
 mod cdr;
 mod definition;
@@ -17,6 +17,7 @@ mod hash;
 pub mod messages;
 pub mod names;
 mod qos;
+pub mod rmw_zenoh;
 
 pub use cdr::{CdrWriter, encode};
 pub use definition::definition;

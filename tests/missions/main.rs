@@ -52,6 +52,7 @@ mod recompute;
 mod refusals;
 mod repeatable;
 mod reproduced;
+mod ros;
 mod service;
 mod slurm;
 mod statistics;

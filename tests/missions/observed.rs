@@ -1,4 +1,4 @@
-//! Observation of a live world: metrics for Prometheus, and logs as JSON. Neither changes a byte of the run.
+//! Observation of a live world: metrics for Prometheus, health, and logs as JSON. None changes a byte of the run.
 
 use std::net::TcpListener;
 
@@ -55,6 +55,7 @@ fn metrics_and_json_logs_change_no_byte() {
     lab.run("clock step 400").expect(0);
     wait_until("400 ticks", || reads("alliance_ticks_total", 400.0));
     assert!(reads("alliance_stalls_total", 0.0));
+    assert_eq!(get(port, "/healthz"), Some((200, "ok\n".to_owned())));
     let dropped = metric(port, "alliance_messages_dropped_total");
     assert!(dropped.is_some_and(|dropped| dropped > 0.0), "{dropped:?}");
     lab.run("clock speed max").expect(0);

@@ -106,6 +106,17 @@ fn verify(lab: &Lab, name: &str, text: &str) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+/// Returns the exposure of a unit according to `systemd-analyze`, from 0 to 10.
+fn exposure(name: &str) -> f64 {
+    let mut command = Command::new("systemd-analyze");
+    let command = command.args(["security", "--offline=yes", "--no-pager"]);
+    let output = command.arg(recipe(name)).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    let (_, rest) = text.split_once("Overall exposure level").unwrap();
+    let mut words = rest.split_whitespace().skip_while(|word| *word != "for");
+    words.nth(2).unwrap().parse().unwrap()
+}
+
 #[test]
 fn the_systemd_units_are_valid_and_start_existing_commands() {
     let version = Command::new("systemd-analyze").arg("--version").output();
@@ -119,6 +130,7 @@ fn the_systemd_units_are_valid_and_start_existing_commands() {
         ("alliance-team@.service", "KilMode=mixed"),
     ] {
         let text = fs::read_to_string(recipe(name)).unwrap();
+        assert!(exposure(name) < 2.0, "{name}: {}", exposure(name));
         // Systemd may not run on this machine. An error in a unit contains the unit's name.
         let output = verify(&lab, name, &text);
         assert!(!output.contains("alliance-"), "{output}");

@@ -54,7 +54,7 @@ pub struct RunArgs {
     /// Continue without an agent after this wall-clock time without an answer
     #[arg(long, value_name = "TIME", default_value = "5", value_parser = positive_time, allow_negative_numbers = true)]
     pub stall_after: f64,
-    /// Serve metrics of the world for Prometheus at this address, such as 127.0.0.1:9464
+    /// Serve metrics for Prometheus and the health at this address, such as 127.0.0.1:9464
     #[arg(long, value_name = "ADDRESS")]
     pub metrics: Option<SocketAddr>,
     #[command(flatten)]

@@ -1,4 +1,5 @@
-//! Metrics of a live world for Prometheus, as the text of OpenMetrics 1.0 under `/metrics`.
+//! Metrics of a live world for Prometheus, as the text of OpenMetrics 1.0 under `/metrics`, and its health under
+//! `/healthz`.
 //!
 //! The world stores its counts here between ticks. A request reads only the stored counts, so no reader delays the run.
 
@@ -8,6 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use axum::Router;
+use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::routing::get;
 use prometheus_client::encoding::text::encode;
@@ -26,12 +28,17 @@ const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset
 /// The time over which ticks per second are averaged. A longer time smooths more and shows a standstill later.
 const RATE_WINDOW: Duration = Duration::from_secs(2);
 
+/// The time without an update of the metrics after which a world is not healthy, far above the interval of the updates. A
+/// paused run has updates, too.
+const UPDATE_MAX: Duration = Duration::from_secs(5);
+
 /// A gauge of a fractional number.
 type NumberGauge = Gauge<f64, AtomicU64>;
 
 /// The values of a run that a reader may request.
 pub struct Metrics {
     registry: Arc<Registry>,
+    health: Arc<Health>,
     ticks: Counter,
     simulated_s: NumberGauge,
     ticks_per_s: NumberGauge,
@@ -66,6 +73,7 @@ impl Metrics {
         registry.register("messages_dropped", text, dropped.clone());
         Self {
             registry: Arc::new(registry),
+            health: Arc::new(Health::new(Instant::now())),
             ticks,
             simulated_s,
             ticks_per_s,
@@ -78,6 +86,7 @@ impl Metrics {
 
     /// Stores the state of the run at a moment.
     pub fn update(&mut self, counts: &Counts, step_ms: u64, now: Instant) {
+        self.health.update(now);
         self.ticks.inner().store(counts.ticks, Ordering::Relaxed);
         self.stalls.inner().store(counts.stalls, Ordering::Relaxed);
         let dropped = self.dropped.inner();
@@ -101,10 +110,12 @@ impl Metrics {
     pub fn serve(&self, address: SocketAddr) -> Result<(), Problem> {
         let listener = bind(address)?;
         let registry = Arc::clone(&self.registry);
-        let app = Router::new().route(
-            "/metrics",
-            get(async move || ([(CONTENT_TYPE, OPEN_METRICS)], text(&registry))),
-        );
+        let health = Arc::clone(&self.health);
+        let metrics = async move || ([(CONTENT_TYPE, OPEN_METRICS)], text(&registry));
+        let healthz = async move || health.answer(Instant::now());
+        let app = Router::new()
+            .route("/metrics", get(metrics))
+            .route("/healthz", get(healthz));
         let listener = tokio::net::TcpListener::from_std(listener)
             .map_err(|error| refused(address, &error))?;
         tokio::spawn(async move {
@@ -113,6 +124,38 @@ impl Metrics {
             }
         });
         Ok(())
+    }
+}
+
+/// The time of the latest update.
+struct Health {
+    start: Instant,
+    /// The time of the latest update since `start`, ms.
+    updated_ms: AtomicU64,
+}
+
+impl Health {
+    fn new(start: Instant) -> Self {
+        Self {
+            start,
+            updated_ms: AtomicU64::new(0),
+        }
+    }
+
+    fn update(&self, now: Instant) {
+        let passed = now.duration_since(self.start).as_millis();
+        self.updated_ms.store(passed as u64, Ordering::Relaxed);
+    }
+
+    /// Returns the answer to a request for the health.
+    fn answer(&self, now: Instant) -> (StatusCode, String) {
+        let updated = Duration::from_millis(self.updated_ms.load(Ordering::Relaxed));
+        let age = now.duration_since(self.start).saturating_sub(updated);
+        if age <= UPDATE_MAX {
+            return (StatusCode::OK, "ok\n".to_owned());
+        }
+        let text = format!("the world has stood still for {} s\n", age.as_secs());
+        (StatusCode::SERVICE_UNAVAILABLE, text)
     }
 }
 
@@ -177,6 +220,21 @@ mod tests {
                 "{line} in:\n{text}"
             );
         }
+    }
+
+    #[test]
+    fn a_world_without_updates_is_not_healthy() {
+        let start = Instant::now();
+        let health = Health::new(start);
+        let after = |seconds| start + Duration::from_secs(seconds);
+        health.update(after(10));
+        assert_eq!(
+            health.answer(after(15)),
+            (StatusCode::OK, "ok\n".to_owned())
+        );
+        let text = "the world has stood still for 6 s\n".to_owned();
+        let expected = (StatusCode::SERVICE_UNAVAILABLE, text);
+        assert_eq!(health.answer(after(16)), expected);
     }
 
     #[test]

@@ -10,7 +10,7 @@
 //! The page of the run as a file (`--html`) comes from the caller, which has the page.
 
 #[cfg(any(feature = "mcap", feature = "rosbag"))]
-mod look;
+pub(crate) mod look;
 #[cfg(feature = "mcap")]
 mod mcap;
 #[cfg(not(feature = "mcap"))]

@@ -18,6 +18,7 @@ use world_server::args::WorldArgs;
 use world_server::process::RunState;
 
 use crate::program_content;
+use crate::ros::RosCommand;
 
 /// Start a run on several machines, or single processes by hand
 #[derive(Args, Clone, Debug)]
@@ -41,6 +42,9 @@ enum ClusterAction {
     Keys(keys::KeysCommand),
     /// Start the world process of a run: physics, sensing, step clock
     World(Box<WorldCommand>),
+    /// Publish a live run to ROS 2
+    #[command(hide = !cfg!(feature = "ros"))]
+    Ros(RosCommand),
     /// Start one robot process of a live run
     Agent(Box<AgentCommand>),
 }
@@ -115,6 +119,7 @@ impl ClusterCommand {
             ClusterAction::Check(_) | ClusterAction::Keys(_) => {
                 log_to_stderr(LogArgs::default(), "alliance");
             }
+            ClusterAction::Ros(command) => command.start_log(),
             ClusterAction::World(command) => command.world.start_log(),
             ClusterAction::Agent(command) => command.agent.start_log(),
         }
@@ -128,6 +133,7 @@ impl ClusterCommand {
             ClusterAction::Router(command) => command.run(),
             ClusterAction::Check(command) => command.run(),
             ClusterAction::Keys(command) => command.run(),
+            ClusterAction::Ros(command) => command.run(),
             ClusterAction::World(command) => command.run(),
             ClusterAction::Agent(command) => command.run(),
         }

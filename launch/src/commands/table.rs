@@ -398,6 +398,18 @@ pub(super) const ENTRIES: &[Entry] = &[
         ],
     ),
     entry(
+        "cluster ros",
+        &[
+            "alliance cluster ros # the newest run, from now on",
+            "alliance cluster ros runs/mine --domain 7 # to nodes with ROS_DOMAIN_ID=7",
+        ],
+        &[
+            "0 The run is over, or the process was interrupted.",
+            "2 An argument is invalid, or the run cannot be published.",
+            "3 The log cannot be read, or the connection failed.",
+        ],
+    ),
+    entry(
         "cluster agent",
         &[
             "alliance cluster agent --robot gold # newest live run",

@@ -104,6 +104,7 @@ fn help_texts_name_only_formats_that_the_program_contains() {
         ("export", "--mcap", cfg!(feature = "mcap")),
         ("export", "--rosbag", cfg!(feature = "rosbag")),
         ("run", "--mcap", cfg!(feature = "mcap")),
+        ("run", "--ros", cfg!(feature = "ros")),
     ] {
         let help = help(words);
         assert_eq!(help.contains(option), is_built_in, "{words}:\n{help}");

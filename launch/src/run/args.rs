@@ -24,6 +24,7 @@ use super::supervise::supervise;
 use crate::limits;
 use crate::page::link::{LinkArgs, PageLink};
 use crate::page::view::show_log;
+use crate::ros::RosArgs;
 use cluster::process_log::{log_to_stderr, set_run};
 use cluster::start::StartPlan;
 
@@ -40,7 +41,7 @@ pub struct RunCommand {
     #[arg(long = "controller", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse, help_heading = "Execution")]
     controllers: Vec<ControllerCommand>,
     /// Run everything in this process: the same log, but no page and no pace
-    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "metrics"])]
+    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "metrics", "ros"])]
     in_process: bool,
     /// Check invariants after every tick, then replay the run and compare
     #[arg(long, requires = "in_process", help_heading = "Execution")]
@@ -54,11 +55,13 @@ pub struct RunCommand {
         default_missing_value = DEFAULT_ROUNDS,
         value_parser = clap::value_parser!(u64).range(1..=1_000_000),
         help_heading = "Execution",
-        conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "check", "mcap", "out", "log", "from", "controllers"],
+        conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "check", "mcap", "ros", "out", "log", "from", "controllers"],
     )]
     allocate_only: Option<u64>,
     #[command(flatten)]
     page: LinkArgs,
+    #[command(flatten)]
+    ros: RosArgs,
     /// Do not serve a page
     #[arg(long, help_heading = "Page", conflicts_with_all = ["open", "port"])]
     no_page: bool,
@@ -117,6 +120,9 @@ impl RunCommand {
                 mcap_is_there()?;
             }
             let branch = branch.map(|plan| self.start_of(plan)).transpose()?;
+            let log = branch.as_ref().map(|branch| branch.plan.log());
+            self.ros
+                .check(&setup, log.unwrap_or_else(|| self.run.log(&setup)))?;
             self.run.check_metrics()?;
             let link = self.link()?;
             Ok((self.run.folder(&setup)?, setup, branch, controllers, link))
@@ -155,6 +161,7 @@ impl RunCommand {
             controllers,
             elsewhere: over.map_or_else(BTreeSet::new, |over| over.remote_robots.clone()),
             start: over.and_then(|over| over.start.clone()),
+            ros: self.ros.command(folder.clone()),
             folder,
             paused: self.is_paused(),
             open: self.page.open,
@@ -389,7 +396,10 @@ impl RunCommand {
         if self.is_paused() {
             arguments.push("--paused".to_owned());
         }
-        arguments.push(format!("--speed={}", self.run.pace(self.is_paused())));
+        arguments.push(format!(
+            "--speed={}",
+            self.run.pace(self.is_paused() || self.ros.is_on())
+        ));
         arguments.push(format!("--stall-after={}", self.run.stall_after));
         if let Some(address) = self.run.metrics {
             arguments.push(format!("--metrics={address}"));

@@ -9,6 +9,8 @@ use scenario::Setup;
 
 use cluster::start::StartPlan;
 
+use crate::ros::RosCommand;
+
 /// The checked inputs of a run.
 pub struct RunPlan {
     pub run: String,
@@ -20,6 +22,8 @@ pub struct RunPlan {
     pub elsewhere: BTreeSet<String>,
     /// The hosts that the launcher starts, and the keys of this run.
     pub start: Option<StartPlan>,
+    /// The process that publishes the run to ROS 2.
+    pub ros: Option<RosCommand>,
     /// The run that this one repeats first.
     pub branch: Option<BranchStart>,
     pub folder: PathBuf,

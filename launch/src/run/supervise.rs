@@ -32,6 +32,7 @@ use super::progress::ProgressDisplay;
 use super::summary;
 use crate::page::link::PageLink;
 use crate::page::server::END_OF_RUN_TIMEOUT;
+use crate::ros::{self, RosCommand};
 use crate::runtime;
 use cluster::start::InputHold;
 
@@ -79,6 +80,8 @@ struct RunProcesses {
     hosts: Vec<(Process, InputHold)>,
     /// The process of the page. The run continues without it.
     page: Option<Process>,
+    /// The process that publishes the run to ROS 2. The run continues without it.
+    ros: Option<Process>,
     progress: ProgressDisplay,
 }
 
@@ -106,6 +109,7 @@ impl RunProcesses {
             crew: AgentProcesses::new(plan.run.clone(), plan.controllers.clone(), logs),
             hosts: Vec::new(),
             page: None,
+            ros: None,
             progress: ProgressDisplay::new(&plan.setup),
         };
         let robots = plan.setup.scenario.robots.iter();
@@ -136,6 +140,9 @@ impl RunProcesses {
             .print_line(&paragraph(&format!("process ids: {}", pids.join(", "))));
         if let Some(link) = link {
             team.start_page(link, plan.open);
+        }
+        if let Some(command) = &plan.ros {
+            team.start_ros(command);
         }
         if plan.paused {
             team.progress.print_line(
@@ -176,6 +183,21 @@ impl RunProcesses {
         }
         if let Some(Err(error)) = opened {
             self.progress.print_line(&format!("{error:#}"));
+        }
+    }
+
+    /// Starts the process that publishes the run to ROS 2. The run continues if this fails.
+    fn start_ros(&mut self, command: &RosCommand) {
+        let log = self.crew.logs.join(ros::LOG);
+        match Process::start(ros::ROS, &log, &command.arguments()) {
+            Ok(process) => {
+                let line = format!("{} (process {})", command.describe(), process.pid());
+                self.progress.print_line(&line);
+                self.ros = Some(process);
+            }
+            Err(error) => self
+                .progress
+                .print_line(&format!("the run cannot be published to ROS: {error:#}")),
         }
     }
 
@@ -325,26 +347,19 @@ impl RunProcesses {
             }
         }
         let over = self.world.ending().is_some();
-        if let Some(page) = &mut self.page {
-            while let Some(change) = page.poll()? {
-                match change {
-                    ProcessChange::Stopped => self
-                        .progress
-                        .print_line("the page is stopped; the run continues"),
-                    ProcessChange::Continued => self.progress.print_line("the page resumes"),
-                    ProcessChange::Ended(ending) if ending != Ending::Exit(0) && !over => {
-                        let line = format!("the page {}; the run continues", ending.describe());
-                        self.progress.print_line(&line);
-                        if matches!(ending, Ending::Exit(_)) {
-                            self.progress.print_line(page.last_log_lines().trim_end());
-                        }
-                    }
-                    ProcessChange::Ended(_) => {}
-                }
-            }
-        }
         let progress = &self.progress;
         let say = |line: &str| progress.print_line(line);
+        let observers = [
+            (&mut self.page, "the page"),
+            (&mut self.ros, "the process for ROS"),
+        ];
+        for (observer, name) in observers {
+            if let Some(process) = observer
+                && poll_observer(process, name, over, &say)?
+            {
+                *observer = None;
+            }
+        }
         for (host, _) in &mut self.hosts {
             while let Some(change) = host.poll()? {
                 if let (ProcessChange::Ended(ending), false) = (change, over) {
@@ -398,7 +413,8 @@ impl RunProcesses {
         }
     }
 
-    /// Ends all processes. The page ends last, because it still sends the result to open browsers.
+    /// Ends all processes. Observers end last: the page still sends the result to open browsers, and the process for ROS
+    /// the last messages.
     async fn end_all(&mut self) {
         // A world that ended abnormally sent the agents no end of the run.
         let patience = match self.world.ending() {
@@ -417,11 +433,17 @@ impl RunProcesses {
         }
         end_processes(hosts.iter_mut().collect(), HOSTS, &say).await;
         end_processes(
-            self.page.iter_mut().collect(),
+            self.page.iter_mut().chain(&mut self.ros).collect(),
             END_OF_RUN_TIMEOUT + GRACE,
             &say,
         )
         .await;
+        if let Some(ros) = &self.ros
+            && matches!(ros.ending(), Some(Ending::Exit(1..)))
+        {
+            say("the run was not published to ROS to its end:");
+            say(ros.last_log_lines().trim_end());
+        }
     }
 
     fn check_world(&self) -> anyhow::Result<()> {
@@ -441,6 +463,31 @@ impl RunProcesses {
             }
         }
     }
+}
+
+/// Reports the state changes of a process without which the run continues. `name` begins its sentences. Returns whether
+/// its failure has been reported.
+fn poll_observer(
+    process: &mut Process,
+    name: &str,
+    over: bool,
+    say: &dyn Fn(&str),
+) -> anyhow::Result<bool> {
+    while let Some(change) = process.poll()? {
+        match change {
+            ProcessChange::Stopped => say(&format!("{name} is stopped; the run continues")),
+            ProcessChange::Continued => say(&format!("{name} resumes")),
+            ProcessChange::Ended(ending) if ending != Ending::Exit(0) && !over => {
+                say(&format!("{name} {}; the run continues", ending.describe()));
+                if matches!(ending, Ending::Exit(_)) {
+                    say(process.last_log_lines().trim_end());
+                }
+                return Ok(true);
+            }
+            ProcessChange::Ended(_) => {}
+        }
+    }
+    Ok(false)
 }
 
 /// Ends processes: waits for `patience`, then sends SIGTERM, then SIGKILL.

@@ -3,35 +3,27 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
-use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
 use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::{Compression, WriteOptions, Writer};
 use anyhow::Context;
-use ros::{Message, Qos, definition, encode, type_hash};
-use scenario::time::SimTime;
+use ros::{definition, type_hash};
 use tempfile::TempDir;
 
-use super::convert::nanoseconds;
 use super::metadata::{self, BagFacts, TopicFacts};
+use crate::ros_messages::{Destination, TopicSpec};
 
 pub struct Bag {
     writer: Writer<BufWriter<File>>,
     topics: Vec<TopicFacts>,
+    /// The channels of the topics in the file.
+    channels: Vec<u16>,
     /// The times of the first and the last message, ns.
     span_ns: Option<(u64, u64)>,
     /// The folder that contains the unfinished bag. It is removed with its contents unless the bag is moved out.
     unfinished: TempDir,
     target: PathBuf,
-}
-
-/// A topic with its message type.
-pub struct Topic<M> {
-    /// The index in the bag.
-    index: usize,
-    channel: u16,
-    messages: PhantomData<fn(M)>,
 }
 
 impl Bag {
@@ -57,66 +49,11 @@ impl Bag {
         Ok(Self {
             writer: options.create(BufWriter::new(file))?,
             topics: Vec::new(),
+            channels: Vec::new(),
             span_ns: None,
             unfinished,
             target: target.to_owned(),
         })
-    }
-
-    /// Adds a topic with its message type.
-    ///
-    /// # Errors
-    /// Returns the errors of the file, or an error for more than 65 535 topics.
-    pub fn topic<M: Message>(
-        &mut self,
-        name: impl Into<String>,
-        qos: Qos,
-    ) -> anyhow::Result<Topic<M>> {
-        let facts = TopicFacts {
-            name: name.into(),
-            type_name: M::MESSAGE.name,
-            type_hash: type_hash(M::MESSAGE),
-            qos,
-            count: 0,
-        };
-        let text = definition(M::MESSAGE);
-        let writer = &mut self.writer;
-        let schema = writer.add_schema(facts.type_name, "ros2msg", text.as_bytes())?;
-        let details = [
-            ("offered_qos_profiles", metadata::qos_profiles(qos)),
-            ("topic_type_hash", facts.type_hash.clone()),
-        ];
-        let details = details.map(|(key, value)| (key.to_owned(), value)).into();
-        let channel = writer.add_channel(schema, &facts.name, metadata::ENCODING, &details)?;
-        self.topics.push(facts);
-        Ok(Topic {
-            index: self.topics.len() - 1,
-            channel,
-            messages: PhantomData,
-        })
-    }
-
-    pub fn write<M: Message>(
-        &mut self,
-        topic: &Topic<M>,
-        at: SimTime,
-        message: &M,
-    ) -> anyhow::Result<()> {
-        let time_ns = nanoseconds(at);
-        let count = &mut self.topics[topic.index].count;
-        *count += 1;
-        let header = MessageHeader {
-            channel_id: topic.channel,
-            // The sequence number of MCAP has 32 bits and wraps around.
-            sequence: *count as u32,
-            log_time: time_ns,
-            publish_time: time_ns,
-        };
-        self.writer
-            .write_to_known_channel(&header, &encode(message))?;
-        let (first, last) = self.span_ns.unwrap_or((time_ns, time_ns));
-        self.span_ns = Some((first.min(time_ns), last.max(time_ns)));
-        Ok(())
     }
 
     /// Closes the file, writes metadata.yaml with `facts`, and moves the folder to its path. `details` become a metadata
@@ -142,6 +79,47 @@ impl Bag {
         let folder = folder_in(&self.unfinished);
         fs::write(folder.join("metadata.yaml"), text).with_context(at)?;
         fs::rename(folder, &self.target).with_context(at)
+    }
+}
+
+impl Destination for Bag {
+    /// Adds a topic. A file has at most 65 535 topics.
+    fn add(&mut self, topic: TopicSpec) -> anyhow::Result<usize> {
+        let facts = TopicFacts {
+            name: topic.name,
+            type_name: topic.message.name,
+            type_hash: type_hash(topic.message),
+            qos: topic.qos,
+            count: 0,
+        };
+        let text = definition(topic.message);
+        let writer = &mut self.writer;
+        let schema = writer.add_schema(facts.type_name, "ros2msg", text.as_bytes())?;
+        let details = [
+            ("offered_qos_profiles", metadata::qos_profiles(facts.qos)),
+            ("topic_type_hash", facts.type_hash.clone()),
+        ];
+        let details = details.map(|(key, value)| (key.to_owned(), value)).into();
+        let channel = writer.add_channel(schema, &facts.name, metadata::ENCODING, &details)?;
+        self.topics.push(facts);
+        self.channels.push(channel);
+        Ok(self.topics.len() - 1)
+    }
+
+    fn put(&mut self, topic: usize, time_ns: u64, message: Vec<u8>) -> anyhow::Result<()> {
+        let count = &mut self.topics[topic].count;
+        *count += 1;
+        let header = MessageHeader {
+            channel_id: self.channels[topic],
+            // The sequence number of MCAP has 32 bits and wraps around.
+            sequence: *count as u32,
+            log_time: time_ns,
+            publish_time: time_ns,
+        };
+        self.writer.write_to_known_channel(&header, &message)?;
+        let (first, last) = self.span_ns.unwrap_or((time_ns, time_ns));
+        self.span_ns = Some((first.min(time_ns), last.max(time_ns)));
+        Ok(())
     }
 }
 

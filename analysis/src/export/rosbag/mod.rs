@@ -3,29 +3,9 @@
 //! The run is replayed twice, as for an MCAP recording: first for the rows of its tables, then with a view of each tick.
 //! A message is written as soon as it is known, so the second replay needs no memory for messages. The bag does not
 //! depend on `--log`. Times are simulated and begin at 1 ns, because ROS treats 0 as "no time".
-//!
-//! | topic | type | messages |
-//! |---|---|---|
-//! | `/clock` | `rosgraph_msgs/Clock` | the time, each tick |
-//! | `/tf`, `/tf_static` | `tf2_msgs/TFMessage` | true poses of the bodies in the frame `map`, each tick; the sensors on the bodies, once |
-//! | `/NAME/ground_truth` | `nav_msgs/Odometry` | the true pose, each tick |
-//! | `/NAME/odom` | `nav_msgs/Odometry` | the pose that the position sensor measured, while it works |
-//! | `/NAME/scan`, `/NAME/border` | `sensor_msgs/LaserScan` | beams from the center: of collision avoidance, and to the border |
-//! | `/NAME/avoidance` | `sensor_msgs/PointCloud2` | end points of all beams of collision avoidance |
-//! | `/NAME/status` | `diagnostic_msgs/DiagnosticArray` | the state of the agent, on each change and each second |
-//! | `/markers` | `visualization_msgs/MarkerArray` | the visible scene, on each change |
-//! | `/map` | `nav_msgs/OccupancyGrid` | border and obstacles, on each change |
-//! | `/alliance/…` | `std_msgs/String` | tasks, allocations, faults and events, as JSON |
 
 mod bag;
-mod bodies;
-mod convert;
-mod devices;
-mod map;
-mod markers;
 mod metadata;
-mod status;
-mod team;
 
 use std::iter::Peekable;
 use std::path::Path;
@@ -33,31 +13,26 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use missions::Registry;
 use proto::view::View;
-use ros::messages::Clock;
-use ros::{Qos, names};
 use run_log::{EventRow, LogLevel, MemoryLog, PoseRow, ReadError, RunLog};
+use scenario::Problem;
 use scenario::time::SimTime;
-use scenario::{Problem, Setup};
 use terminal::stderr_line;
 use world_server::simulation::SENSING_TEAM_MAX;
 
 use super::{Differs, facts};
 use crate::replay_views::retrace_into;
-use bag::{Bag, Topic};
-use bodies::{Body, BodyTopics};
-use convert::stamp;
-use devices::DeviceTopics;
-use map::MapTopic;
-use markers::MarkerTopic;
-use status::StatusTopics;
-use team::TeamTopics;
+use crate::ros_messages::{RunMessages, robot_names};
+use bag::Bag;
+
+/// The option of the export, for error messages.
+const OPTION: &str = "--rosbag";
 
 /// Checks that a run can be exported into a new folder.
 ///
 /// # Errors
 /// Returns an error when something has the path of the folder, or when ROS forbids the name of a robot.
 pub fn check(log: &RunLog, folder: &Path) -> anyhow::Result<()> {
-    ros_names(&log.run.setup)?;
+    robot_names(&log.run.setup, OPTION)?;
     // A broken link also occupies the path.
     if folder.symlink_metadata().is_ok() {
         bail!(Problem::with_source(
@@ -67,15 +42,6 @@ pub fn check(log: &RunLog, folder: &Path) -> anyhow::Result<()> {
         ));
     }
     Ok(())
-}
-
-/// Returns the ROS names of the robots, by rank.
-fn ros_names(setup: &Setup) -> Result<Vec<String>, Problem> {
-    let robots = setup.scenario.robots.iter();
-    names::of_robots(robots.map(|robot| &*robot.name)).map_err(|error| {
-        let remedy = "rename the robot in the scenario and run it again";
-        Problem::with_source("--rosbag", error.to_string(), remedy)
-    })
 }
 
 /// Replays a logged run and writes its bag into a new folder.
@@ -112,17 +78,10 @@ pub fn write(logged: &RunLog, folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The topics of a run during their writing.
+/// A bag with the rows that its messages need.
 struct RunWriter<'l> {
     bag: Bag,
-    setup: &'l Setup,
-    clock: Topic<Clock>,
-    bodies: BodyTopics,
-    devices: DeviceTopics,
-    status: StatusTopics,
-    markers: MarkerTopic,
-    map: MapTopic,
-    team: TeamTopics,
+    messages: RunMessages,
     poses: Rows<'l, PoseRow>,
     events: Rows<'l, EventRow>,
 }
@@ -130,53 +89,25 @@ struct RunWriter<'l> {
 impl<'l> RunWriter<'l> {
     fn new(log: &'l RunLog, mut bag: Bag) -> anyhow::Result<Self> {
         let setup = &log.run.setup;
-        let names = ros_names(setup)?;
+        let names = robot_names(setup, OPTION)?;
         Ok(Self {
-            setup,
-            clock: bag.topic("/clock", Qos::Stream)?,
-            bodies: BodyTopics::new(&mut bag, setup, &names)?,
-            devices: DeviceTopics::new(&mut bag, setup, &names)?,
-            status: StatusTopics::new(&mut bag, setup, &names)?,
-            markers: MarkerTopic::new(&mut bag, setup, &names)?,
-            map: MapTopic::new(&mut bag, setup)?,
-            team: TeamTopics::new(&mut bag, setup)?,
+            messages: RunMessages::new(setup, &names, &mut bag)?,
             poses: Rows::new(log.each_row(), |row: &PoseRow| row.t_ms),
             events: Rows::new(log.each_row(), |row: &EventRow| row.t_ms),
             bag,
         })
     }
 
-    /// Writes everything between the previous view and this one. Readings belong to the tick before the view; all other
-    /// messages have the time of the view.
+    /// Writes everything between the previous view and this one.
     fn write(&mut self, view: &View) -> anyhow::Result<()> {
-        let bag = &mut self.bag;
-        let now = view.now;
-        if view.tick > 0 {
-            let sensed = now - SimTime(self.setup.scenario.step_ms);
-            self.devices.write(bag, sensed, view)?;
-        }
-        let clock = stamp(now);
-        bag.write(&self.clock, now, &Clock { clock })?;
-        let poses = self.poses.until(now)?;
-        let bodies: Vec<Body> = poses.iter().map(Body::of_row).collect();
-        self.bodies.write(bag, now, &bodies)?;
-        self.map.write(bag, view)?;
-        self.markers.write(bag, view)?;
-        self.status.write(bag, view)?;
-        self.team.write_state(bag, view)?;
-        for row in self.events.until(now)? {
-            self.team.write_event(bag, &row)?;
-        }
-        Ok(())
+        let (poses, events) = (self.poses.until(view.now)?, self.events.until(view.now)?);
+        self.messages.write(&mut self.bag, view, &poses, &events)
     }
 
-    /// Writes the final poses, which no row contains, and the last rows.
+    /// Writes the rest.
     fn finish(mut self, end: &View) -> anyhow::Result<Bag> {
-        let bodies = Body::of_view(self.setup, end);
-        self.bodies.write(&mut self.bag, end.now, &bodies)?;
-        for row in self.events.until(SimTime(u64::MAX))? {
-            self.team.write_event(&mut self.bag, &row)?;
-        }
+        let events = self.events.until(SimTime(u64::MAX))?;
+        self.messages.finish(&mut self.bag, end, &events)?;
         Ok(self.bag)
     }
 }

@@ -10,8 +10,8 @@ use ros::Qos;
 use ros::messages::{ColorRgba, Marker, MarkerArray, Point, Vector3};
 use scenario::{Obstacle, Setup};
 
-use super::bag::{Bag, Topic};
 use super::convert::{MAP_FRAME, body_frame, color, point, pose, stamp};
+use super::destination::{Destination, Topic};
 use crate::export::look::{
     self, BORDER, FLAT, FLOOR, HEIGHT, LETTERS, ROBOT_LETTERS_HEIGHT, THIN, activity, mark_opacity,
     robot_opacity,
@@ -30,11 +30,11 @@ pub struct MarkerTopic {
 }
 
 impl MarkerTopic {
-    pub fn new(bag: &mut Bag, setup: &Setup, names: &[String]) -> anyhow::Result<Self> {
+    pub fn new(to: &mut dyn Destination, setup: &Setup, names: &[String]) -> anyhow::Result<Self> {
         let robots = setup.scenario.robots.iter().map(|robot| &*robot.name);
         let frames = names.iter().map(|name| body_frame(name));
         Ok(Self {
-            topic: bag.topic("/markers", Qos::Latched)?,
+            topic: to.topic("/markers", Qos::Latched)?,
             robots: frames.zip(palette::colors(robots)).collect(),
             setup: setup.clone(),
             shown: Vec::new(),
@@ -42,7 +42,7 @@ impl MarkerTopic {
     }
 
     /// Writes the scene if it has changed, with deletions of the markers that are gone.
-    pub fn write(&mut self, bag: &mut Bag, view: &View) -> anyhow::Result<()> {
+    pub fn write(&mut self, to: &mut dyn Destination, view: &View) -> anyhow::Result<()> {
         let scene = self.draw(view);
         if scene == self.shown {
             return Ok(());
@@ -65,7 +65,7 @@ impl MarkerTopic {
             marker.header.stamp = stamp(view.now);
         }
         self.shown = scene;
-        bag.write(&self.topic, view.now, &MarkerArray { markers })
+        to.write(&self.topic, view.now, &MarkerArray { markers })
     }
 
     fn draw(&self, view: &View) -> Vec<Marker> {

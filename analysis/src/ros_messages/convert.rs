@@ -7,12 +7,12 @@ use scenario::time::SimTime;
 /// The frame in which the room is at rest. Tools of ROS use this name by default.
 pub const MAP_FRAME: &str = "map";
 
-/// The start of a bag, ns. ROS treats 0 as "no time", so each time is later by 1 ns.
+/// The start of a run, ns. ROS treats 0 as "no time", so each time is later by 1 ns.
 const START_NS: u64 = 1;
 
 const SECOND_NS: u64 = 1_000_000_000;
 
-/// Converts a simulated time to a time of the bag, ns.
+/// Converts a simulated time to a time in ROS, ns.
 pub fn nanoseconds(time: SimTime) -> u64 {
     time.0.saturating_mul(1_000_000).saturating_add(START_NS)
 }

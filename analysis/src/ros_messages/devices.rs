@@ -13,8 +13,8 @@ use ros::messages::{
 use scenario::time::SimTime;
 use scenario::{Sensors, Setup};
 
-use super::bag::{Bag, Topic};
 use super::convert::{MAP_FRAME, beam_frame, body_frame, header, point, pose};
+use super::destination::{Destination, Topic};
 use crate::export::look::{beam_ends, point_bytes};
 
 /// The variance of each velocity of `/NAME/odom`, (m/s)² and (rad/s)². The position sensor measures no velocity, and a
@@ -41,16 +41,16 @@ struct Devices {
 }
 
 impl DeviceTopics {
-    pub fn new(bag: &mut Bag, setup: &Setup, names: &[String]) -> anyhow::Result<Self> {
+    pub fn new(to: &mut dyn Destination, setup: &Setup, names: &[String]) -> anyhow::Result<Self> {
         let scenario = &setup.scenario;
         let robots = scenario.robots.iter().zip(names).map(|(robot, name)| {
             Ok(Devices {
                 name: name.clone(),
                 has_side_sensor: robot.has_device(scenario::Robot::SIDE_BORDER),
-                odom: bag.topic(format!("/{name}/odom"), Qos::Stream)?,
-                scan: bag.topic(format!("/{name}/scan"), Qos::Stream)?,
-                border: bag.topic(format!("/{name}/border"), Qos::Stream)?,
-                avoidance: bag.topic(format!("/{name}/avoidance"), Qos::Stream)?,
+                odom: to.topic(format!("/{name}/odom"), Qos::Stream)?,
+                scan: to.topic(format!("/{name}/scan"), Qos::Stream)?,
+                border: to.topic(format!("/{name}/border"), Qos::Stream)?,
+                avoidance: to.topic(format!("/{name}/avoidance"), Qos::Stream)?,
             })
         });
         Ok(Self {
@@ -62,11 +62,11 @@ impl DeviceTopics {
     }
 
     /// Writes the readings in a view, which were measured at the time `at`.
-    pub fn write(&self, bag: &mut Bag, at: SimTime, view: &View) -> anyhow::Result<()> {
+    pub fn write(&self, to: &mut dyn Destination, at: SimTime, view: &View) -> anyhow::Result<()> {
         for (robot, shown) in self.robots.iter().zip(&view.robots) {
             // Other robots have readings from an earlier time.
             if shown.state == AgentState::Present {
-                self.write_robot(bag, at, robot, &shown.readings)?;
+                self.write_robot(to, at, robot, &shown.readings)?;
             }
         }
         Ok(())
@@ -74,23 +74,23 @@ impl DeviceTopics {
 
     fn write_robot(
         &self,
-        bag: &mut Bag,
+        to: &mut dyn Destination,
         at: SimTime,
         robot: &Devices,
         readings: &Readings,
     ) -> anyhow::Result<()> {
         if let Some(measured) = &readings.pose {
-            bag.write(&robot.odom, at, &odometry(at, &robot.name, measured))?;
+            to.write(&robot.odom, at, &odometry(at, &robot.name, measured))?;
         }
         if let Some(proximity) = &readings.proximity {
             let range_m = self.sensors.avoidance_range_m;
             let scan = self.scan(at, &robot.name, range_m, center_beams(proximity));
-            bag.write(&robot.scan, at, &scan)?;
+            to.write(&robot.scan, at, &scan)?;
             let points = beam_ends(proximity, self.radius_m);
             let header = header(at, beam_frame(&robot.name));
             let bytes = point_bytes(&points);
             let cloud = cloud(points.len() as u32, bytes);
-            bag.write(&robot.avoidance, at, &PointCloud2 { header, ..cloud })?;
+            to.write(&robot.avoidance, at, &PointCloud2 { header, ..cloud })?;
         }
         let border = [readings.front_border, readings.side_border];
         if border.iter().any(Option::is_some) {
@@ -101,7 +101,7 @@ impl DeviceTopics {
                 .map(|(reading, angle_rad)| Beam { angle_rad, reading })
                 .collect();
             let scan = self.scan(at, &robot.name, range_m, beams);
-            bag.write(&robot.border, at, &scan)?;
+            to.write(&robot.border, at, &scan)?;
         }
         Ok(())
     }

@@ -14,8 +14,8 @@ use run_log::PoseRow;
 use scenario::Setup;
 use scenario::time::SimTime;
 
-use super::bag::{Bag, Topic};
 use super::convert::{MAP_FRAME, beam_frame, body_frame, header, point, pose};
+use super::destination::{Destination, Topic};
 use crate::export::look::BEAM_HEIGHT;
 
 /// The topics `/tf`, `/tf_static` and `/NAME/ground_truth`.
@@ -71,14 +71,14 @@ impl<'r> Body<'r> {
 }
 
 impl BodyTopics {
-    /// Adds the topics to a bag, and writes the fixed frames.
-    pub fn new(bag: &mut Bag, setup: &Setup, names: &[String]) -> anyhow::Result<Self> {
-        let tf = bag.topic("/tf", Qos::Stream)?;
+    /// Adds the topics, and writes the fixed frames.
+    pub fn new(to: &mut dyn Destination, setup: &Setup, names: &[String]) -> anyhow::Result<Self> {
+        let tf = to.topic("/tf", Qos::Stream)?;
         let mut robots = BTreeMap::new();
         for (robot, name) in setup.scenario.robots.iter().zip(names) {
             let body = RobotBody {
                 name: name.clone(),
-                truth: bag.topic(format!("/{name}/ground_truth"), Qos::Stream)?,
+                truth: to.topic(format!("/{name}/ground_truth"), Qos::Stream)?,
                 latest: None,
             };
             robots.insert(robot.name.clone(), body);
@@ -95,15 +95,15 @@ impl BodyTopics {
             },
         });
         let transforms = beams.collect();
-        let fixed = bag.topic("/tf_static", Qos::Latched)?;
-        bag.write(&fixed, SimTime::ZERO, &TfMessage { transforms })?;
+        let fixed = to.topic("/tf_static", Qos::Latched)?;
+        to.write(&fixed, SimTime::ZERO, &TfMessage { transforms })?;
         Ok(Self { tf, robots })
     }
 
     /// Writes the poses of all bodies in the room at a time.
     pub fn write(
         &mut self,
-        bag: &mut Bag,
+        to: &mut dyn Destination,
         now: SimTime,
         bodies: &[Body<'_>],
     ) -> anyhow::Result<()> {
@@ -118,12 +118,12 @@ impl BodyTopics {
             });
             robot.latest = Some((now, body.heading_rad));
             let truth = odometry(now, &robot.name, body, turn_rad_s);
-            bag.write(&robot.truth, now, &truth)?;
+            to.write(&robot.truth, now, &truth)?;
         }
         if transforms.is_empty() {
             return Ok(());
         }
-        bag.write(&self.tf, now, &TfMessage { transforms })
+        to.write(&self.tf, now, &TfMessage { transforms })
     }
 }
 

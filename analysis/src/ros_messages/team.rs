@@ -9,7 +9,7 @@ use scenario::Setup;
 use scenario::time::SimTime;
 use serde_json::{Map, Value, json};
 
-use super::bag::{Bag, Topic};
+use super::destination::{Destination, Topic};
 use crate::columns::{Column, declared};
 
 /// The topics `/alliance/…` of the team.
@@ -30,9 +30,9 @@ struct StateTopic {
 }
 
 impl StateTopic {
-    fn new(bag: &mut Bag, name: &str) -> anyhow::Result<Self> {
+    fn new(to: &mut dyn Destination, name: &str) -> anyhow::Result<Self> {
         Ok(Self {
-            topic: bag.topic(format!("/{TEAM}/{name}"), Qos::Latched)?,
+            topic: to.topic(format!("/{TEAM}/{name}"), Qos::Latched)?,
             latest: None,
         })
     }
@@ -40,7 +40,7 @@ impl StateTopic {
     /// Writes a state if it has changed.
     fn write(
         &mut self,
-        bag: &mut Bag,
+        to: &mut dyn Destination,
         now: SimTime,
         state: Map<String, Value>,
     ) -> anyhow::Result<()> {
@@ -50,29 +50,29 @@ impl StateTopic {
         let mut message = state.clone();
         message.insert("t_ms".to_owned(), json!(now));
         self.latest = Some(state);
-        bag.write(&self.topic, now, &text(message))
+        to.write(&self.topic, now, &text(message))
     }
 }
 
 impl TeamTopics {
-    pub fn new(bag: &mut Bag, setup: &Setup) -> anyhow::Result<Self> {
+    pub fn new(to: &mut dyn Destination, setup: &Setup) -> anyhow::Result<Self> {
         Ok(Self {
             setup: setup.clone(),
-            tasks: StateTopic::new(bag, "tasks")?,
-            allocations: StateTopic::new(bag, "allocations")?,
-            faults: StateTopic::new(bag, "faults")?,
-            events: bag.topic(format!("/{TEAM}/events"), Qos::Stream)?,
+            tasks: StateTopic::new(to, "tasks")?,
+            allocations: StateTopic::new(to, "allocations")?,
+            faults: StateTopic::new(to, "faults")?,
+            events: to.topic(format!("/{TEAM}/events"), Qos::Stream)?,
             columns: declared(),
         })
     }
 
     /// Writes the states that have changed.
-    pub fn write_state(&mut self, bag: &mut Bag, view: &View) -> anyhow::Result<()> {
+    pub fn write_state(&mut self, to: &mut dyn Destination, view: &View) -> anyhow::Result<()> {
         let (tasks, allocations) = (self.tasks_of(view), self.allocations_of(view));
-        self.tasks.write(bag, view.now, tasks)?;
-        self.allocations.write(bag, view.now, allocations)?;
+        self.tasks.write(to, view.now, tasks)?;
+        self.allocations.write(to, view.now, allocations)?;
         let faults = Map::from_iter([("faults".to_owned(), json!(view.faults))]);
-        self.faults.write(bag, view.now, faults)
+        self.faults.write(to, view.now, faults)
     }
 
     /// Returns the tasks with their executing robots, and the places with work that is left.
@@ -131,13 +131,13 @@ impl TeamTopics {
     }
 
     /// Writes a row of events.csv, with all columns.
-    pub fn write_event(&self, bag: &mut Bag, row: &EventRow) -> anyhow::Result<()> {
+    pub fn write_event(&self, to: &mut dyn Destination, row: &EventRow) -> anyhow::Result<()> {
         let columns = self.columns.iter();
         let object = columns.map(|column| {
             let value = (column.value)(row).map_or(Value::Null, json_of);
             (column.name.clone(), value)
         });
-        bag.write(&self.events, row.t_ms, &text(object.collect()))
+        to.write(&self.events, row.t_ms, &text(object.collect()))
     }
 }
 

@@ -5,8 +5,8 @@ use ros::Qos;
 use ros::messages::{MapMetaData, OccupancyGrid};
 use scenario::{Obstacle, Room, Setup};
 
-use super::bag::{Bag, Topic};
 use super::convert::{MAP_FRAME, header, point, pose, stamp};
+use super::destination::{Destination, Topic};
 
 /// The edge of a cell, m, as long as the grid has few cells.
 const CELL_M: f32 = 0.05;
@@ -24,16 +24,16 @@ pub struct MapTopic {
 }
 
 impl MapTopic {
-    pub fn new(bag: &mut Bag, setup: &Setup) -> anyhow::Result<Self> {
+    pub fn new(to: &mut dyn Destination, setup: &Setup) -> anyhow::Result<Self> {
         Ok(Self {
-            topic: bag.topic("/map", Qos::Latched)?,
+            topic: to.topic("/map", Qos::Latched)?,
             room: setup.scenario.room,
             shown: None,
         })
     }
 
     /// Writes a map if the obstacles have changed.
-    pub fn write(&mut self, bag: &mut Bag, view: &View) -> anyhow::Result<()> {
+    pub fn write(&mut self, to: &mut dyn Destination, view: &View) -> anyhow::Result<()> {
         if self.shown.as_ref() == Some(&view.obstacles) {
             return Ok(());
         }
@@ -41,7 +41,7 @@ impl MapTopic {
         map.header = header(view.now, MAP_FRAME);
         map.info.map_load_time = stamp(view.now);
         self.shown = Some(view.obstacles.clone());
-        bag.write(&self.topic, view.now, &map)
+        to.write(&self.topic, view.now, &map)
     }
 }
 

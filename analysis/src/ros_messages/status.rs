@@ -7,8 +7,8 @@ use ros::{Byte, Qos};
 use scenario::Setup;
 use scenario::time::SimTime;
 
-use super::bag::{Bag, Topic};
 use super::convert::{body_frame, header};
+use super::destination::{Destination, Topic};
 use crate::export::look::activity;
 
 /// The time between two messages without a change.
@@ -30,11 +30,11 @@ struct StatusTopic {
 }
 
 impl StatusTopics {
-    pub fn new(bag: &mut Bag, setup: &Setup, names: &[String]) -> anyhow::Result<Self> {
+    pub fn new(to: &mut dyn Destination, setup: &Setup, names: &[String]) -> anyhow::Result<Self> {
         let robots = names.iter().map(|name| {
             Ok(StatusTopic {
                 name: name.clone(),
-                topic: bag.topic(format!("/{name}/status"), Qos::Latched)?,
+                topic: to.topic(format!("/{name}/status"), Qos::Latched)?,
                 latest: None,
             })
         });
@@ -45,7 +45,7 @@ impl StatusTopics {
     }
 
     /// Writes the states that have changed or were written long ago.
-    pub fn write(&mut self, bag: &mut Bag, view: &View) -> anyhow::Result<()> {
+    pub fn write(&mut self, to: &mut dyn Destination, view: &View) -> anyhow::Result<()> {
         let specs = &self.setup.scenario.robots;
         for ((robot, shown), spec) in self.robots.iter_mut().zip(&view.robots).zip(specs) {
             let status = status(&self.setup, &spec.name, &robot.name, shown);
@@ -64,7 +64,7 @@ impl StatusTopics {
             if let Some(energy_j) = shown.energy_j {
                 message.status[0].values.push(value("energy_j", energy_j));
             }
-            bag.write(&robot.topic, view.now, &message)?;
+            to.write(&robot.topic, view.now, &message)?;
         }
         Ok(())
     }

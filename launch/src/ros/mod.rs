@@ -1,0 +1,158 @@
+//! The topics of a live run in ROS 2: a process that reads the log of the run and publishes it over `rmw_zenoh`.
+//!
+//! The process has a zenoh session of its own, to the router of ROS. It takes part neither in the bus of the team nor in
+//! that of the operators, so nothing in ROS reaches the run.
+
+#[cfg(feature = "ros")]
+mod publish;
+#[cfg(not(feature = "ros"))]
+#[path = "without_ros.rs"]
+mod publish;
+#[cfg(feature = "ros")]
+mod topics;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use analysis::{LATEST, optional};
+use clap::Args;
+use clap::builder::RangedU64ValueParser;
+use cluster::locator::{Locator, Transport};
+use cluster::process_log::log_to_stderr;
+use run_log::LogLevel;
+use scenario::{Problem, Setup};
+use terminal::fail;
+
+/// The name of the process and its option.
+pub const ROS: &str = "ros";
+
+/// The name of the process's log. No robot can have it.
+pub const LOG: &str = "ros.topics.log";
+
+/// The largest domain of ROS 2.
+const DOMAIN_MAX: u64 = 232;
+
+/// The address of the router that `rmw_zenohd` opens.
+const ROUTER: &str = "tcp/127.0.0.1:7447";
+
+/// The options of a run with topics in ROS 2.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "ROS 2")]
+pub struct RosArgs {
+    /// Publish the run in this domain of ROS 2 [default: 0], at 1x unless --speed says otherwise
+    #[arg(
+        long,
+        value_name = "DOMAIN",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "0",
+        value_parser = domain(),
+        hide = !cfg!(feature = "ros")
+    )]
+    ros: Option<u8>,
+    /// Address of the zenoh router of ROS [default: tcp/127.0.0.1:7447]
+    #[arg(long, value_name = "LOCATOR", requires = "ros", value_parser = router, hide = !cfg!(feature = "ros"))]
+    ros_router: Option<Locator>,
+}
+
+/// Publish a live run to ROS 2
+#[derive(Args, Clone, Debug)]
+pub struct RosCommand {
+    /// Folder of the run
+    #[arg(value_name = "RUN", default_value = LATEST)]
+    folder: PathBuf,
+    /// Domain of ROS 2
+    #[arg(long, value_name = "DOMAIN", default_value = "0", value_parser = domain())]
+    domain: u8,
+    /// Address of the zenoh router of ROS
+    #[arg(long, value_name = "LOCATOR", default_value = ROUTER, value_parser = router)]
+    router: Locator,
+    /// Publish from the start of the run, and wait for its folder
+    #[arg(long, hide = true)]
+    from_start: bool,
+}
+
+fn domain() -> RangedU64ValueParser<u8> {
+    RangedU64ValueParser::new().range(0..=DOMAIN_MAX)
+}
+
+fn router(text: &str) -> Result<Locator, Problem> {
+    let locator: Locator = text.parse()?;
+    if locator.transport == Transport::Tls {
+        let what = format!("'{text}' needs certificates");
+        return Err(Problem::of_value(what, "use tcp/ADDRESS:PORT"));
+    }
+    Ok(locator)
+}
+
+impl RosArgs {
+    /// Returns whether the run has topics in ROS 2.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        self.ros.is_some()
+    }
+
+    /// Checks a run before it starts.
+    ///
+    /// # Errors
+    /// Returns an error if this program has no support of ROS, or if the run cannot be published.
+    pub fn check(&self, setup: &Setup, log: LogLevel) -> anyhow::Result<()> {
+        if self.is_on() {
+            optional::check(ROS, cfg!(feature = "ros"))?;
+            publish::check(setup, log)?;
+        }
+        Ok(())
+    }
+
+    /// Returns the command that publishes the run, if it has topics in ROS 2.
+    #[must_use]
+    pub fn command(&self, folder: PathBuf) -> Option<RosCommand> {
+        let router = self.ros_router.clone();
+        Some(RosCommand {
+            folder,
+            domain: self.ros?,
+            router: router.or_else(|| ROUTER.parse().ok())?,
+            from_start: true,
+        })
+    }
+}
+
+impl RosCommand {
+    /// Returns the arguments of the process.
+    #[must_use]
+    pub fn arguments(&self) -> Vec<String> {
+        let mut arguments = ["cluster", ROS].map(str::to_owned).to_vec();
+        arguments.push(self.folder.display().to_string());
+        arguments.push(format!("--domain={}", self.domain));
+        arguments.push(format!("--router={}", self.router));
+        if self.from_start {
+            arguments.push("--from-start".to_owned());
+        }
+        arguments
+    }
+
+    /// Returns the description for people.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let Self { domain, router, .. } = self;
+        format!("ROS 2 domain {domain}, router {router}")
+    }
+
+    /// Starts the log of this process.
+    pub fn start_log(&self) {
+        log_to_stderr(cluster::process_log::LogArgs::default(), ROS);
+    }
+
+    /// Publishes the run until it is over.
+    ///
+    /// Exit status 0 at the end of the run or after an interrupt, 2 if the run cannot be published, 3 if its log cannot be
+    /// read or the connection failed.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        const NAME: &str = "alliance cluster ros";
+        match optional::check(ROS, cfg!(feature = "ros")) {
+            Ok(()) => publish::run(NAME, self),
+            Err(error) => fail(NAME, &error, 2),
+        }
+    }
+}

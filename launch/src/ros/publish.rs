@@ -1,0 +1,77 @@
+//! The process that publishes a run.
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use analysis::live;
+use analysis::ros_messages::{LiveMessages, robot_names};
+use anyhow::bail;
+use run_log::LogLevel;
+use scenario::{Problem, Setup};
+use terminal::stderr_line;
+use tokio::runtime::Handle;
+use tokio::task::spawn_blocking;
+use tokio::time::sleep;
+
+use super::RosCommand;
+use super::topics::{RosTopics, connect};
+use crate::follow::{self, Ends, FollowedRun, follow, while_live};
+
+/// The option of `alliance run`, for error messages.
+const OPTION: &str = "--ros";
+
+/// The time for the last messages to leave this process.
+const FAREWELL: Duration = Duration::from_millis(200);
+
+/// Checks that a run can be published.
+///
+/// # Errors
+/// Returns an error if the run cannot be followed, or if ROS forbids the name of a robot.
+pub fn check(setup: &Setup, log: LogLevel) -> Result<(), Problem> {
+    robot_names(setup, OPTION)?;
+    live::check(setup, log, OPTION)
+}
+
+/// Publishes a run. Returns the exit status.
+pub fn run(name: &str, command: &RosCommand) -> ExitCode {
+    follow::run(name, publish(command))
+}
+
+async fn publish(command: &RosCommand) -> anyhow::Result<()> {
+    let mut ends = Ends::new()?;
+    let followed = FollowedRun {
+        folder: command.folder.clone(),
+        from_start: command.from_start,
+        option: OPTION,
+    };
+    let Some(mut run) = followed.open(&mut ends).await? else {
+        return Ok(());
+    };
+    stderr_line!("{}", command.describe());
+    let router = command.router.clone();
+    // Opening a session blocks its thread until there is a router.
+    let connecting = spawn_blocking(move || Handle::current().block_on(connect(&router)));
+    let connected = while_live(&mut run, connecting);
+    let Some(connected) = ends.during(connected).await else {
+        return Ok(());
+    };
+    let Some(session) = connected? else {
+        let router = &command.router;
+        bail!(
+            "no zenoh router has answered at {router}; start `ros2 run rmw_zenoh_cpp rmw_zenohd`"
+        );
+    };
+    stderr_line!("connected");
+    let mut topics = RosTopics::new(session??, command.domain)?;
+    // The present state is published, but not the past.
+    topics.set_silent(!command.from_start);
+    let names = robot_names(run.setup(), OPTION)?;
+    let mut messages = LiveMessages::new(run.setup(), &names, topics)?;
+    let followed = follow(&mut run, &mut messages, &mut ends, |messages| {
+        messages.destination.set_silent(false);
+    });
+    followed.await?;
+    sleep(FAREWELL).await;
+    messages.destination.close().await;
+    Ok(())
+}

@@ -1,0 +1,18 @@
+//! Replacement for `publish` in a program that is built without ROS. Its callers have refused the option already.
+
+use std::process::ExitCode;
+
+use run_log::LogLevel;
+use scenario::{Problem, Setup};
+
+use super::RosCommand;
+
+/// Accepts every run.
+pub fn check(_: &Setup, _: LogLevel) -> Result<(), Problem> {
+    Ok(())
+}
+
+/// Publishes nothing.
+pub fn run(_: &str, _: &RosCommand) -> ExitCode {
+    ExitCode::from(2)
+}

@@ -1,0 +1,169 @@
+//! The wire of `rmw_zenoh`, with which ROS 2 uses zenoh: keys of topics, liveliness tokens of the graph, and attachments
+//! of messages (ros2/rmw_zenoh, docs/design.md).
+
+use xxhash_rust::xxh3::xxh3_128;
+
+use crate::description::MessageType;
+use crate::hash::type_hash;
+use crate::qos::Qos;
+
+/// The largest number of a domain, by which ROS separates systems on one network.
+pub const DOMAIN_MAX: u8 = 232;
+
+/// The number of messages that a publisher keeps if its token names none.
+const DEFAULT_DEPTH: u32 = 42;
+
+/// The size of an attachment, bytes.
+const ATTACHMENT_BYTES: usize = 33;
+
+/// The replacement for slashes in a part of a token.
+const SLASH: &str = "%";
+
+/// A node of ROS with the root namespace and the default enclave.
+#[derive(Clone, Debug)]
+pub struct Node {
+    /// The domain, at most [`DOMAIN_MAX`].
+    pub domain: u8,
+    /// The id of the zenoh session, as zenoh writes it.
+    pub session: String,
+    /// The name, which ROS accepts.
+    pub name: &'static str,
+}
+
+/// A publisher of a node.
+#[derive(Clone, Debug)]
+pub struct Endpoint {
+    /// The key of its messages.
+    pub key: String,
+    /// The key of its liveliness token.
+    pub token: String,
+    /// The id within the ROS graph: a hash of the token.
+    id: [u8; 16],
+}
+
+impl Node {
+    /// Returns the key of the node's liveliness token.
+    #[must_use]
+    pub fn token(&self) -> String {
+        self.entity(0, "NN")
+    }
+
+    /// Creates a publisher. `number` is different for each publisher of the node, and above 0.
+    #[must_use]
+    pub fn publisher(
+        &self,
+        number: usize,
+        topic: &str,
+        message: &MessageType,
+        qos: Qos,
+    ) -> Endpoint {
+        let (kind, hash) = (dds_name(message), type_hash(message));
+        let key = format!(
+            "{}/{}/{kind}/{hash}",
+            self.domain,
+            topic.trim_start_matches('/')
+        );
+        let token = format!(
+            "{}/{}/{kind}/{hash}/{}",
+            self.entity(number, "MP"),
+            topic.replace('/', SLASH),
+            policies(qos)
+        );
+        Endpoint {
+            key,
+            id: xxh3_128(token.as_bytes()).to_le_bytes(),
+            token,
+        }
+    }
+
+    fn entity(&self, number: usize, kind: &str) -> String {
+        let Self {
+            domain,
+            session,
+            name,
+        } = self;
+        format!("@ros2_lv/{domain}/{session}/0/{number}/{kind}/{SLASH}/{SLASH}/{name}")
+    }
+}
+
+impl Endpoint {
+    /// Returns the attachment of a message: its sequence number from 1, its time in ns, and the id of the publisher with
+    /// its length.
+    #[must_use]
+    pub fn attachment(&self, sequence: i64, time_ns: i64) -> [u8; ATTACHMENT_BYTES] {
+        let mut bytes = [0; ATTACHMENT_BYTES];
+        bytes[..8].copy_from_slice(&sequence.to_le_bytes());
+        bytes[8..16].copy_from_slice(&time_ns.to_le_bytes());
+        bytes[16] = self.id.len() as u8;
+        bytes[17..].copy_from_slice(&self.id);
+        bytes
+    }
+}
+
+/// Returns the name of a type as DDS has it, such as `std_msgs::msg::dds_::Header_`.
+fn dds_name(message: &MessageType) -> String {
+    let name = message.name.replacen("/msg/", "/msg/dds_/", 1);
+    name.replace('/', "::") + "_"
+}
+
+/// Returns the quality of service in a token: reliability, durability, history and depth, deadline, lifespan and
+/// liveliness. A value is empty if it is the default.
+fn policies(qos: Qos) -> String {
+    let durability = match qos {
+        Qos::Stream => String::new(),
+        Qos::Latched => qos.durability().to_string(),
+    };
+    let depth = match qos.depth() {
+        DEFAULT_DEPTH => String::new(),
+        depth => depth.to_string(),
+    };
+    format!(":{durability}:,{depth}:,:,:,,")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Message;
+    use crate::messages::{StringMessage, TfMessage};
+
+    const NODE: Node = Node {
+        domain: 2,
+        session: String::new(),
+        name: "alliance",
+    };
+
+    fn node() -> Node {
+        let session = "aac3178e146ba6f1fc6e6a4085e77f21".to_owned();
+        Node { session, ..NODE }
+    }
+
+    #[test]
+    fn keys_and_tokens_are_those_of_the_design() {
+        let hash = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18";
+        let node = node();
+        let start = "@ros2_lv/2/aac3178e146ba6f1fc6e6a4085e77f21/0";
+        assert_eq!(node.token(), format!("{start}/0/NN/%/%/alliance"));
+        let chatter = node.publisher(10, "/blue/chatter", StringMessage::MESSAGE, Qos::Stream);
+        let kind = "std_msgs::msg::dds_::String_";
+        assert_eq!(chatter.key, format!("2/blue/chatter/{kind}/{hash}"));
+        assert_eq!(
+            chatter.token,
+            format!("{start}/10/MP/%/%/alliance/%blue%chatter/{kind}/{hash}/::,10:,:,:,,")
+        );
+        let fixed = node.publisher(11, "/tf_static", TfMessage::MESSAGE, Qos::Latched);
+        assert!(fixed.token.ends_with("/:1:,1:,:,:,,"), "{}", fixed.token);
+    }
+
+    #[test]
+    fn an_attachment_has_33_bytes() {
+        let publisher = node().publisher(1, "/chatter", StringMessage::MESSAGE, Qos::Stream);
+        let bytes = publisher.attachment(0x0102, 50_000_001);
+        assert_eq!(bytes[..8], [2, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(bytes[8..16], 50_000_001_i64.to_le_bytes());
+        assert_eq!(bytes[16], 16);
+        assert_eq!(
+            bytes[17..],
+            xxh3_128(publisher.token.as_bytes()).to_le_bytes()
+        );
+    }
+}

@@ -1,0 +1,147 @@
+//! The topics of a live run in ROS 2 are those of its bag, and nothing in ROS changes a byte of the run.
+
+use std::path::Path;
+
+use alliance_tests::harness::{Lab, alliance};
+use alliance_tests::python::{python, run};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::{Value, json};
+
+/// The hash of the default mission.
+const DEFAULT: &str = "cf2fc051d99e95cf";
+
+/// A day with a late robot, a crash, an obstacle and a dead sensor, and with a name that ROS does not accept.
+const DAY: &str = r#"
+robots = [
+    { name = "blue", side_sensor = true },
+    { name = "gold" },
+    { name = "green" },
+    { name = "red-2", absent = true },
+]
+[faults]
+timeline = [
+    { fault.add = "red-2", at_s = 5.0 },
+    { fault.kill = "gold", at_s = 10.0, for_s = 5.0 },
+    { fault.obstacle = { x_m = 6.0, y_m = 4.0, width_m = 0.5, height_m = 1.0 }, at_s = 8.0, for_s = 5.0 },
+    { fault.drop = { p = 0.3 }, at_s = 4.0, for_s = 10.0 },
+    { fault.sensor = { robot = "blue", device = "position", mode = "dead" }, at_s = 6.0, for_s = 5.0 },
+]
+"#;
+
+/// Runs the script, which starts a run with the folder `out`. Returns its facts.
+#[track_caller]
+fn subscribe(lab: &Lab, python: &Path, mode: &str, out: &str, arguments: &str) -> Value {
+    let program = alliance();
+    let program = program.to_str().unwrap();
+    let mut words = vec![mode, "7", program, out, "--no-page"];
+    words.extend(arguments.split_whitespace());
+    serde_json::from_str(&run(lab, python, "ros_topics.py", &words)).unwrap()
+}
+
+#[test]
+fn a_subscriber_receives_the_messages_of_the_bag() {
+    let Some(python) = python(&["zenoh", "rosbags", "xxhash"]) else {
+        return;
+    };
+    let lab = Lab::new();
+    lab.write("day.toml", DAY);
+    // The script compares keys, tokens, attachments and all messages, also those of a late subscriber.
+    let arguments = "day.toml --limit 30 --speed 5x";
+    let topics = &subscribe(&lab, &python, "compare", "run", arguments)["topics"];
+    assert_eq!(topics["/clock"], 601);
+    assert_eq!(topics["/tf"], 601);
+    assert_eq!(topics["/map"], 3);
+    assert_eq!(topics["/blue/odom"], 500);
+    assert!(topics["/red_2/odom"].as_u64() > Some(300));
+    let events = lab.text("run/events.csv").lines().count() - 1;
+    assert_eq!(topics["/alliance/events"], json!(events));
+}
+
+#[test]
+fn no_subscriber_changes_a_byte_of_the_run() {
+    let Some(python) = python(&["zenoh", "rosbags", "xxhash"]) else {
+        return;
+    };
+    let lab = Lab::new();
+    for mode in ["hostile", "stopped"] {
+        subscribe(&lab, &python, mode, mode, "--speed max");
+        assert_eq!(lab.log(mode).run.hash.as_deref(), Some(DEFAULT), "{mode}");
+    }
+}
+
+#[test]
+fn a_run_continues_without_its_process_for_ros() {
+    let lab = Lab::new();
+    let mut launcher = lab.start("run --no-page --out run --ros --ros-router tcp/127.0.0.1:9");
+    launcher.wait_for_stderr("ROS 2 domain 0, router tcp/127.0.0.1:9 (process ");
+    let stderr = launcher.stderr();
+    let (_, rest) = stderr.split_once("127.0.0.1:9 (process ").unwrap();
+    let pid = rest.split(')').next().unwrap().parse().unwrap();
+    kill(Pid::from_raw(pid), Signal::SIGKILL).unwrap();
+    launcher.wait_for_stderr("the process for ROS was killed by SIGKILL; the run continues");
+    lab.run("clock speed max").expect(0);
+    launcher.wait().expect(0);
+    assert_eq!(lab.log("run").run.hash.as_deref(), Some(DEFAULT));
+}
+
+#[test]
+fn a_missing_router_is_named_at_the_end() {
+    let lab = Lab::new();
+    let arguments = "--limit 5 --speed max --ros --ros-router tcp/127.0.0.1:9";
+    let finished = lab.mission("run", arguments).expect(1);
+    finished
+        .shows("no zenoh router has answered at tcp/127.0.0.1:9; start `ros2 run rmw_zenoh_cpp");
+}
+
+#[test]
+fn runs_that_ros_cannot_have_are_refused() {
+    let lab = Lab::new();
+    lab.write(
+        "names.toml",
+        r#"robots = [{ name = "r-2" }, { name = "r_2" }]"#,
+    );
+    lab.write(
+        "external.toml",
+        r#"robots = [{ name = "a", controller = "mine" }]"#,
+    );
+    for (arguments, expected) in [
+        (
+            "run --ros=233",
+            "alliance: invalid value '233' for '--ros[=<DOMAIN>]': 233 is not in 0..=232; try --help\n",
+        ),
+        (
+            "run --ros --ros-router udp/127.0.0.1:7447",
+            "alliance: invalid value 'udp/127.0.0.1:7447' for '--ros-router <LOCATOR>': ",
+        ),
+        (
+            "run --ros --ros-router tls/127.0.0.1:7447",
+            "alliance: invalid value 'tls/127.0.0.1:7447' for '--ros-router <LOCATOR>': 'tls/127.0.0.1:7447' needs certificates; use tcp/ADDRESS:PORT",
+        ),
+        (
+            "run names.toml --ros",
+            "alliance run: --ros: robots 'r-2' and 'r_2' have the same ROS name 'r_2'; rename the robot",
+        ),
+        (
+            "run external.toml --controller mine=true --ros",
+            "alliance run: --ros: the controller 'mine' is an external program; export the run afterwards",
+        ),
+        (
+            "run --log summary --ros",
+            "alliance run: --ros: the log is 'summary', and observers need all of it; add --log full\n",
+        ),
+        (
+            "run --in-process --ros",
+            "alliance: the argument '--in-process' cannot be used with '--ros[=<DOMAIN>]'",
+        ),
+    ] {
+        let refusal = lab.refusal(arguments);
+        assert!(refusal.starts_with(expected), "{arguments}: {refusal}");
+    }
+    assert!(!lab.exists("runs"));
+
+    lab.mission("over", "--in-process --limit 1").expect(1);
+    let refusal = lab.refusal("cluster ros over");
+    let expected = "alliance cluster ros: over: the run is over; use `alliance export`\n";
+    assert_eq!(refusal, expected);
+}
