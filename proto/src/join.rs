@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use scenario::ids::{Incarnation, RobotId, Tick};
 
 /// The version of all messages on the bus. Every incompatible change increases it.
-pub const PROTOCOL_VERSION: u32 = 12;
+pub const PROTOCOL_VERSION: u32 = 13;
 
 /// Agent → world: a request to control a robot.
 ///

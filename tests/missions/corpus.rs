@@ -125,11 +125,13 @@ fn every_kind_of_allocation_message_is_in_the_corpus() {
                 AllocationMessage::Table(_) => "table".to_owned(),
                 AllocationMessage::Deltas(_) => "deltas".to_owned(),
                 AllocationMessage::Partition(_) => "partition".to_owned(),
+                AllocationMessage::Impacts(_) => "impacts".to_owned(),
+                AllocationMessage::Awareness(_) => "awareness".to_owned(),
             });
         }
     }
-    // MURDOCH has four kinds, each other allocator one.
-    assert_eq!(kinds.len(), 4 + 5, "{kinds:?}");
+    // MURDOCH has four kinds, and there are seven others.
+    assert_eq!(kinds.len(), 4 + 7, "{kinds:?}");
 }
 
 #[test]

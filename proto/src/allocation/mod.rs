@@ -1,8 +1,10 @@
 //! Messages between allocators of different robots, with one file per allocator.
 //!
 //! - [`ble`], [`murdoch`], [`grape`]: the messages of the allocator with that name.
-//! - [`consensus`]: the messages of CBAA, CBBA and ACBBA.
+//! - [`consensus`]: the messages of CBAA, CBBA, ACBBA, PI and HIPC.
+//! - [`awareness`]: the messages of HIPC beside its tables.
 
+pub mod awareness;
 pub mod ble;
 pub mod consensus;
 pub mod grape;
@@ -25,6 +27,9 @@ pub enum AllocationMessage {
     Table(consensus::BidTable),
     Deltas(consensus::Deltas),
     Partition(grape::CoalitionPartition),
+    /// The table of PI. The bid is the negative impact.
+    Impacts(consensus::BidTable),
+    Awareness(awareness::Awareness),
 }
 
 /// A message in the allocator's own encoding.

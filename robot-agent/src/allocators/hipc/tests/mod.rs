@@ -1,0 +1,146 @@
+//! The properties of HIPC (docs/allocators/hipc.md), in teams in lockstep, and its differences from CBBA.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::{Hipc, HipcConfig};
+use crate::allocators::cbba::bundle::Bundle;
+use crate::allocators::cbba::tests::laws::{
+    NEVER, Open, REFRESHES, agrees_after_trouble, assignment, beliefs, check_beliefs, random_team,
+    settles_with_loss,
+};
+use crate::allocators::cbba::tests::reference::greedy;
+use crate::allocators::cbba::Cbba;
+use crate::allocators::consensus::team::{Team, Work};
+use crate::allocators::consensus::winners::Winners;
+use crate::testkit;
+
+/// The steps of the default wait.
+const WAIT_STEPS: usize = 4;
+
+impl Open for Hipc {
+    fn config(bundle: usize, refresh_s: f64) -> HipcConfig {
+        HipcConfig {
+            bundle,
+            refresh_s,
+            awareness_s: 1e6,
+            ..HipcConfig::default()
+        }
+    }
+    fn parts(&self) -> (&Winners, &Bundle) {
+        (&self.bidder.beliefs, &self.bidder.bundle)
+    }
+}
+
+#[test]
+fn hipc_keeps_the_properties_of_all_allocators() {
+    testkit::check_allocator::<Hipc>(&HipcConfig::default());
+    testkit::check_allocator::<Hipc>(&Hipc::config(4, 0.1));
+    testkit::check_allocator::<Hipc>(&HipcConfig {
+        awareness_s: 0.0,
+        ..HipcConfig::default()
+    });
+}
+
+/// Without awareness, each decision and each message is that of CBBA, with and without message loss.
+#[test]
+fn hipc_without_awareness_is_cbba() {
+    for seed in 0..200 {
+        let refresh_s = REFRESHES[seed as usize % 2];
+        let (mut cbba, bundle) = random_team::<Cbba>(seed, refresh_s);
+        let (mut hipc, _) = random_team::<Hipc>(seed, refresh_s);
+        let config = HipcConfig {
+            awareness_s: 0.0,
+            ..Hipc::config(bundle, refresh_s)
+        };
+        for robot in 0..hipc.members.len() {
+            hipc.members[robot] = hipc.fresh_member(robot, 1, &config, NEVER);
+        }
+        (cbba.loss, hipc.loss) = (0.3, 0.3);
+        for _ in 0..60 {
+            cbba.step();
+            hipc.step();
+            let decisions = cbba.members.iter().zip(&hipc.members);
+            for (of_cbba, of_hipc) in decisions {
+                assert_eq!(of_cbba.decision, of_hipc.decision, "seed {seed}");
+            }
+        }
+    }
+}
+
+/// All robots agree on the sequential greedy assignment, as with CBBA, and nothing changes afterwards.
+#[test]
+fn all_robots_agree_on_the_greedy_assignment() {
+    for seed in 0..600 {
+        let (mut team, bundle) = random_team::<Hipc>(seed, REFRESHES[seed as usize % 2]);
+        let work = team.work.clone();
+        let places: usize = work.max_robots.iter().sum();
+        // A wrong prediction delays each bid by the wait.
+        let rounds = places.min(bundle * work.robots()) * (team.diameter() + WAIT_STEPS);
+        for _ in 0..=rounds {
+            team.step();
+            check_beliefs(&team);
+        }
+        let (settled, agreed) = (assignment(&team), beliefs(&team));
+        assert_eq!(settled, greedy(&work, bundle), "seed {seed}: {work:?}");
+        for other in &agreed {
+            assert_eq!(*other, agreed[0], "seed {seed}: {work:?}");
+        }
+        for _ in 0..20 {
+            team.step();
+        }
+        assert_eq!(beliefs(&team), agreed, "seed {seed}");
+    }
+}
+
+#[test]
+fn repeated_messages_reach_the_same_result_despite_loss() {
+    settles_with_loss::<Hipc>(0.3, 400);
+    settles_with_loss::<Hipc>(0.6, 800);
+}
+
+#[test]
+fn hipc_agrees_after_trouble() {
+    agrees_after_trouble::<Hipc>();
+}
+
+/// Returns the number of rounds until all robots have the final claims for good.
+fn rounds<A: Open>(seed: u64, is_line: bool) -> usize {
+    let mut chance = ChaCha8Rng::seed_from_u64(seed);
+    let (robots, tasks) = (chance.random_range(2..8), chance.random_range(2..16));
+    let work = Work::random(&mut chance, robots, tasks);
+    let bundle = chance.random_range(1..4);
+    let mut team = Team::<A>::new(seed, work, &A::config(bundle, 1e6), NEVER);
+    if is_line {
+        team.connect_as_line(0.0);
+    }
+    let mut history = Vec::new();
+    for _ in 0..300 {
+        team.step();
+        history.push(beliefs(&team));
+    }
+    let last = history.last().unwrap().clone();
+    let settled = history.iter().rposition(|beliefs| *beliefs != last);
+    settled.map_or(1, |before| before + 2)
+}
+
+/// With all robots in range, HIPC needs no more rounds than CBBA. On lines, where a robot has the costs of its
+/// neighbors alone, it sometimes does.
+#[test]
+fn hipc_needs_no_more_rounds_than_cbba() {
+    for is_line in [false, true] {
+        let pairs: Vec<(usize, usize)> = (0..300)
+            .map(|seed| (rounds::<Hipc>(seed, is_line), rounds::<Cbba>(seed, is_line)))
+            .collect();
+        let more = pairs.iter().filter(|(hipc, cbba)| hipc > cbba).count();
+        let fewer = pairs.iter().filter(|(hipc, cbba)| hipc < cbba).count();
+        let mean = |of: fn(&(usize, usize)) -> usize| {
+            pairs.iter().map(of).sum::<usize>() as f64 / pairs.len() as f64
+        };
+        let (hipc, cbba) = (mean(|pair| pair.0), mean(|pair| pair.1));
+        println!("line {is_line}: more {more}, fewer {fewer} of 300; means {hipc} and {cbba}");
+        assert!(hipc < cbba);
+        assert!(is_line || more == 0, "{more}");
+    }
+}
