@@ -196,17 +196,17 @@ impl<C: Consensus> Bidder<C> {
     }
 
     /// Runs one step. Before each choice, `left_tasks` returns which tasks the robot leaves to teammates, by their index
-    /// in [`Winners::tasks`]; missing ones are not left. With `must_choose` there is a choice in any case. Returns whether
-    /// the robot's costs have changed by an event.
+    /// in [`Winners::tasks`]; missing ones are not left. With `is_event` the robot plans anew in any case. Returns whether
+    /// the robot has planned anew.
     pub fn step_with<'l>(
         &mut self,
         input: &Input<'_>,
         decision: &mut Decision,
-        must_choose: bool,
+        is_event: bool,
         left_tasks: impl FnOnce(&Bundle, &StepUtilities<'_, '_>, &Winners) -> &'l [bool],
     ) -> bool {
         let before = decision.active;
-        let mut must_replan = self.unit.update(&self.me, input, before);
+        let mut must_replan = self.unit.update(&self.me, input, before) || is_event;
         self.beliefs.apply_rounds(input.choices);
         self.bundle.drop_lost(&mut self.beliefs);
         let (beliefs, bundle) = (&mut self.beliefs, &mut self.bundle);
@@ -220,7 +220,7 @@ impl<C: Consensus> Bidder<C> {
         if must_replan {
             bundle.replan(self.unit.should_continue(), &worths, beliefs);
         }
-        if beliefs.take_changed() || must_replan || must_choose {
+        if beliefs.take_changed() || must_replan {
             let left = left_tasks(bundle, &worths, beliefs);
             let is_left = |own: usize| left.get(own) == Some(&true);
             bundle.build(self.unit.should_continue(), &worths, beliefs, is_left);

@@ -112,6 +112,8 @@ struct Both<'a> {
     table: &'a BidTable,
     sender: RobotId,
     sent: SimTime,
+    /// The send time up to which news is too old: the robot in question counts as lost.
+    lost_until: Option<SimTime>,
 }
 
 impl Stamps for Both<'_> {
@@ -125,7 +127,7 @@ impl Stamps for Both<'_> {
         }
         let news = &self.table.news;
         let at = news.binary_search_by_key(&robot, |news| news.robot).ok()?;
-        stamp(&news[at], self.sent)
+        stamp(&news[at], self.sent).filter(|&sent| Some(sent) > self.lost_until)
     }
 }
 
@@ -169,6 +171,7 @@ impl Tables {
             table,
             sender,
             sent,
+            lost_until: now.0.checked_sub(me.ceased_after.0).map(SimTime),
         };
         for belief in &table.beliefs {
             let Some(place) = beliefs.find(belief.task, table.slot) else {

@@ -94,11 +94,11 @@ impl Awareness {
         while self.teammates.remove_silent(now, age_max).is_some() {}
     }
 
-    /// Sends the robot's costs if they have changed by an event or `refresh` has passed. Blocks for which a message
+    /// Sends the robot's costs if it has planned anew or `refresh` has passed. Blocks for which a message
     /// is no longer allowed in this step are sent in the next one.
     pub fn send(
         &mut self,
-        has_changed: bool,
+        has_planned: bool,
         now: SimTime,
         refresh: SimTime,
         bidder: &Bidder<Tables>,
@@ -106,7 +106,7 @@ impl Awareness {
         messages: &mut Vec<AllocationMessage>,
     ) {
         let is_late = |last_sent| now.since(last_sent) >= refresh;
-        if has_changed || self.last_sent.is_none_or(is_late) {
+        if has_planned || self.last_sent.is_none_or(is_late) {
             self.unsent = self.blocks.len();
             self.last_sent = Some(now);
         }

@@ -122,9 +122,9 @@ impl Allocator for Hipc {
         let age_max = SimTime::from_secs_f64(config.awareness_s).min(me.ceased_after);
         awareness.receive(me, input, age_max);
         let wait = SimTime::from_secs_f64(config.wait_s);
-        let must_choose = patience.has_ended(now, wait);
-        let has_changed =
-            bidder.step_with(input, decision, must_choose, |bundle, worths, beliefs| {
+        let has_waited = patience.has_ended(now, wait);
+        let has_planned =
+            bidder.step_with(input, decision, has_waited, |bundle, worths, beliefs| {
                 let mut offers = Vec::new();
                 worths.offers(beliefs.tasks(), &mut offers);
                 let mut team = vec![Planner::of_self(me.robot, offers, bundle)];
@@ -136,6 +136,6 @@ impl Allocator for Hipc {
                 patience.leave(&left, beliefs, now, wait)
             });
         let refresh = config.rules().refresh;
-        awareness.send(has_changed, now, refresh, bidder, input, &mut decision.say);
+        awareness.send(has_planned, now, refresh, bidder, input, &mut decision.say);
     }
 }

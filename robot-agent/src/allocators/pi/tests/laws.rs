@@ -8,14 +8,15 @@ use scenario::time::SimTime;
 
 use super::reference::{cost, optimum};
 use crate::allocators::consensus::team::{STEP_MS, Team, Work};
+use crate::allocators::consensus::winners::Entry;
 use crate::allocators::pi::{Pi, PiConfig};
 use crate::testkit;
 
 /// A τ after which no robot counts as lost within a test.
 const NEVER: SimTime = SimTime(1_000_000_000);
 
-/// The time between refreshes: none, or every round.
-const REFRESHES: [f64; 2] = [1e6, STEP_MS as f64 / 1000.0];
+/// A refresh in every round. A risen γ alone does not make a teammate send its lower one again.
+const REFRESH: f64 = STEP_MS as f64 / 1000.0;
 
 fn config(tasks: usize, refresh_s: f64) -> PiConfig {
     PiConfig { tasks, refresh_s }
@@ -45,12 +46,37 @@ fn global_cost(team: &Team<Pi>) -> f64 {
 
 /// A robot holds exactly the places in its list.
 #[track_caller]
-fn check_claims(team: &Team<Pi>) {
+fn check_places(team: &Team<Pi>) {
     for member in &team.members {
         let Pi { beliefs, list, .. } = &member.allocator;
-        for (place, entry) in beliefs.entries().iter().enumerate() {
+        for place in 0..beliefs.entries().len() {
             assert_eq!(beliefs.is_mine(place), list.contains(place));
-            assert!(entry.claim.is_none_or(|claim| claim.value.is_finite()));
+        }
+    }
+}
+
+/// Beside its places, a robot that has not begun a unit claims them with their removal impacts. Tasks of lower priority do
+/// not count.
+#[track_caller]
+fn check_claims(team: &Team<Pi>) {
+    check_places(team);
+    let work = &team.work;
+    for (robot, member) in team.members.iter().enumerate() {
+        let Pi { beliefs, list, .. } = &member.allocator;
+        let tasks = list.tasks(beliefs);
+        let own = |entry: &&Entry| {
+            entry
+                .claim
+                .is_some_and(|claim| claim.robot == member.me.robot)
+        };
+        for entry in beliefs.entries().iter().filter(own) {
+            let task = entry.task.index();
+            let counts = |other: &usize| work.priority[*other] >= work.priority[task];
+            let with: Vec<usize> = tasks.iter().copied().filter(counts).collect();
+            let without: Vec<usize> = with.iter().copied().filter(|own| *own != task).collect();
+            let impact = cost(work, robot, &with) - cost(work, robot, &without);
+            let claimed = entry.claim.map_or(0.0, |claim| -f64::from(claim.value));
+            assert!((claimed - impact).abs() < 1e-3, "{claimed}, not {impact}");
         }
     }
 }
@@ -85,14 +111,14 @@ fn pi_keeps_the_properties_of_all_allocators() {
 }
 
 /// After a bounded number of rounds nothing changes, all robots have the same claims, no task has more robots than
-/// places, and no task that a robot has room for is left out.
+/// places, and no task is left out for which a robot has room.
 #[test]
 fn teams_agree_without_conflict() {
     let mut at_limit = 0;
     for seed in 0..600 {
-        let mut team = random_team(seed, REFRESHES[seed as usize % 2]);
-        let rounds = 20 * (team.work.tasks() + 2) * team.diameter().max(1);
-        for _ in 0..rounds {
+        let mut team = random_team(seed, REFRESH);
+        let (robots, tasks) = (team.work.robots(), team.work.tasks());
+        for _ in 0..10 * (tasks + 2) * team.diameter().max(1) {
             team.step();
             check_claims(&team);
         }
@@ -100,42 +126,37 @@ fn teams_agree_without_conflict() {
         for other in &agreed {
             assert_eq!(*other, agreed[0], "seed {seed}: {:?}", team.work);
         }
-        for task in 0..team.work.tasks() {
+        let most = team.members[0].allocator.config.tasks;
+        for task in 0..tasks {
+            // A task with a place for each robot needs no agreement.
+            let places = team.work.max_robots[task].min(robots);
             let holders = settled.iter().filter(|list| list.contains(&task)).count();
-            let places = team.work.max_robots[task];
-            // A task for all robots needs no agreement.
-            assert!(holders <= places.max(if places >= team.work.robots() { 99 } else { 0 }));
-            let has_room = settled.iter().any(|list| {
-                let most = team.members[0].allocator.config.tasks;
-                !list.contains(&task) && list.len() < most
-            });
-            assert!(holders >= places || !has_room, "seed {seed}: task {task}");
+            assert!(holders <= places, "seed {seed}: task {task}");
+            let mut others = settled.iter().filter(|list| !list.contains(&task));
+            let has_room = others.any(|list| list.len() < most);
+            assert!(holders == places || !has_room, "seed {seed}: task {task}");
         }
         for _ in 0..20 {
             team.step();
         }
         assert_eq!(claims(&team), agreed, "seed {seed}");
-        if seed % 2 == 0 {
-            assert_eq!(team.in_flight(), 0, "messages remain, seed {seed}");
-        }
         let mut members = team.members.iter();
         at_limit += u32::from(members.any(|member| member.allocator.list.is_at_limit()));
     }
-    println!("at the limit of takes: {at_limit} of 600");
+    // Some teams would repeat a cycle of exchanges without the limit.
+    assert!((1..60).contains(&at_limit), "{at_limit}");
 }
 
-/// The shares of small cases with the optimum.
+/// With equal rewards, four of five small cases end with the least sum of times, and none with more than 1.2 times it.
 #[test]
 fn most_small_cases_reach_the_optimum() {
-    const CASES: u64 = 500;
-    let (mut optimal, mut worst, mut sum) = (0, 1.0_f64, 0.0);
-    let mut single = 0;
-    for seed in 0..CASES {
+    let (mut optimal, mut worst) = (0, 1.0_f64);
+    for seed in 0..500 {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let (robots, tasks) = (chance.random_range(2..4), chance.random_range(2..6));
         let mut work = Work::random(&mut chance, robots, tasks);
         work.reward = vec![1.0; tasks];
-        let mut team = Team::<Pi>::new(seed, work.clone(), &config(tasks, 1e6), NEVER);
+        let mut team = Team::<Pi>::new(seed, work.clone(), &config(tasks, REFRESH), NEVER);
         for _ in 0..100 {
             team.step();
         }
@@ -144,41 +165,38 @@ fn most_small_cases_reach_the_optimum() {
         let share = global_cost(&team) / optimum(&work, tasks);
         optimal += u32::from(share < 1.0 + 1e-9);
         worst = worst.max(share);
-        sum += share;
-        single += u32::from(share < 1.05);
     }
-    println!(
-        "optimal {optimal} of {CASES}, within 5 %: {single}, mean {}, worst {worst}",
-        sum / CASES as f64
-    );
-    assert!(optimal >= 300, "{optimal}");
+    // 396 cases; the worst is 1.17 times the optimum.
+    assert!(optimal >= 390 && worst < 1.2, "{optimal}, {worst}");
 }
 
-/// The global cost of conflict-free states over time, while all messages arrive.
+/// From one conflict-free state with all tasks to the next, the global cost does not rise, with all robots in range and on
+/// lines.
 #[test]
-fn the_global_cost_seldom_rises() {
-    let (mut teams, mut risen, mut higher) = (0, 0, 0);
-    for seed in 0..500 {
-        let mut chance = ChaCha8Rng::seed_from_u64(seed);
-        let (robots, tasks) = (chance.random_range(2..6), chance.random_range(2..9));
-        let work = Work::random(&mut chance, robots, tasks);
-        let mut team = Team::<Pi>::new(seed, work, &config(tasks, 1e6), NEVER);
-        let mut costs = Vec::new();
-        for _ in 0..200 {
-            team.step();
-            let lists = lists(&team);
-            let held: usize = lists.iter().map(Vec::len).sum();
-            let is_whole = (0..tasks).all(|task| lists.iter().any(|list| list.contains(&task)));
-            if held == tasks && is_whole {
-                costs.push(global_cost(&team));
+fn the_global_cost_does_not_rise() {
+    for is_line in [false, true] {
+        for seed in 0..500 {
+            let mut chance = ChaCha8Rng::seed_from_u64(seed);
+            let (robots, tasks) = (chance.random_range(2..6), chance.random_range(2..9));
+            let work = Work::random(&mut chance, robots, tasks);
+            let mut team = Team::<Pi>::new(seed, work, &config(tasks, REFRESH), NEVER);
+            if is_line {
+                team.connect_as_line(0.0);
             }
+            let mut costs = Vec::new();
+            for _ in 0..100 {
+                team.step();
+                let lists = lists(&team);
+                let held: usize = lists.iter().map(Vec::len).sum();
+                let is_held = |task| lists.iter().any(|list| list.contains(&task));
+                if held == tasks && (0..tasks).all(is_held) {
+                    costs.push(global_cost(&team));
+                }
+            }
+            let risen = costs.windows(2).find(|pair| pair[1] > pair[0] + 1e-9);
+            assert_eq!(risen, None, "seed {seed}, line {is_line}");
         }
-        let rises = costs.windows(2).any(|pair| pair[1] > pair[0] + 1e-9);
-        risen += u32::from(rises);
-        higher += u32::from(costs.last().unwrap() > &(costs[0] + 1e-9));
-        teams += 1;
     }
-    println!("of {teams} teams, the cost rose in {risen}, and was higher at the end in {higher}");
 }
 
 /// Repeated broadcasts lead to an agreement despite message loss.
@@ -186,7 +204,7 @@ fn the_global_cost_seldom_rises() {
 fn teams_agree_despite_message_loss() {
     for loss in [0.3, 0.6] {
         for seed in 0..80 {
-            let mut team = random_team(seed, REFRESHES[1]);
+            let mut team = random_team(seed, REFRESH);
             team.loss = loss;
             for _ in 0..600 {
                 team.step();
@@ -236,7 +254,7 @@ fn teams_agree_after_trouble() {
             }
             for _ in 0..chance.random_range(1..150) {
                 team.step();
-                check_claims(&team);
+                check_places(&team);
             }
         }
         team.loss = 0.0;
