@@ -1,10 +1,18 @@
 //! The properties of HIPC (docs/allocators/hipc.md), in teams in lockstep, and its differences from CBBA.
 
+use std::sync::Arc;
+
+use proto::allocation::AllocationMessage;
+use proto::allocation::awareness::{Awareness, TaskCost};
+use proto::team::BroadcastContent;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::time::SimTime;
 
 use super::{Hipc, HipcConfig};
+use crate::allocator::{Allocator, Decision, Input};
 use crate::allocators::cbba::Cbba;
 use crate::allocators::cbba::bundle::Bundle;
 use crate::allocators::cbba::tests::laws::{
@@ -14,7 +22,7 @@ use crate::allocators::cbba::tests::laws::{
 use crate::allocators::cbba::tests::reference::greedy;
 use crate::allocators::consensus::team::{Team, Work};
 use crate::allocators::consensus::winners::Winners;
-use crate::testkit;
+use crate::{fixtures, testkit};
 
 /// The steps of the default wait.
 const WAIT_STEPS: usize = 4;
@@ -98,6 +106,40 @@ fn all_robots_agree_and_nearly_always_as_with_cbba() {
         assert_eq!(count(&settled), count(&expected), "seed {seed}: {work:?}");
     }
     assert!(greedy_teams >= 595, "{greedy_teams}");
+}
+
+/// A robot leaves a task to a teammate that is nearer, but that does not claim it. After the wait the robot takes it.
+#[test]
+fn a_wrong_prediction_delays_the_bid_by_the_wait() {
+    let me = fixtures::self_state(RobotId(0), 2, [fixtures::brief(2, 60.0)].into());
+    let mut robot = Hipc::new(&me, &HipcConfig::default());
+    let choices = [fixtures::choice(0, 30.0)];
+    let costs = Awareness {
+        block: 0,
+        costs: vec![TaskCost {
+            task: TaskId(0),
+            cost_s: 1.0,
+            worth: 0.98,
+        }],
+    };
+    let content = BroadcastContent::Allocation(AllocationMessage::Awareness(costs));
+    let message = fixtures::broadcast(RobotId(1), (1, 0), SimTime(950), content);
+    let received = [Arc::new(message)];
+    let mut decision = Decision::default();
+    for ms in (1000..=1200).step_by(50) {
+        let input = Input {
+            applicable: &[true],
+            choices: &choices,
+            seconds: &|_, _| Some(30.0),
+            received: if ms == 1000 { &received } else { &[] },
+            ..fixtures::input(SimTime(ms), RobotId(0))
+        };
+        decision.say.clear();
+        decision.rows.clear();
+        robot.step(&input, &mut decision);
+        let is_taken = decision.active == Some(BehaviorId(0));
+        assert_eq!(is_taken, ms == 1200, "{ms}");
+    }
 }
 
 #[test]
