@@ -15,7 +15,7 @@ use proto::team::Broadcast;
 use proto::tick::Report;
 
 /// The first line of the file, with the protocol version of its messages.
-pub const HEADER: &str = "answers, protocol version 12\n";
+pub const HEADER: &str = "answers, protocol version 13\n";
 
 /// The size of a frame's length field, bytes.
 const LENGTH_BYTES: usize = 4;
@@ -377,7 +377,7 @@ mod tests {
         let error = read(b"PK\x03\x04zip").unwrap_err().to_string();
         assert_eq!(
             error,
-            "unknown header 'PK  zip'; this program reads 'answers, protocol version 12'"
+            "unknown header 'PK  zip'; this program reads 'answers, protocol version 13'"
         );
     }
 }

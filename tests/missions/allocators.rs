@@ -9,7 +9,9 @@ use alliance_tests::runs::{setup, without_allocators};
 use alliance_tests::testkit::{KILL, PARTITION, RESTART, loss, loss_and_kill};
 use missions::waste::data::family;
 use proto::tick::Outcome;
-use run_log::{AllocationRow, LogLevel, MessageRow, MotivationRow, RunLog, Table};
+use run_log::{
+    AllocationMessageRow, AllocationRow, LogLevel, MessageRow, MotivationRow, RunLog, Table,
+};
 use scenario::Scenario;
 use scenario::testkit::entry;
 use scenario::time::SimTime;
@@ -18,7 +20,7 @@ use scenario::time::SimTime;
 const STEP: SimTime = SimTime(50);
 
 /// The allocators whose robots do not work on a claimed task.
-const CLAIMANTS: &str = "first-come cbaa cbba acbba grape ble murdoch ssi dhba";
+const CLAIMANTS: &str = "first-come cbaa cbba acbba grape ble murdoch ssi dhba pi hipc";
 
 /// A mission of service in which another robot can always take over.
 const SERVICE: &str = include_str!("../../analysis/sweeps/allocators-service.toml");
@@ -82,6 +84,14 @@ fn last_received(log: &RunLog, kind: &str) -> SimTime {
     times.map(|row| row.t_ms).max().unwrap()
 }
 
+/// Returns the time of gold's last consensus table.
+fn last_table(log: &RunLog) -> SimTime {
+    let rows = log.each_row::<AllocationMessageRow>();
+    let rows = rows.map(|row| row.unwrap());
+    let tables = rows.filter(|row| row.sender == "gold" && row.kind == "belief");
+    tables.map(|row| row.t_ms).max().unwrap()
+}
+
 /// Another robot takes the task of a killed robot in the step that the rule of the allocator states.
 #[test]
 fn the_task_of_a_killed_robot_is_taken_over_in_the_stated_step() {
@@ -102,7 +112,9 @@ fn the_task_of_a_killed_robot_is_taken_over_in_the_stated_step() {
             // A table row is valid for τ after its receipt.
             "ble" => (last("allocation") + tau, "claimed"),
             // A claim is valid for τ after it was sent, one step before its receipt.
-            "cbaa" | "cbba" => (last("allocation").since(STEP) + tau, "claimed"),
+            "cbaa" | "cbba" | "pi" => (last("allocation").since(STEP) + tau, "claimed"),
+            // Broadcasts of costs are not news of a claim.
+            "hipc" => (last_table(&log) + tau, "claimed"),
             // Any message is a sign of life.
             "acbba" | "grape" | "dhba" => (last("").since(STEP) + tau, "claimed"),
             // All robots bid in the same step, and receive the bids in the next.
@@ -114,7 +126,7 @@ fn the_task_of_a_killed_robot_is_taken_over_in_the_stated_step() {
             }
         };
         // Robots that wait for the end of a unit of work take over later.
-        let may_wait = ["first-come", "grape", "ssi"].contains(&allocator);
+        let may_wait = ["first-come", "grape", "ssi", "pi"].contains(&allocator);
         let is_in_time = next.t_ms == due || (may_wait && next.t_ms > due);
         assert!(is_in_time, "{allocator}: {next:?}, due at {due}");
         assert_eq!(next.reason, reason, "{allocator}");

@@ -127,11 +127,13 @@ fn every_kind_of_allocation_message_is_in_the_corpus() {
                 AllocationMessage::Partition(_) => "partition".to_owned(),
                 AllocationMessage::Ssi(_) => "ssi".to_owned(),
                 AllocationMessage::Dhba(_) => "dhba".to_owned(),
+                AllocationMessage::Impacts(_) => "impacts".to_owned(),
+                AllocationMessage::Awareness(_) => "awareness".to_owned(),
             });
         }
     }
-    // MURDOCH has four kinds, each other allocator one.
-    assert_eq!(kinds.len(), 4 + 7, "{kinds:?}");
+    // MURDOCH has four kinds, and there are nine others.
+    assert_eq!(kinds.len(), 4 + 9, "{kinds:?}");
 }
 
 #[test]

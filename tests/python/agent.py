@@ -73,6 +73,8 @@ STRUCTS = {
     "BidChange": "belief TableEntry, slot u16, made u64",
     "CoalitionPartition": "evolution u64, stamp f64, part u16, parts u16, members [CoalitionMember]",
     "CoalitionMember": "robot u16, task u16, seen u64",
+    "Awareness": "block u16, costs [TaskCost]",
+    "TaskCost": "task u16, cost_s f64, worth f64",
 }
 # A fact is a value with its observer and time. The wire format has no names for these types.
 FACTS = {"FactLocations": "Locations", "FactLooseItem": "LooseItem", "FactFlag": "bool", "FactNothing": "nothing"}
@@ -101,7 +103,8 @@ ENUMS = {
     "SharedKnowledge": "nothing, items ItemsKnowledge, open bytes",
     "Payload": "items ItemsBulletin, open bytes",
     "ItemsBulletin": "PositionUpdate FactLocations, Withdrawal Withdrawal",
-    "AllocationMessage": "Open OpenMessage, Ble Eligibility, Murdoch Negotiation, Table BidTable, Deltas Deltas, Partition CoalitionPartition",
+    "AllocationMessage": "Open OpenMessage, Ble Eligibility, Murdoch Negotiation, Table BidTable, Deltas Deltas, Partition CoalitionPartition,"
+    " Impacts BidTable, Awareness Awareness",
     "NegotiationKind": "Announce (closes u64), Bid (utility f32), Renew (winner u16), Ack (status ContractStatus; progress u32)",
     "ContractStatus": "Ongoing, Done, Abort",
 }

@@ -1,5 +1,5 @@
 //! Messages of the consensus-based auctions CBAA and CBBA (Choi, Brunet, How, IEEE T-RO 25(4):912–926, 2009), and of
-//! ACBBA (Johnson, Ponda, Choi, How, AIAA 2010).
+//! ACBBA (Johnson, Ponda, Choi, How, AIAA 2010). PI and HIPC send the same tables.
 //!
 //! CBAA and CBBA send their tables in blocks of at most [`BLOCK_TASKS`] tasks, which bounds the length of a message for
 //! any number of tasks. Each block is negotiated separately, with its own time stamps. The loss of one block does not
@@ -43,7 +43,8 @@ pub struct TableEntry {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WinningBid {
     pub robot: RobotId,
-    /// The bid y of the winner; finite and not negative.
+    /// The bid y of the winner, finite; the larger one wins. Not negative, except in PI, where it is the negative impact
+    /// −γ.
     pub value: f32,
 }
 

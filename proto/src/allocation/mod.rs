@@ -1,8 +1,10 @@
 //! Messages between allocators of different robots, with one file per allocator.
 //!
 //! - [`ble`], [`murdoch`], [`grape`], [`ssi`], [`dhba`]: the messages of the allocator with that name.
-//! - [`consensus`]: the messages of CBAA, CBBA and ACBBA.
+//! - [`consensus`]: the messages of CBAA, CBBA, ACBBA, PI and HIPC.
+//! - [`awareness`]: the messages of HIPC beside its tables.
 
+pub mod awareness;
 pub mod ble;
 pub mod consensus;
 pub mod dhba;
@@ -29,6 +31,9 @@ pub enum AllocationMessage {
     Partition(grape::CoalitionPartition),
     Ssi(ssi::AuctionBid),
     Dhba(dhba::MatrixPart),
+    /// The table of PI. The bid is the negative impact.
+    Impacts(consensus::BidTable),
+    Awareness(awareness::Awareness),
 }
 
 /// A message in the allocator's own encoding.

@@ -53,17 +53,22 @@ impl WorkInProgress {
             return None;
         }
         let cost_s = choice.cost_s?;
-        let bonus = match self.0 {
-            Some((behavior, since)) if behavior == choice.behavior => {
-                if input.is_laden {
-                    Some(2.0)
-                } else {
-                    (input.now.since(since) < COMMIT).then_some(1.0)
-                }
-            }
-            _ => None,
-        };
+        let bonus = self.bonus(choice.behavior, input);
         Some(choice.reward * bonus.unwrap_or_else(|| libm::pow(DISCOUNT_PER_S, cost_s)))
+    }
+
+    /// Returns the utility of the behavior in progress per reward: 2 for a laden robot, and 1 for at most [`COMMIT`]
+    /// without progress. Returns `None` for any other behavior.
+    #[must_use]
+    pub fn bonus(&self, behavior: BehaviorId, input: &Input<'_>) -> Option<f64> {
+        let (active, since) = self.0?;
+        if active != behavior {
+            None
+        } else if input.is_laden {
+            Some(2.0)
+        } else {
+            (input.now.since(since) < COMMIT).then_some(1.0)
+        }
     }
 }
 

@@ -6,6 +6,9 @@
 //! - [`ble`]: broadcast of local eligibility (Werger and Matarić 2000).
 //! - [`murdoch`]: auctions and contracts (Gerkey and Matarić 2002).
 //! - [`cbba`]: consensus-based auctions: CBAA, CBBA and the asynchronous ACBBA (Choi, Brunet, How 2009; Johnson 2010).
+//! - [`consensus`]: the agreement on winners that [`cbba`], [`hipc`] and [`pi`] share; not an allocator.
+//! - [`hipc`]: CBBA with predictions of the teammates' choices (Johnson, Choi, How 2012).
+//! - [`pi`]: performance impact (Zhao, Meng, Chung 2016).
 //! - [`grape`]: Nash-stable coalitions (Jang, Shin, Tsourdos 2018).
 //! - [`threshold`]: stimuli and response thresholds (Theraulaz, Bonabeau, Deneubourg 1998).
 //! - [`ssi`]: sequential single-item auctions (Lagoudakis et al. 2005).
@@ -16,13 +19,16 @@
 pub mod alliance;
 pub mod ble;
 pub mod cbba;
+mod consensus;
 pub mod dhba;
 pub mod first_come;
 pub mod grape;
+pub mod hipc;
 pub mod lalliance;
 pub mod murdoch;
 pub mod nearest;
 pub mod oracle;
+pub mod pi;
 pub mod random;
 pub mod ssi;
 pub mod static_assignment;
@@ -93,6 +99,14 @@ pub(crate) fn built_in() -> Vec<AllocatorKind> {
         AllocatorKind::new::<dhba::Dhba>(
             "dhba",
             "every robot solves the same assignment by the Hungarian method, from rows that the team exchanges",
+        ),
+        AllocatorKind::new::<pi::Pi>(
+            "pi",
+            "performance impact: a task moves to the robot whose list it delays least",
+        ),
+        AllocatorKind::new::<hipc::Hipc>(
+            "hipc",
+            "like cbba, but a robot leaves tasks to teammates that it predicts to bid more",
         ),
     ]
 }

@@ -1,6 +1,7 @@
 //! The rows of allocation_messages.csv: the contents of allocators' messages, one row per entry.
 
 use proto::allocation::AllocationMessage;
+use proto::allocation::consensus::BidTable;
 use proto::allocation::dhba::{MatrixPart, RowVersion};
 use proto::allocation::murdoch::{AuctionId, ContractStatus, NegotiationKind};
 use proto::allocation::ssi::{AuctionBid, CostBid};
@@ -111,26 +112,8 @@ fn entries(message: &AllocationMessage, broadcast: &Broadcast) -> Vec<Entry> {
             };
             (entry.kind, vec![entry])
         }
-        AllocationMessage::Table(table) => {
-            let beliefs = table.beliefs.iter().map(|belief| Entry {
-                kind: "belief",
-                task: Some(belief.task),
-                slot: Some(table.slot),
-                robot: belief.claim.map(|claim| claim.robot),
-                bid: belief.claim.map(|claim| claim.value),
-                round: Some(belief.round),
-                ..Entry::default()
-            });
-            let news = table.news.iter().map(|news| Entry {
-                kind: "news",
-                slot: Some(table.slot),
-                robot: Some(news.robot),
-                time: Some(SimTime(broadcast.sent.0.saturating_sub(news.age_ms.into()))),
-                detail: format!("block {}", table.block),
-                ..Entry::default()
-            });
-            ("table", beliefs.chain(news).collect())
-        }
+        AllocationMessage::Table(table) => ("table", of_table("belief", table, broadcast)),
+        AllocationMessage::Impacts(table) => ("impacts", of_table("impact", table, broadcast)),
         AllocationMessage::Deltas(deltas) => {
             let entries = deltas.entries.iter().map(|delta| Entry {
                 kind: "delta",
@@ -169,6 +152,17 @@ fn entries(message: &AllocationMessage, broadcast: &Broadcast) -> Vec<Entry> {
         }
         AllocationMessage::Ssi(message) => ("ssi-bid", of_ssi(message, broadcast.sender)),
         AllocationMessage::Dhba(part) => ("dhba-part", of_dhba(part)),
+        AllocationMessage::Awareness(awareness) => {
+            let costs = awareness.costs.iter().map(|cost| Entry {
+                kind: "awareness",
+                task: Some(cost.task),
+                robot: sender,
+                bid: Some(cost.worth as f32),
+                detail: format!("cost {} s", cost.cost_s),
+                ..Entry::default()
+            });
+            ("awareness", costs.collect())
+        }
     };
     if entries.is_empty() {
         let empty = Entry {
@@ -223,6 +217,28 @@ fn of_dhba(part: &MatrixPart) -> Vec<Entry> {
     let versions = part.versions.iter();
     let versions = versions.map(|known| version("dhba-version", known));
     rows.chain(versions).collect()
+}
+
+/// Returns the entries of a consensus table: those of its tasks, of the given kind, and the time stamps.
+fn of_table(kind: &'static str, table: &BidTable, broadcast: &Broadcast) -> Vec<Entry> {
+    let beliefs = table.beliefs.iter().map(|belief| Entry {
+        kind,
+        task: Some(belief.task),
+        slot: Some(table.slot),
+        robot: belief.claim.map(|claim| claim.robot),
+        bid: belief.claim.map(|claim| claim.value),
+        round: Some(belief.round),
+        ..Entry::default()
+    });
+    let news = table.news.iter().map(|news| Entry {
+        kind: "news",
+        slot: Some(table.slot),
+        robot: Some(news.robot),
+        time: Some(SimTime(broadcast.sent.0.saturating_sub(news.age_ms.into()))),
+        detail: format!("block {}", table.block),
+        ..Entry::default()
+    });
+    beliefs.chain(news).collect()
 }
 
 fn of_auction(content: NegotiationKind, sender: RobotId) -> Entry {

@@ -1,14 +1,13 @@
 //! The bundle and path of a robot (Choi, Brunet, How 2009, Algorithm 3). The bid for a task is its gain in the path's
-//! score S(p) = Σ r·λ^(t − o), with t the time at which the unit of each task is done along p, and o the time at which
-//! its window opens, 0 for an open one. The score with time windows is that of Ponda, Redding, Choi, How, Vavrina, Vian
-//! (ACC 2010): a wait before the window costs nothing, and a task that cannot be done in its window has no score.
+//! score.
 
-use scenario::ids::{BehaviorId, RobotId, TaskId};
+#[cfg(test)]
+use scenario::ids::TaskId;
+use scenario::ids::{BehaviorId, RobotId};
 use smallvec::SmallVec;
 
-use super::winners::Winners;
-use crate::allocator::utility::{DISCOUNT_PER_S, WorkInProgress};
-use crate::allocator::{Choice, Input};
+use super::score::{Offer, Scores, StepUtilities, bid};
+use crate::allocators::consensus::winners::Winners;
 use crate::broken::is_broken;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,18 +17,6 @@ struct Held {
     /// The index of the entry; `None` for a task without negotiation.
     place: Option<usize>,
     value: f32,
-}
-
-/// The best behavior for a task, with its reward and cost.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Offer {
-    behavior: BehaviorId,
-    reward: f64,
-    cost_s: f64,
-    /// The time until the task's window opens, s.
-    opens_in_s: f64,
-    /// The utility as the next unit.
-    worth: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -158,17 +145,19 @@ impl Bundle {
         self.path.push(kept.own);
     }
 
-    /// Adds the task with the largest winning bid, until the bundle is full or no bid wins.
+    /// Adds the task with the largest winning bid, until the bundle is full or no bid wins. Tasks that `is_left` marks are
+    /// left to teammates.
     pub fn build(
         &mut self,
         continues: bool,
         worths: &StepUtilities<'_, '_>,
         beliefs: &mut Winners,
+        is_left: impl Fn(usize) -> bool,
     ) {
         self.weigh(worths, beliefs);
         // A unit under way stays first.
         let fixed = self.path.first().copied().filter(|_| continues);
-        while let Some(best) = self.best(fixed, worths, beliefs) {
+        while let Some(best) = self.best(fixed, worths, beliefs, &is_left) {
             self.keep(best.after, beliefs);
             let place = best.held.place;
             if place.is_some_and(|place| !beliefs.bid(place, best.held.value)) {
@@ -186,12 +175,13 @@ impl Bundle {
         fixed: Option<usize>,
         worths: &StepUtilities<'_, '_>,
         beliefs: &Winners,
+        is_left: impl Fn(usize) -> bool,
     ) -> Option<Candidate> {
         let priority_of = |own: usize| beliefs.tasks()[own].priority;
         let mut best: Option<Candidate> = None;
         let mut stem: Option<Stem> = None;
         for (own, task) in beliefs.tasks().iter().enumerate() {
-            if self.offers[own].is_none() || self.path.contains(&own) {
+            if self.offers[own].is_none() || self.path.contains(&own) || is_left(own) {
                 continue;
             }
             let known = stem.take().filter(|stem| stem.priority == task.priority);
@@ -200,9 +190,12 @@ impl Bundle {
             if stem.count >= self.most {
                 continue;
             }
-            let Some((at, gain)) = self.insertion(own, fixed, stem, worths, beliefs) else {
-                continue;
-            };
+            let is_fixed = fixed.is_some() && stem.path.first().copied() == fixed;
+            let scores = self.scores(worths, beliefs);
+            let gain = stem.score.and_then(|before| {
+                scores.insertion(&stem.path, own, usize::from(is_fixed), before)
+            });
+            let Some((at, gain)) = gain else { continue };
             // Warping: a bid is never larger than the earlier ones (Johnson, Choi, How 2012).
             let earlier = self.held[..stem.count].iter();
             let same = earlier.filter(|held| priority_of(held.own) == task.priority);
@@ -237,78 +230,27 @@ impl Bundle {
         Stem {
             priority,
             count,
-            score: self.score(&path, worths, beliefs),
+            score: self.scores(worths, beliefs).score(&path),
             path,
         }
     }
 
-    /// Returns the index in the path at which a task adds most, and the gain; the first of equal ones.
-    fn insertion(
-        &self,
-        own: usize,
-        fixed: Option<usize>,
-        stem: &Stem,
-        worths: &StepUtilities<'_, '_>,
-        beliefs: &Winners,
-    ) -> Option<(usize, f64)> {
-        let before = stem.score?;
-        let earliest = usize::from(fixed.is_some() && stem.path.first().copied() == fixed);
-        let mut best: Option<(usize, f64)> = None;
-        for at in earliest..=stem.path.len() {
-            let mut path = stem.path.clone();
-            path.insert(at, own);
-            let score = self.score(&path, worths, beliefs);
-            let gain = score.map(|score| score - before);
-            if let Some(gain) = gain
-                && best.is_none_or(|(_, most)| gain > most)
-            {
-                best = Some((at, gain));
-            }
+    fn scores<'a>(&'a self, worths: &'a StepUtilities<'_, '_>, beliefs: &'a Winners) -> Scores<'a> {
+        Scores {
+            offers: &self.offers,
+            tasks: beliefs.tasks(),
+            seconds: worths.input.seconds,
         }
-        best
     }
 
-    /// Computes S(p); `None` if the time of a task is not known.
-    fn score(
-        &self,
-        path: &[usize],
-        worths: &StepUtilities<'_, '_>,
-        beliefs: &Winners,
-    ) -> Option<f64> {
-        let mut after: SmallVec<[TaskId; 4]> = SmallVec::new();
-        let (mut time_s, mut score) = (0.0, 0.0);
-        for &own in path {
-            let offer = self.offers[own]?;
-            let task = beliefs.tasks()[own].task;
-            if after.is_empty() {
-                time_s += offer.cost_s;
-                score += offer.worth;
-            } else {
-                time_s += (worths.input.seconds)(&after, task)?;
-                score += offer.reward * discount(time_s, offer.opens_in_s);
-            }
-            after.push(task);
-        }
-        Some(score)
-    }
-
-    /// Stores the behavior of highest utility for each task; the first of equal ones.
     fn weigh(&mut self, worths: &StepUtilities<'_, '_>, beliefs: &Winners) {
-        self.offers.clear();
-        self.offers.resize(beliefs.tasks().len(), None);
-        for choice in worths.input.choices {
-            let tasks = beliefs.tasks();
-            let Ok(own) = tasks.binary_search_by_key(&choice.task, |own| own.task) else {
-                continue;
-            };
-            let Some(offer) = worths.offer(choice) else {
-                continue;
-            };
-            let place = &mut self.offers[own];
-            if place.is_none_or(|other| offer.worth > other.worth) {
-                *place = Some(offer);
-            }
-        }
+        worths.offers(beliefs.tasks(), &mut self.offers);
+    }
+
+    /// Returns the path, and the bids in the order of choice; tasks are indices in [`Winners::tasks`].
+    pub fn plan(&self) -> (&[usize], impl Iterator<Item = (usize, f32)>) {
+        let bids = self.held.iter().map(|held| (held.own, held.value));
+        (&self.path, bids)
     }
 
     #[cfg(test)]
@@ -326,49 +268,5 @@ impl Bundle {
     #[cfg(test)]
     pub fn contains(&self, place: usize) -> bool {
         self.held.iter().any(|held| held.place == Some(place))
-    }
-}
-
-/// The inputs for the utilities of one step.
-pub struct StepUtilities<'a, 'i> {
-    pub input: &'a Input<'i>,
-    /// The unit under way, once its work has started; see [`crate::allocator::unit`].
-    pub begun: WorkInProgress,
-    /// The behavior that was active before the step.
-    pub active: Option<BehaviorId>,
-}
-
-impl StepUtilities<'_, '_> {
-    fn offer(&self, choice: &Choice) -> Option<Offer> {
-        let (utility, cost_s) = (self.begun.utility(choice, self.input)?, choice.cost_s?);
-        let opens_in_s = choice.opens_in_s;
-        let worth = if opens_in_s > 0.0 {
-            // The utility of a unit under way is not discounted.
-            utility.max(choice.reward * discount(cost_s, opens_in_s))
-        } else {
-            utility
-        };
-        Some(Offer {
-            behavior: choice.behavior,
-            reward: choice.reward,
-            opens_in_s,
-            worth,
-            cost_s,
-        })
-    }
-}
-
-/// Returns λ^(t − o) for a task that is done at the time t and whose window opens at o, both from now, s.
-fn discount(done_s: f64, opens_in_s: f64) -> f64 {
-    libm::pow(DISCOUNT_PER_S, (done_s - opens_in_s).max(0.0))
-}
-
-/// Converts a utility to a finite bid above 0 for any mission; 0 stands for no bid.
-fn bid(worth: f64) -> f32 {
-    // NaN is not above 0.
-    if worth > 0.0 {
-        (worth as f32).clamp(f32::MIN_POSITIVE, f32::MAX)
-    } else {
-        f32::MIN_POSITIVE
     }
 }

@@ -8,11 +8,11 @@ use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
 use super::bundle::Bundle;
-use super::known::Known;
 use super::records::Records;
-use super::winners::Winners;
 use super::{Consensus, Rules};
 use crate::allocator::{Input, SelfState};
+use crate::allocators::consensus::known::Known;
+use crate::allocators::consensus::winners::Winners;
 use crate::broken::is_broken;
 
 #[derive(Clone, Debug)]

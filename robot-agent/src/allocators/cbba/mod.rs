@@ -3,21 +3,16 @@
 //! corrects the lists until all agree. CBAA uses bundles of one task. ACBBA sends only changes (Johnson, Ponda, Choi,
 //! How, AIAA 2010).
 //!
-//! - `bundle`: the choice of tasks and bids (BUILD, REPLAN).
-//! - `winners`: the winner of each task.
-//! - `rules`: the rules that merge a teammate's list (Table I).
-//! - `messages`: messages, and the removal of silent robots (FORGET). `known`: the robots that are not silent.
-//! - `deltas`, `records`: the same for ACBBA, without a table.
+//! - `bundle`: the choice of tasks and bids (BUILD, REPLAN). `score`: the score of a path.
+//! - [`consensus`](super::consensus): the winners, the rules that merge lists (Table I), and the messages.
+//! - `deltas`, `records`: the messages of ACBBA, without a table.
 
-mod bundle;
+pub(super) mod bundle;
 mod deltas;
-mod known;
-mod messages;
 mod records;
-mod rules;
+pub(super) mod score;
 #[cfg(test)]
-mod tests;
-mod winners;
+pub(super) mod tests;
 
 use proto::allocation::AllocationMessage;
 use proto::telemetry::Reason;
@@ -27,10 +22,11 @@ use serde::Deserialize;
 
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::{Allocator, Decision, Input, SelfState};
-use bundle::{Bundle, StepUtilities};
+use crate::allocators::consensus::tables::{TableKind, Tables};
+use crate::allocators::consensus::winners::Winners;
+use bundle::Bundle;
 use deltas::Deltas;
-use messages::Tables;
-use winners::Winners;
+use score::StepUtilities;
 
 /// The parameters in `[allocators.cbba]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -94,9 +90,9 @@ fn bundle_spec() -> ParameterSpec {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Rules {
-    bundle: usize,
-    refresh: SimTime,
+pub(super) struct Rules {
+    pub bundle: usize,
+    pub refresh: SimTime,
 }
 
 impl CbbaConfig {
@@ -118,7 +114,7 @@ impl AcbbaConfig {
 }
 
 /// The exchange of messages by which robots agree on the winners.
-trait Consensus: Clone + std::fmt::Debug + Send + 'static {
+pub(super) trait Consensus: Clone + std::fmt::Debug + Send + 'static {
     fn new(me: &SelfState, rules: &Rules, beliefs: &Winners) -> Self;
 
     /// Receives messages and removes silent robots (FORGET). Tasks that the robot loses leave its bundle at once.
@@ -137,19 +133,43 @@ trait Consensus: Clone + std::fmt::Debug + Send + 'static {
     fn set_refresh(&mut self, refresh: SimTime);
 }
 
+impl Consensus for Tables {
+    fn new(_: &SelfState, rules: &Rules, beliefs: &Winners) -> Self {
+        Self::new(TableKind::Bids, rules.refresh, beliefs)
+    }
+
+    fn receive(
+        &mut self,
+        me: &SelfState,
+        input: &Input<'_>,
+        beliefs: &mut Winners,
+        bundle: &mut Bundle,
+    ) -> bool {
+        self.receive(me, input, beliefs, |beliefs| bundle.drop_lost(beliefs))
+    }
+
+    fn send(&mut self, now: SimTime, beliefs: &mut Winners, messages: &mut Vec<AllocationMessage>) {
+        self.send(now, beliefs, messages);
+    }
+
+    fn set_refresh(&mut self, refresh: SimTime) {
+        self.set_refresh(refresh);
+    }
+}
+
 /// The bidding rule of one robot, with any consensus method.
 #[derive(Clone, Debug)]
-struct Bidder<C> {
+pub(super) struct Bidder<C> {
     me: SelfState,
     unit: WorkUnit,
-    beliefs: Winners,
-    bundle: Bundle,
+    pub beliefs: Winners,
+    pub bundle: Bundle,
     consensus: C,
     rules: Rules,
 }
 
 impl<C: Consensus> Bidder<C> {
-    fn new(me: &SelfState, rules: Rules) -> Self {
+    pub fn new(me: &SelfState, rules: Rules) -> Self {
         let beliefs = Winners::new(me);
         Self {
             unit: WorkUnit::default(),
@@ -162,7 +182,7 @@ impl<C: Consensus> Bidder<C> {
     }
 
     /// Adopts other times. The bundle is part of the state, so that its size stays.
-    fn adopt(&mut self, rules: Rules) -> bool {
+    pub fn adopt(&mut self, rules: Rules) -> bool {
         let is_same_size = rules.bundle == self.rules.bundle;
         if is_same_size {
             self.consensus.set_refresh(rules.refresh);
@@ -172,8 +192,21 @@ impl<C: Consensus> Bidder<C> {
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
+        self.step_with(input, decision, false, |_, _, _| &[]);
+    }
+
+    /// Runs one step. Before each choice, `left_tasks` returns which tasks the robot leaves to teammates, by their index
+    /// in [`Winners::tasks`]; missing ones are not left. With `is_event` the robot plans anew in any case. Returns whether
+    /// the robot has planned anew.
+    pub fn step_with<'l>(
+        &mut self,
+        input: &Input<'_>,
+        decision: &mut Decision,
+        is_event: bool,
+        left_tasks: impl FnOnce(&Bundle, &StepUtilities<'_, '_>, &Winners) -> &'l [bool],
+    ) -> bool {
         let before = decision.active;
-        let mut must_replan = self.unit.update(&self.me, input, before);
+        let mut must_replan = self.unit.update(&self.me, input, before) || is_event;
         self.beliefs.apply_rounds(input.choices);
         self.bundle.drop_lost(&mut self.beliefs);
         let (beliefs, bundle) = (&mut self.beliefs, &mut self.bundle);
@@ -188,7 +221,9 @@ impl<C: Consensus> Bidder<C> {
             bundle.replan(self.unit.should_continue(), &worths, beliefs);
         }
         if beliefs.take_changed() || must_replan {
-            bundle.build(self.unit.should_continue(), &worths, beliefs);
+            let left = left_tasks(bundle, &worths, beliefs);
+            let is_left = |own: usize| left.get(own) == Some(&true);
+            bundle.build(self.unit.should_continue(), &worths, beliefs, is_left);
             // The robot's own new bids are no reason to bid again.
             beliefs.take_changed();
         }
@@ -208,6 +243,16 @@ impl<C: Consensus> Bidder<C> {
         let under_way = self.unit.under_way();
         under_way.log(&self.me, input, decision, holder);
         self.unit.note_active(before, decision.active, input.now);
+        must_replan
+    }
+
+    /// Returns the utilities of a step, as after the step.
+    pub fn utilities<'a, 'i>(&self, input: &'a Input<'i>) -> StepUtilities<'a, 'i> {
+        StepUtilities {
+            input,
+            begun: self.unit.committed(),
+            active: None,
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::AllocationMessageRow;
 use proptest::prelude::*;
+use proto::allocation::awareness::{Awareness, TaskCost};
 use proto::allocation::ble::{Eligibility, EligibleTask};
 use proto::allocation::consensus::{
     BidChange, BidTable, Deltas, TableEntry, TimeStamp, WinningBid,
@@ -152,6 +153,21 @@ fn every_kind_of_message_has_its_columns() {
             }],
             ..CoalitionPartition::default()
         }),
+        AllocationMessage::Impacts(BidTable {
+            beliefs: vec![entry(Some(WinningBid {
+                robot: BLUE,
+                value: -12.5,
+            }))],
+            ..BidTable::default()
+        }),
+        AllocationMessage::Awareness(Awareness {
+            block: 0,
+            costs: vec![TaskCost {
+                task,
+                cost_s: 30.5,
+                worth: 0.5,
+            }],
+        }),
     ]);
     let table = Table::AllocationMessages;
     insta::assert_snapshot!(str::from_utf8(&memory.tables[&table]).unwrap());
@@ -161,7 +177,7 @@ fn every_kind_of_message_has_its_columns() {
             .unwrap()
             .contains(seal)
     );
-    assert_eq!(rows_of(memory).len(), 19);
+    assert_eq!(rows_of(memory).len(), 21);
     assert!(!log_of(Vec::new()).tables.contains_key(&table));
 }
 

@@ -8,21 +8,21 @@ use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
 use super::reference::{Assignment, greedy, optimum};
-use super::team::{STEP_MS, Team, Work};
 use crate::allocator::Allocator;
 use crate::allocators::cbba::bundle::Bundle;
-use crate::allocators::cbba::winners::{Entry, Winners};
 use crate::allocators::cbba::{Acbba, AcbbaConfig, Cbaa, CbaaConfig, Cbba, CbbaConfig};
+use crate::allocators::consensus::team::{STEP_MS, Team, Work};
+use crate::allocators::consensus::winners::{Entry, Winners};
 use crate::testkit;
 
 /// A τ after which no robot counts as lost within a test.
-const NEVER: SimTime = SimTime(1_000_000_000);
+pub(crate) const NEVER: SimTime = SimTime(1_000_000_000);
 
 /// The refresh times: broadcasts only on a change, or in every round.
-const REFRESHES: [f64; 2] = [1e6, STEP_MS as f64 / 1000.0];
+pub(crate) const REFRESHES: [f64; 2] = [1e6, STEP_MS as f64 / 1000.0];
 
 /// Access to the state of a bidder with any consensus method.
-trait Open: Allocator {
+pub(crate) trait Open: Allocator {
     /// Returns the configuration for bundles of that size, with a broadcast of everything after that time.
     fn config(bundle: usize, refresh_s: f64) -> Self::Config;
     fn parts(&self) -> (&Winners, &Bundle);
@@ -46,7 +46,7 @@ impl Open for Acbba {
     }
 }
 
-fn assignment<A: Open>(team: &Team<A>) -> Assignment {
+pub(crate) fn assignment<A: Open>(team: &Team<A>) -> Assignment {
     let bids_of = |robot: usize| {
         let (beliefs, bundle) = team.members[robot].allocator.parts();
         let bids = bundle.bids(beliefs).into_iter();
@@ -56,10 +56,10 @@ fn assignment<A: Open>(team: &Team<A>) -> Assignment {
 }
 
 /// The claim to a place of a task: task, slot, round, claim.
-type Believed = (TaskId, u16, SimTime, Option<WinningBid>);
+pub(crate) type Believed = (TaskId, u16, SimTime, Option<WinningBid>);
 
 /// Returns the entries of all robots.
-fn beliefs<A: Open>(team: &Team<A>) -> Vec<Vec<Believed>> {
+pub(crate) fn beliefs<A: Open>(team: &Team<A>) -> Vec<Vec<Believed>> {
     let entry = |entry: &Entry| (entry.task, entry.slot, entry.round, entry.claim);
     let members = team.members.iter();
     let entries = members.map(|member| member.allocator.parts().0.entries());
@@ -70,7 +70,7 @@ fn beliefs<A: Open>(team: &Team<A>) -> Vec<Vec<Believed>> {
 
 /// C4: a robot holds exactly the places in its bundle, and no bid is negative.
 #[track_caller]
-fn check_beliefs<A: Open>(team: &Team<A>) {
+pub(crate) fn check_beliefs<A: Open>(team: &Team<A>) {
     for member in &team.members {
         let (beliefs, bundle) = member.allocator.parts();
         for (place, entry) in beliefs.entries().iter().enumerate() {
@@ -80,7 +80,7 @@ fn check_beliefs<A: Open>(team: &Team<A>) {
     }
 }
 
-fn random_team<A: Open>(seed: u64, refresh_s: f64) -> (Team<A>, usize) {
+pub(crate) fn random_team<A: Open>(seed: u64, refresh_s: f64) -> (Team<A>, usize) {
     let mut chance = ChaCha8Rng::seed_from_u64(seed);
     let (robots, tasks) = (chance.random_range(1..7), chance.random_range(1..9));
     let mut work = Work::random(&mut chance, robots, tasks);
@@ -189,7 +189,7 @@ fn repeated_messages_reach_the_same_result_despite_loss() {
 }
 
 #[track_caller]
-fn settles_with_loss<A: Open>(loss: f64, most: u32) {
+pub(crate) fn settles_with_loss<A: Open>(loss: f64, most: u32) {
     let mut rounds_of_all = 0;
     for seed in 0..80 {
         let (mut team, bundle) = random_team::<A>(seed, REFRESHES[1]);
@@ -251,7 +251,7 @@ fn acbba_agrees_with_and_without_loss() {
 
 /// Message losses, cut links, crashes, restarts and new rounds occur in any order. Afterwards all robots agree, and
 /// each claim is a bid that a robot really makes.
-fn agrees_after_trouble<A: Open>() {
+pub(crate) fn agrees_after_trouble<A: Open>() {
     for seed in 0..200 {
         let (mut team, bundle) = random_team::<A>(seed, 1.0);
         let tau = SimTime(5000);

@@ -12,8 +12,8 @@ use proto::telemetry::Reason;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
-use super::team::{Team, Work};
 use crate::allocators::cbba::{Acbba, AcbbaConfig, Cbba, CbbaConfig};
+use crate::allocators::consensus::team::{Team, Work};
 
 const TAU: SimTime = SimTime(5000);
 

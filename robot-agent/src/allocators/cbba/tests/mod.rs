@@ -1,9 +1,7 @@
 //! The properties of CBAA and CBBA (docs/allocators/cbba.md), tested in teams of several allocators.
 
-mod laws;
+pub(crate) mod laws;
 mod life;
 mod records;
-mod reference;
-mod rows;
-pub(crate) mod team;
+pub(crate) mod reference;
 mod windows;

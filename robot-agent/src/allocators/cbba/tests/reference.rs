@@ -1,6 +1,6 @@
 //! The expected results of CBBA, computed in other ways.
 
-use super::team::Work;
+use crate::allocators::consensus::team::Work;
 
 /// The tasks of each robot in the order of assignment, with the bids.
 pub type Assignment = Vec<Vec<(usize, f32)>>;

@@ -46,6 +46,11 @@ impl<T: Default> Known<T> {
         self.0.iter().map(|(robot, known)| (robot, known.0))
     }
 
+    /// Returns the robots and their data.
+    pub fn iter_all(&self) -> impl Iterator<Item = (RobotId, &T)> {
+        self.0.iter().map(|(robot, known)| (robot, &known.1))
+    }
+
     /// Removes a robot that has been silent for `tau`, and returns it.
     pub fn remove_silent(&mut self, now: SimTime, tau: SimTime) -> Option<RobotId> {
         let mut known = self.0.iter();

@@ -1,4 +1,4 @@
-//! Messages of CBBA and the removal of silent robots.
+//! Messages of the consensus and the removal of silent robots.
 //!
 //! The entries are sent in parts ([`Table`]), each a separate consensus with its own times of news s.
 
@@ -10,16 +10,48 @@ use proto::team::{Broadcast, BroadcastContent};
 use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
-use super::bundle::Bundle;
 use super::known::Known;
 use super::rules::{Action, Stamps, merge_action};
 use super::winners::{Entry, Winners};
-use super::{Consensus, Rules};
 use crate::allocator::{Input, SelfState};
 use crate::broken::is_broken;
 
+/// The meaning of the bids in a table. A robot ignores tables of the other kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableKind {
+    /// Bids of CBAA, CBBA and HIPC, 0 or more.
+    Bids,
+    /// Negative impacts −γ of PI.
+    Impacts,
+}
+
+impl TableKind {
+    fn message(self, table: BidTable) -> AllocationMessage {
+        match self {
+            Self::Bids => AllocationMessage::Table(table),
+            Self::Impacts => AllocationMessage::Impacts(table),
+        }
+    }
+
+    fn table(self, content: &BroadcastContent) -> Option<&BidTable> {
+        match (self, content) {
+            (Self::Bids, BroadcastContent::Allocation(AllocationMessage::Table(table)))
+            | (Self::Impacts, BroadcastContent::Allocation(AllocationMessage::Impacts(table))) => {
+                Some(table)
+            }
+            _ => None,
+        }
+    }
+
+    fn is_sound(self, bid: f32) -> bool {
+        bid.is_finite() && (self == Self::Impacts || bid >= 0.0)
+    }
+}
+
+/// One robot's side of the consensus.
 #[derive(Clone, Debug)]
 pub struct Tables {
+    kind: TableKind,
     refresh: SimTime,
     parts: Vec<Part>,
 }
@@ -80,6 +112,8 @@ struct Both<'a> {
     table: &'a BidTable,
     sender: RobotId,
     sent: SimTime,
+    /// The send time up to which news is too old: the robot in question counts as lost.
+    lost_until: Option<SimTime>,
 }
 
 impl Stamps for Both<'_> {
@@ -93,7 +127,7 @@ impl Stamps for Both<'_> {
         }
         let news = &self.table.news;
         let at = news.binary_search_by_key(&robot, |news| news.robot).ok()?;
-        stamp(&news[at], self.sent)
+        stamp(&news[at], self.sent).filter(|&sent| Some(sent) > self.lost_until)
     }
 }
 
@@ -137,14 +171,14 @@ impl Tables {
             table,
             sender,
             sent,
+            lost_until: now.0.checked_sub(me.ceased_after.0).map(SimTime),
         };
         for belief in &table.beliefs {
             let Some(place) = beliefs.find(belief.task, table.slot) else {
                 continue;
             };
-            let is_sound = |claim: WinningBid| {
-                is_of_team(claim.robot) && claim.value.is_finite() && claim.value >= 0.0
-            };
+            let is_sound =
+                |claim: WinningBid| is_of_team(claim.robot) && self.kind.is_sound(claim.value);
             let is_old = belief.round < beliefs.entries()[place].round;
             if is_old || belief.round > now || !belief.claim.is_none_or(is_sound) {
                 continue;
@@ -186,8 +220,9 @@ impl Tables {
     }
 }
 
-impl Consensus for Tables {
-    fn new(_: &SelfState, rules: &Rules, beliefs: &Winners) -> Self {
+impl Tables {
+    /// Creates the state of a robot without news, which sends each part of its list at least every `refresh`.
+    pub fn new(kind: TableKind, refresh: SimTime, beliefs: &Winners) -> Self {
         let mut keys: Vec<(u16, u16)> = beliefs
             .entries()
             .iter()
@@ -202,37 +237,47 @@ impl Consensus for Tables {
             known: Known::default(),
         };
         Self {
-            refresh: rules.refresh,
+            kind,
+            refresh,
             parts: keys.into_iter().map(part).collect(),
         }
     }
 
-    fn receive(
+    /// Receives messages and removes silent robots (FORGET). Calls `after_each` after each message and after the removal.
+    /// Returns whether a robot was added or lost.
+    pub fn receive(
         &mut self,
         me: &SelfState,
         input: &Input<'_>,
         beliefs: &mut Winners,
-        bundle: &mut Bundle,
+        mut after_each: impl FnMut(&mut Winners),
     ) -> bool {
         let mut has_changed = false;
         for broadcast in input.received {
-            if let BroadcastContent::Allocation(AllocationMessage::Table(table)) = &broadcast.body {
+            if let Some(table) = self.kind.table(&broadcast.body) {
                 has_changed |= self.receive_table(me, broadcast, table, input.now, beliefs);
-                bundle.drop_lost(beliefs);
+                after_each(beliefs);
             }
         }
         if self.forget(me, input.now, beliefs) {
             has_changed = true;
-            bundle.drop_lost(beliefs);
+            after_each(beliefs);
         }
         has_changed
     }
 
-    fn set_refresh(&mut self, refresh: SimTime) {
+    /// Replaces the time between two broadcasts of the whole list.
+    pub fn set_refresh(&mut self, refresh: SimTime) {
         self.refresh = refresh;
     }
 
-    fn send(&mut self, now: SimTime, beliefs: &mut Winners, messages: &mut Vec<AllocationMessage>) {
+    /// Sends each part of the list that has changed or is due.
+    pub fn send(
+        &mut self,
+        now: SimTime,
+        beliefs: &mut Winners,
+        messages: &mut Vec<AllocationMessage>,
+    ) {
         // The remaining parts are sent in the next step, the longest unsent part first.
         while messages.len() <= beliefs.tasks().len() {
             let is_due = |part: &&mut Part| {
@@ -249,7 +294,7 @@ impl Consensus for Tables {
             let Some(part) = due.min_by_key(|part| part.last_sent) else {
                 return;
             };
-            messages.push(AllocationMessage::Table(part.table(beliefs, now)));
+            messages.push(self.kind.message(part.table(beliefs, now)));
             for place in 0..beliefs.entries().len() {
                 if part.has(&beliefs.entries()[place]) {
                     beliefs.mark_sent(place);

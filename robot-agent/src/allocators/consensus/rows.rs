@@ -4,7 +4,7 @@ use proto::allocation::consensus::WinningBid;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
-use crate::allocators::cbba::rules::{Action, Stamps, merge_action};
+use super::rules::{Action, Stamps, merge_action};
 
 /// The robots of the paper: the receiver i, the sender k, and two others, m and n.
 const I: RobotId = RobotId(1);

@@ -169,9 +169,14 @@ impl Winners {
 
     fn places(&self, task: TaskId) -> std::ops::Range<usize> {
         match self.tasks.binary_search_by_key(&task, |own| own.task) {
-            Ok(own) => self.tasks[own].first..self.tasks[own].first + self.tasks[own].slots,
+            Ok(own) => self.places_of(&self.tasks[own]),
             Err(_) => 0..0,
         }
+    }
+
+    /// Returns the indices of a task's entries; none for a task without negotiation.
+    pub fn places_of(&self, own: &OwnTask) -> std::ops::Range<usize> {
+        own.first..own.first + own.slots
     }
 
     pub fn is_mine(&self, place: usize) -> bool {
@@ -194,7 +199,7 @@ impl Winners {
         if own.slots == 0 {
             return Some(Opening { place: None });
         }
-        let places = own.first..own.first + own.slots;
+        let places = self.places_of(own);
         let worst = places.reduce(|worst, place| {
             match (self.entries[worst].claim, self.entries[place].claim) {
                 (Some(worse), Some(claim)) if worse.beats(&claim) => place,
