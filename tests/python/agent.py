@@ -73,6 +73,13 @@ STRUCTS = {
     "BidChange": "belief TableEntry, slot u16, made u64",
     "CoalitionPartition": "evolution u64, stamp f64, part u16, parts u16, members [CoalitionMember]",
     "CoalitionMember": "robot u16, task u16, seen u64",
+    "AuctionBid": "auction u32, bid ?CostBid, block u16, awards [Award]",
+    "CostBid": "task u16, slot u16, cost f32",
+    "Award": "round u64, auction u32, bid CostBid",
+    "MatrixPart": "rows [MatrixRow], versions [RowVersion]",
+    "MatrixRow": "version RowVersion, entries [MatrixEntry]",
+    "RowVersion": "robot u16, made ?u64, seen u64",
+    "MatrixEntry": "task u16, round u64, utility f32",
     "Awareness": "block u16, costs [TaskCost]",
     "TaskCost": "task u16, cost_s f64, worth f64",
 }
@@ -104,7 +111,7 @@ ENUMS = {
     "Payload": "items ItemsBulletin, open bytes",
     "ItemsBulletin": "PositionUpdate FactLocations, Withdrawal Withdrawal",
     "AllocationMessage": "Open OpenMessage, Ble Eligibility, Murdoch Negotiation, Table BidTable, Deltas Deltas, Partition CoalitionPartition,"
-    " Impacts BidTable, Awareness Awareness",
+    " Ssi AuctionBid, Dhba MatrixPart, Impacts BidTable, Awareness Awareness",
     "NegotiationKind": "Announce (closes u64), Bid (utility f32), Renew (winner u16), Ack (status ContractStatus; progress u32)",
     "ContractStatus": "Ongoing, Done, Abort",
 }

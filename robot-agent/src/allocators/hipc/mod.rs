@@ -66,6 +66,10 @@ pub struct Hipc {
 impl Allocator for Hipc {
     type Config = HipcConfig;
 
+    fn plans_sequences() -> bool {
+        true
+    }
+
     fn parameters() -> Vec<ParameterSpec> {
         let default = HipcConfig::default();
         let mut parameters = super::cbba::Cbba::parameters();

@@ -59,6 +59,10 @@ pub struct Pi {
 impl Allocator for Pi {
     type Config = PiConfig;
 
+    fn plans_sequences() -> bool {
+        true
+    }
+
     fn parameters() -> Vec<ParameterSpec> {
         let default = PiConfig::default();
         vec![

@@ -49,6 +49,10 @@ pub struct Ssi {
 impl Allocator for Ssi {
     type Config = Config;
 
+    fn plans_sequences() -> bool {
+        true
+    }
+
     fn parameters() -> Vec<ParameterSpec> {
         config::parameters()
     }
