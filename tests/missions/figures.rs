@@ -1,6 +1,8 @@
 //! Compares every figure of run.json and of the report's tables with the independent calculation of
 //! `alliance_tests::figures`, in random runs with faults.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use alliance_tests::fault_fuzzer::{self, Coverage, Fuzz};
 use alliance_tests::figures;
 use alliance_tests::runs::{log_of, run, setup, vocabulary};
@@ -69,11 +71,11 @@ fn assert_figures_agree(seeds: impl Iterator<Item = u64>) {
     let mut runs = 0;
     for seed in seeds {
         let log = random_run(seed);
-        let all = std::panic::catch_unwind(|| {
+        let all = catch_unwind(AssertUnwindSafe(|| {
             let mut found = figures::run_file(&log).unwrap().0;
             found.extend(figures::report(&log).unwrap().0);
             found
-        });
+        }));
         let found = all.unwrap_or_else(|_| vec!["the calculation panicked".to_owned()]);
         runs += 1;
         let scenario = &log.run.setup.scenario;
