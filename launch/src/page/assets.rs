@@ -20,6 +20,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "main.js"
     "model/between.js"
     "model/branch.js"
+    "model/channel.js"
     "model/curves.js"
     "model/devices.js"
     "model/events.js"
