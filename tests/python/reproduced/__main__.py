@@ -27,7 +27,8 @@ def arguments():
     )
     parser.add_argument("--check", action="store_true", help="repeat a cheap part and compare; write nothing")
     parser.add_argument("--program", default="alliance", help="the program under test")
-    parser.add_argument("--data", type=Path, default=ROOT.parent / "shared/data", help="the folder with grape/ and space_runs.csv")
+    data = ROOT.parent / "shared/data"
+    parser.add_argument("--data", type=Path, default=data, help="the folder with grape/ and space_runs.csv")
     parser.add_argument("--instances", type=Path, help="the folder with RC208.vrp, PR01.vrp and PR11A.vrp")
     given = parser.parse_args()
     for name in given.sections:
@@ -53,7 +54,7 @@ def imported(name):
 
 
 def differences(found, golden, at):
-    """Returns the places at which new figures differ from stored ones. There may be more stored figures than new ones."""
+    """Returns the places at which new figures differ from stored ones. There may be more stored figures."""
     if isinstance(found, dict) and isinstance(golden, dict):
         return [line for key in found for line in differences(found[key], golden.get(key), f"{at}.{key}")]
     return [] if found == golden else [f"{at}: {found} instead of {golden}"]

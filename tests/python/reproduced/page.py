@@ -25,8 +25,8 @@ python3 tests/python/reproduced --program target/release/alliance --data DATA --
 This command measures all figures, stores them in `tests/golden/reproduced.json` and writes this page.
 
 - DATA contains `grape/circle.csv`, `skew.csv` and `square.csv` (the instances of figure 7, with the columns kind,
-  index, x_m, y_m, demand, task and utility), and `space_runs.csv` (93 runs of SPACE, with the columns allocator, end_s and distance).
-  The default is `../shared/data`, beside the repository.
+  index, x_m, y_m, demand, task and utility), and `space_runs.csv` (93 runs of SPACE, with the columns allocator, end_s
+  and distance). The default is `../shared/data`, beside the repository.
 - DIR contains RC208.vrp, PR01.vrp and PR11A.vrp from the tests in PyVRP's sources.
 - Names of sections (grape, cbba, space, routing, thesis, teams) limit the command to these.
 - With `--check`, it repeats a cheap part of each section and compares the figures and the page; the test `reproduced`
