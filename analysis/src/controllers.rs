@@ -27,6 +27,25 @@ pub struct ControllerFiles {
     /// Controller in Python that the plan names like an allocator
     #[arg(long = "controller", value_name = "NAME=FILE", value_parser = parse)]
     pub files: Vec<ControllerFile>,
+    /// The other files of these controllers: the modules of their folders that they have imported.
+    #[arg(skip)]
+    pub modules: Vec<PathBuf>,
+}
+
+/// Checks that no allocator has the name of a controller.
+///
+/// # Errors
+/// Returns an error for the name of an allocator.
+pub fn check_is_unknown(name: &str, vocabulary: &Vocabulary) -> Result<(), Problem> {
+    let mut known = vocabulary.allocators.iter();
+    if known.any(|allocator| allocator.name == name) {
+        return Err(Problem::with_source(
+            format!("--controller {name}"),
+            format!("'{name}' is one of the simulator's allocators"),
+            "give the class another name",
+        ));
+    }
+    Ok(())
 }
 
 fn parse(text: &str) -> Result<ControllerFile, Problem> {
@@ -45,24 +64,27 @@ fn parse(text: &str) -> Result<ControllerFile, Problem> {
 }
 
 impl ControllerFiles {
-    /// Returns whether this program lacks a controller, so that the Python package has to execute the command.
-    #[must_use]
-    pub fn need_python(&self, vocabulary: &Vocabulary) -> bool {
-        let is_known = |file: &ControllerFile| {
-            let mut known = vocabulary.allocators.iter();
-            known.any(|allocator| allocator.name == file.name)
-        };
-        !self.files.iter().all(is_known)
+    /// Returns whether there are controllers, so that the Python package has to execute the command.
+    ///
+    /// # Errors
+    /// Returns an error if a controller has the name of an allocator of this program.
+    pub fn need_python(&self, vocabulary: &Vocabulary) -> Result<bool, Problem> {
+        for file in &self.files {
+            check_is_unknown(&file.name, vocabulary)?;
+        }
+        Ok(!self.files.is_empty())
     }
 
-    /// Appends a digest of the files to that of a plan. Without files, the digest of the plan stays the same. A journal
-    /// then contains only runs of one version of each controller.
+    /// Appends a digest of the files and modules to that of a plan. Without files, the digest of the plan stays the same.
+    /// A journal then contains only runs of one version of each controller and of the modules that its file imports.
     ///
     /// # Errors
     /// Returns an error if a file cannot be read.
     pub fn digest(&self, plan: String) -> anyhow::Result<String> {
         let mut digest = plan;
-        for ControllerFile { name, file } in &self.files {
+        let files = self.files.iter().map(|file| (file.name.as_str(), &file.file));
+        let modules = self.modules.iter().map(|module| ("", module));
+        for (name, file) in files.chain(modules) {
             let text = fs::read(file).with_context(|| file.display().to_string())?;
             let whole = format!("{digest}\n{name}\n{:016x}", xxh3_64(&text));
             digest = format!("{:016x}", xxh3_64(whole.as_bytes()));
@@ -158,6 +180,7 @@ mod tests {
         let files = texts.iter().map(|text| parse(text).unwrap());
         ControllerFiles {
             files: files.collect(),
+            modules: Vec::new(),
         }
     }
 
@@ -180,11 +203,15 @@ mod tests {
     }
 
     #[test]
-    fn only_unknown_names_need_python() {
+    fn controllers_need_python_and_cannot_have_the_name_of_an_allocator() {
         let vocabulary = Registry::built_in().vocabulary();
-        assert!(files(&["ssi=ssi.py"]).need_python(&vocabulary));
-        assert!(!files(&["nearest=x.py"]).need_python(&vocabulary));
-        assert!(!files(&[]).need_python(&vocabulary));
+        assert_eq!(files(&[]).need_python(&vocabulary), Ok(false));
+        assert_eq!(files(&["mine=mine.py"]).need_python(&vocabulary), Ok(true));
+        let refused = files(&["mine=mine.py", "nearest=x.py"]).need_python(&vocabulary);
+        assert_eq!(
+            refused.unwrap_err().to_string(),
+            "--controller nearest: 'nearest' is one of the simulator's allocators; give the class another name"
+        );
     }
 
     #[test]
@@ -201,6 +228,17 @@ mod tests {
         assert_ne!(first, digest("ssi", "a = 2"));
         assert_ne!(first, digest("other", "a = 1"));
         assert_eq!(files(&[]).digest("plan".to_owned()).unwrap(), "plan");
+
+        let module = folder.path().join("module.py");
+        let with_module = |text: &str| {
+            fs::write(&module, text).unwrap();
+            let mut files = files(&[&format!("ssi={}", file.display())]);
+            files.modules.push(module.clone());
+            files.digest("plan".to_owned()).unwrap()
+        };
+        let first = with_module("b = 1");
+        assert_eq!(first, with_module("b = 1"));
+        assert_ne!(first, with_module("b = 2"));
     }
 
     #[test]
