@@ -82,7 +82,10 @@ impl ControllerFiles {
     /// Returns an error if a file cannot be read.
     pub fn digest(&self, plan: String) -> anyhow::Result<String> {
         let mut digest = plan;
-        let files = self.files.iter().map(|file| (file.name.as_str(), &file.file));
+        let files = self
+            .files
+            .iter()
+            .map(|file| (file.name.as_str(), &file.file));
         let modules = self.modules.iter().map(|module| ("", module));
         for (name, file) in files.chain(modules) {
             let text = fs::read(file).with_context(|| file.display().to_string())?;
@@ -187,13 +190,13 @@ mod tests {
     #[test]
     fn a_value_is_a_name_and_a_file() {
         assert_eq!(
-            files(&["ssi=my rules/ssi.py"]).options(),
-            " --controller 'ssi=my rules/ssi.py'"
+            files(&["mine=my rules/mine.py"]).options(),
+            " --controller 'mine=my rules/mine.py'"
         );
         for (text, expected) in [
-            ("ssi.py", "use NAME=FILE"),
-            ("ssi=", "use NAME=FILE"),
-            ("s si=ssi.py", "'s si' is not a"),
+            ("mine.py", "use NAME=FILE"),
+            ("mine=", "use NAME=FILE"),
+            ("my own=mine.py", "'my own' is not a"),
         ] {
             let problem = parse(text).unwrap_err().to_string();
             assert!(problem.contains(expected), "{text}: {problem}");
@@ -217,22 +220,22 @@ mod tests {
     #[test]
     fn the_digest_depends_on_name_and_content() {
         let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("ssi.py");
+        let file = folder.path().join("mine.py");
         let digest = |name: &str, text: &str| {
             fs::write(&file, text).unwrap();
             let stated = format!("{name}={}", file.display());
             files(&[&stated]).digest("plan".to_owned()).unwrap()
         };
-        let first = digest("ssi", "a = 1");
-        assert_eq!(first, digest("ssi", "a = 1"));
-        assert_ne!(first, digest("ssi", "a = 2"));
+        let first = digest("mine", "a = 1");
+        assert_eq!(first, digest("mine", "a = 1"));
+        assert_ne!(first, digest("mine", "a = 2"));
         assert_ne!(first, digest("other", "a = 1"));
         assert_eq!(files(&[]).digest("plan".to_owned()).unwrap(), "plan");
 
         let module = folder.path().join("module.py");
         let with_module = |text: &str| {
             fs::write(&module, text).unwrap();
-            let mut files = files(&[&format!("ssi={}", file.display())]);
+            let mut files = files(&[&format!("mine={}", file.display())]);
             files.modules.push(module.clone());
             files.digest("plan".to_owned()).unwrap()
         };
@@ -245,18 +248,18 @@ mod tests {
     fn an_external_scenario_has_controllers_in_place_of_the_unknown_allocator() {
         let mut vocabulary = Registry::built_in().vocabulary();
         let mut spec = vocabulary.allocators[0].clone();
-        spec.name = "ssi";
+        spec.name = "mine";
         vocabulary.allocators.push(spec);
         let scenario: toml::Table = toml::from_str(
-            "allocator = 'ssi'\n[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'\nallocator = 'nearest'",
+            "allocator = 'mine'\n[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'\nallocator = 'nearest'",
         )
         .unwrap();
-        let controllers = files(&["ssi=ssi.py", "unused=x.py"]);
+        let controllers = files(&["mine=mine.py", "unused=x.py"]);
         let external = controllers
             .external(&scenario, &vocabulary)
             .unwrap()
             .unwrap();
-        assert_eq!(external.options, " --controller 'ssi=python3 ssi.py'");
+        assert_eq!(external.options, " --controller 'mine=python3 mine.py'");
         let built_in = Registry::built_in().vocabulary();
         let read = Scenario::parse("external.toml", &external.scenario, &built_in).unwrap();
         let deciders: Vec<&str> = read
@@ -264,7 +267,7 @@ mod tests {
             .iter()
             .map(|robot| read.decider_of(robot))
             .collect();
-        assert_eq!(deciders, ["ssi", "nearest"]);
+        assert_eq!(deciders, ["mine", "nearest"]);
         let without: toml::Table = toml::from_str("allocator = 'nearest'").unwrap();
         assert!(
             controllers

@@ -29,9 +29,9 @@ pub fn execute_plan(
         let class = ControllerClass::new(&name, class, FailureReaction::EndsRun, false);
         registry = registry.with_allocator_kind(class.into_kind()?);
     }
-    Ok(status_of(
-        py.detach(|| launch::execute_plan(registry, &words, modules)),
-    ))
+    Ok(status_of(py.detach(|| {
+        launch::execute_plan(registry, &words, modules)
+    })))
 }
 
 /// Returns the number of an exit status, which has no other way to be read.

@@ -56,8 +56,13 @@ fn a_follower_receives_every_row_of_a_full_and_of_a_compact_log() {
 fn a_log_without_every_tick_is_refused() {
     for level in [LogLevel::Summary, LogLevel::Off] {
         let folder = logged(level);
-        let refused = LiveRun::open(&folder.path().join("run"), "--ros").err().unwrap();
+        let refused = LiveRun::open(&folder.path().join("run"), "--ros")
+            .err()
+            .unwrap();
         assert!(refused.is::<Problem>(), "{refused}");
-        assert!(refused.to_string().contains("add --log compact"), "{refused}");
+        assert!(
+            refused.to_string().contains("add --log compact"),
+            "{refused}"
+        );
     }
 }
