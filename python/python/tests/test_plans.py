@@ -197,7 +197,8 @@ def test_without_the_package_the_command_names_the_remedy(command, tmp_path):
 
 def test_a_file_can_contain_several_controllers(command, tmp_path):
     (tmp_path / "plan.toml").write_text('scenario = "janitorial"\nlimit_s = 5.0\nseeds = [1]\n[grid]\nallocator = ["first", "second"]\n')
-    text = "from alliance_sim import Allocator\n\nclass First(Allocator):\n    pass\n\nclass Second(Allocator):\n    pass\n"
+    step = "    def step(self, now, messages, sets):\n        return None\n\n"
+    text = f"from alliance_sim import Allocator\n\nclass First(Allocator):\n{step}class Second(Allocator):\n{step}"
     (tmp_path / "two.py").write_text(text)
     command("sweep", "plan.toml", "--controller", "first=two.py", "--controller", "second=two.py", "--out", "out")
     assert load(tmp_path / "out", "numpy").results["allocator"].tolist() == ["first", "second"]
