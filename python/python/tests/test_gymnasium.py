@@ -106,7 +106,7 @@ def test_unseeded_resets_differ_and_seeded_ones_repeat():
 
 
 def test_an_environment_that_was_not_created_or_is_closed():
-    with pytest.raises(ScenarioError, match="there is no 'none'"):
+    with pytest.raises(ScenarioError, match="'none' is neither a built-in scenario nor a file"):
         VecEnv("none")
     # Gymnasium closes an object when it is deleted.
     VecEnv.__new__(VecEnv).close()
