@@ -27,6 +27,25 @@ pub struct ControllerFiles {
     /// Controller in Python that the plan names like an allocator
     #[arg(long = "controller", value_name = "NAME=FILE", value_parser = parse)]
     pub files: Vec<ControllerFile>,
+    /// The other files of these controllers: the modules of their folders that they have imported.
+    #[arg(skip)]
+    pub modules: Vec<PathBuf>,
+}
+
+/// Checks that no allocator has the name of a controller.
+///
+/// # Errors
+/// Returns an error for the name of an allocator.
+pub fn check_is_unknown(name: &str, vocabulary: &Vocabulary) -> Result<(), Problem> {
+    let mut known = vocabulary.allocators.iter();
+    if known.any(|allocator| allocator.name == name) {
+        return Err(Problem::with_source(
+            format!("--controller {name}"),
+            format!("'{name}' is one of the simulator's allocators"),
+            "give the class another name",
+        ));
+    }
+    Ok(())
 }
 
 fn parse(text: &str) -> Result<ControllerFile, Problem> {
@@ -45,24 +64,30 @@ fn parse(text: &str) -> Result<ControllerFile, Problem> {
 }
 
 impl ControllerFiles {
-    /// Returns whether this program lacks a controller, so that the Python package has to execute the command.
-    #[must_use]
-    pub fn need_python(&self, vocabulary: &Vocabulary) -> bool {
-        let is_known = |file: &ControllerFile| {
-            let mut known = vocabulary.allocators.iter();
-            known.any(|allocator| allocator.name == file.name)
-        };
-        !self.files.iter().all(is_known)
+    /// Returns whether there are controllers, so that the Python package has to execute the command.
+    ///
+    /// # Errors
+    /// Returns an error if a controller has the name of an allocator of this program.
+    pub fn need_python(&self, vocabulary: &Vocabulary) -> Result<bool, Problem> {
+        for file in &self.files {
+            check_is_unknown(&file.name, vocabulary)?;
+        }
+        Ok(!self.files.is_empty())
     }
 
-    /// Appends a digest of the files to that of a plan. Without files, the digest of the plan stays the same. A journal
-    /// then contains only runs of one version of each controller.
+    /// Appends a digest of the files and modules to that of a plan. Without files, the digest of the plan stays the same.
+    /// A journal then contains only runs of one version of each controller and of the modules that its file imports.
     ///
     /// # Errors
     /// Returns an error if a file cannot be read.
     pub fn digest(&self, plan: String) -> anyhow::Result<String> {
         let mut digest = plan;
-        for ControllerFile { name, file } in &self.files {
+        let files = self
+            .files
+            .iter()
+            .map(|file| (file.name.as_str(), &file.file));
+        let modules = self.modules.iter().map(|module| ("", module));
+        for (name, file) in files.chain(modules) {
             let text = fs::read(file).with_context(|| file.display().to_string())?;
             let whole = format!("{digest}\n{name}\n{:016x}", xxh3_64(&text));
             digest = format!("{:016x}", xxh3_64(whole.as_bytes()));
@@ -158,19 +183,20 @@ mod tests {
         let files = texts.iter().map(|text| parse(text).unwrap());
         ControllerFiles {
             files: files.collect(),
+            modules: Vec::new(),
         }
     }
 
     #[test]
     fn a_value_is_a_name_and_a_file() {
         assert_eq!(
-            files(&["ssi=my rules/ssi.py"]).options(),
-            " --controller 'ssi=my rules/ssi.py'"
+            files(&["mine=my rules/mine.py"]).options(),
+            " --controller 'mine=my rules/mine.py'"
         );
         for (text, expected) in [
-            ("ssi.py", "use NAME=FILE"),
-            ("ssi=", "use NAME=FILE"),
-            ("s si=ssi.py", "'s si' is not a"),
+            ("mine.py", "use NAME=FILE"),
+            ("mine=", "use NAME=FILE"),
+            ("my own=mine.py", "'my own' is not a"),
         ] {
             let problem = parse(text).unwrap_err().to_string();
             assert!(problem.contains(expected), "{text}: {problem}");
@@ -180,45 +206,60 @@ mod tests {
     }
 
     #[test]
-    fn only_unknown_names_need_python() {
+    fn controllers_need_python_and_cannot_have_the_name_of_an_allocator() {
         let vocabulary = Registry::built_in().vocabulary();
-        assert!(files(&["ssi=ssi.py"]).need_python(&vocabulary));
-        assert!(!files(&["nearest=x.py"]).need_python(&vocabulary));
-        assert!(!files(&[]).need_python(&vocabulary));
+        assert_eq!(files(&[]).need_python(&vocabulary), Ok(false));
+        assert_eq!(files(&["mine=mine.py"]).need_python(&vocabulary), Ok(true));
+        let refused = files(&["mine=mine.py", "nearest=x.py"]).need_python(&vocabulary);
+        assert_eq!(
+            refused.unwrap_err().to_string(),
+            "--controller nearest: 'nearest' is one of the simulator's allocators; give the class another name"
+        );
     }
 
     #[test]
     fn the_digest_depends_on_name_and_content() {
         let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("ssi.py");
+        let file = folder.path().join("mine.py");
         let digest = |name: &str, text: &str| {
             fs::write(&file, text).unwrap();
             let stated = format!("{name}={}", file.display());
             files(&[&stated]).digest("plan".to_owned()).unwrap()
         };
-        let first = digest("ssi", "a = 1");
-        assert_eq!(first, digest("ssi", "a = 1"));
-        assert_ne!(first, digest("ssi", "a = 2"));
+        let first = digest("mine", "a = 1");
+        assert_eq!(first, digest("mine", "a = 1"));
+        assert_ne!(first, digest("mine", "a = 2"));
         assert_ne!(first, digest("other", "a = 1"));
         assert_eq!(files(&[]).digest("plan".to_owned()).unwrap(), "plan");
+
+        let module = folder.path().join("module.py");
+        let with_module = |text: &str| {
+            fs::write(&module, text).unwrap();
+            let mut files = files(&[&format!("mine={}", file.display())]);
+            files.modules.push(module.clone());
+            files.digest("plan".to_owned()).unwrap()
+        };
+        let first = with_module("b = 1");
+        assert_eq!(first, with_module("b = 1"));
+        assert_ne!(first, with_module("b = 2"));
     }
 
     #[test]
     fn an_external_scenario_has_controllers_in_place_of_the_unknown_allocator() {
         let mut vocabulary = Registry::built_in().vocabulary();
         let mut spec = vocabulary.allocators[0].clone();
-        spec.name = "ssi";
+        spec.name = "mine";
         vocabulary.allocators.push(spec);
         let scenario: toml::Table = toml::from_str(
-            "allocator = 'ssi'\n[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'\nallocator = 'nearest'",
+            "allocator = 'mine'\n[[robots]]\nname = 'blue'\n[[robots]]\nname = 'gold'\nallocator = 'nearest'",
         )
         .unwrap();
-        let controllers = files(&["ssi=ssi.py", "unused=x.py"]);
+        let controllers = files(&["mine=mine.py", "unused=x.py"]);
         let external = controllers
             .external(&scenario, &vocabulary)
             .unwrap()
             .unwrap();
-        assert_eq!(external.options, " --controller 'ssi=python3 ssi.py'");
+        assert_eq!(external.options, " --controller 'mine=python3 mine.py'");
         let built_in = Registry::built_in().vocabulary();
         let read = Scenario::parse("external.toml", &external.scenario, &built_in).unwrap();
         let deciders: Vec<&str> = read
@@ -226,7 +267,7 @@ mod tests {
             .iter()
             .map(|robot| read.decider_of(robot))
             .collect();
-        assert_eq!(deciders, ["ssi", "nearest"]);
+        assert_eq!(deciders, ["mine", "nearest"]);
         let without: toml::Table = toml::from_str("allocator = 'nearest'").unwrap();
         assert!(
             controllers

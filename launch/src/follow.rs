@@ -48,7 +48,7 @@ impl FollowedRun {
     ///
     /// # Errors
     /// Returns an error if the run cannot be followed, or if it is over and would be followed from now on.
-    pub async fn open(&self, ends: &mut Ends) -> anyhow::Result<Option<LiveRun>> {
+    pub async fn open(&self, ends: &mut EndRequests) -> anyhow::Result<Option<LiveRun>> {
         let folder = &self.folder;
         if self.from_start && ends.during(start_of(folder)).await.is_none() {
             return Ok(None);
@@ -100,7 +100,7 @@ pub async fn while_live<T>(
 pub async fn follow<F: Follower>(
     run: &mut LiveRun,
     follower: &mut F,
-    ends: &mut Ends,
+    ends: &mut EndRequests,
     mut caught_up: impl FnMut(&mut F),
 ) -> anyhow::Result<()> {
     loop {
@@ -119,13 +119,13 @@ pub async fn follow<F: Follower>(
     }
 }
 
-/// The requests to end.
-pub struct Ends {
+/// The signals that request the end of this process.
+pub struct EndRequests {
     interrupt: Signal,
     terminate: Signal,
 }
 
-impl Ends {
+impl EndRequests {
     /// Begins to receive requests to end.
     pub fn new() -> anyhow::Result<Self> {
         Ok(Self {

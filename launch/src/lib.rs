@@ -13,6 +13,7 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use analysis::controllers::ControllerFiles;
@@ -124,7 +125,7 @@ fn full_command() -> clap::Command {
 }
 
 /// Returns the controllers in Python of a command that executes a plan.
-fn plan_controllers(command: &Command) -> Option<&ControllerFiles> {
+fn plan_controllers(command: &mut Command) -> Option<&mut ControllerFiles> {
     match command {
         Command::Sweep(command) => Some(command.controllers()),
         Command::Compare(command) => Some(command.controllers()),
@@ -133,16 +134,20 @@ fn plan_controllers(command: &Command) -> Option<&ControllerFiles> {
     }
 }
 
-/// Executes a plan command in a process of the Python package. The registry contains its controllers.
+/// Executes a plan command in a process of the Python package. The registry contains its controllers. `modules`: the files
+/// that the files of the controllers have imported.
 #[must_use]
-pub fn execute_plan(registry: Registry, words: &[OsString]) -> ExitCode {
+pub fn execute_plan(registry: Registry, words: &[OsString], modules: Vec<PathBuf>) -> ExitCode {
     registry.install();
     cluster::session::prepare_process();
     log_to_stderr(LogArgs::default(), "alliance");
-    let command: AllianceCli = match arguments::parse_words(&full_command(), words) {
+    let mut command: AllianceCli = match arguments::parse_words(&full_command(), words) {
         Ok(command) => command,
         Err(status) => return status,
     };
+    if let Some(controllers) = plan_controllers(&mut command.command) {
+        controllers.modules = modules;
+    }
     match command.command {
         Command::Sweep(command) => command.run(&program_content()),
         Command::Compare(command) => command.run(&program_content()),
@@ -169,7 +174,7 @@ pub fn main(registry: Registry) -> ExitCode {
     if let Err(error) = ready {
         return fail("alliance", &error, 3);
     }
-    let command: AllianceCli = match arguments::parse(&full_command()) {
+    let mut command: AllianceCli = match arguments::parse(&full_command()) {
         Ok(command) => command,
         Err(status) => return status,
     };
@@ -178,10 +183,12 @@ pub fn main(registry: Registry) -> ExitCode {
         Command::Cluster(command) => command.start_log(),
         _ => log_to_stderr(LogArgs::default(), "alliance"),
     }
-    if let Some(controllers) = plan_controllers(&command.command)
-        && controllers.need_python(&program_content().vocabulary)
-    {
-        return python::execute_this_command();
+    if let Some(controllers) = plan_controllers(&mut command.command) {
+        match controllers.need_python(&Registry::current().vocabulary()) {
+            Ok(false) => {}
+            Ok(true) => return python::execute_this_command(),
+            Err(problem) => return fail("alliance", &problem, 2),
+        }
     }
     match command.command {
         Command::Run(command) => command.run(),

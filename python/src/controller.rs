@@ -74,8 +74,8 @@ pub struct ClassData {
     pub setup: Setup,
     /// The setup as a read-only Python object.
     pub setup_object: Py<PyAny>,
-    /// The variables outside the objects that several robots of this process would share; `None` if there are none, or if
-    /// the process has only one robot.
+    /// The variables outside the objects that several robots of this process would share; `None` if the process has only
+    /// one robot.
     pub shared: Option<Py<PyAny>>,
     /// `true` after the warning about slow copies.
     pub is_slow: AtomicBool,
@@ -99,7 +99,7 @@ impl ClassData {
 
 impl fmt::Debug for ClassData {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Common").field(&self.name).finish()
+        f.debug_tuple("ClassData").field(&self.name).finish()
     }
 }
 

@@ -52,7 +52,7 @@ fn interned(name: &str) -> &'static str {
 
 impl fmt::Debug for ControllerClass {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Class").field(&self.name).finish()
+        f.debug_tuple("ControllerClass").field(&self.name).finish()
     }
 }
 
@@ -113,7 +113,7 @@ impl ControllerClass {
                 // A robot with its own process shares nothing.
                 FailureReaction::EndsProcess => None,
                 FailureReaction::Stored(_) | FailureReaction::EndsRun => module
-                    .call_method1(intern!(py, "shared_variables"), (&self.class,))?
+                    .call_method1(intern!(py, "SharedVariables"), (&self.class,))?
                     .extract()?,
             };
             Ok(Arc::new(ClassData {

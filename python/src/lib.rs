@@ -4,9 +4,9 @@
 //! - [`controller`]: controllers written in Python, which replace an [`allocator`] or the whole controller ([`agent`]).
 //! - [`values`], [`readings`]: the arguments of a controller's step. [`stream`]: its random numbers.
 //! - [`math`]: numerical functions for such controllers.
-//! - [`plan`]: sweeps, comparisons and searches. [`run`]: a whole run in this process. [`table`]: the tables of a logged run.
-//!   [`env`]: runs that are stepped from outside. [`process`]: one robot as a
-//!   process.
+//! - [`plan`]: sweeps, comparisons and searches. [`run`]: a whole run in this process. [`env`]: runs that are stepped from
+//!   outside. [`process`]: one robot as a process.
+//! - [`table`]: the tables of a logged run.
 //!
 //! The Python package checks the types of its callers and contains the documentation for users. Errors of a mission
 //! have the one line that the program prints.

@@ -7,9 +7,6 @@ use crate::description::MessageType;
 use crate::hash::type_hash;
 use crate::qos::Qos;
 
-/// The largest number of a domain, by which ROS separates systems on one network.
-pub const DOMAIN_MAX: u8 = 232;
-
 /// The number of messages that a publisher keeps if its token names none.
 const DEFAULT_DEPTH: u32 = 42;
 
@@ -22,7 +19,7 @@ const SLASH: &str = "%";
 /// A node of ROS with the root namespace and the default enclave.
 #[derive(Clone, Debug)]
 pub struct Node {
-    /// The domain, at most [`DOMAIN_MAX`].
+    /// The domain, by which ROS separates systems on one network.
     pub domain: u8,
     /// The id of the zenoh session, as zenoh writes it.
     pub session: String,

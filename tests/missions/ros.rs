@@ -128,7 +128,7 @@ fn runs_that_ros_cannot_have_are_refused() {
         ),
         (
             "run --log summary --ros",
-            "alliance run: --ros: the log is 'summary', and observers need all of it; add --log full\n",
+            "alliance run: --ros: the log is 'summary', and observers need one of every tick; add --log compact\n",
         ),
         (
             "run --in-process --ros",

@@ -10,12 +10,14 @@ garbage on all keys of the run instead; with `stopped`, its subscriber does not 
 import json
 import os
 import random
+import select
 import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
+import traceback
 from collections import defaultdict
 from pathlib import Path
 
@@ -30,6 +32,7 @@ STREAM, LATCHED = "::,10:,:,:,,", ":1:,1:,:,:,,"
 # The time without a message after which all have arrived, s.
 QUIET = 1.0
 PATIENCE = 60
+CHILDREN = []
 
 
 def equal(found, expected, what):
@@ -86,7 +89,8 @@ class LateSubscriber(threading.Thread):
         self.port, self.first, self.found = port, first, {}
 
     def run(self):
-        while len(self.first.samples) < 2000:
+        until = time.monotonic() + PATIENCE
+        while len(self.first.samples) < 2000 and time.monotonic() < until:
             time.sleep(0.01)
         session = open_session("client", self.port)
         keys = {key for key, _, _ in list(self.first.samples) if key.split("/")[1] in ("map", "tf_static")}
@@ -106,9 +110,26 @@ class LateSubscriber(threading.Thread):
         self.found.setdefault(str(sample.key_expr), []).append((sample.payload.to_bytes(), sample.attachment.to_bytes()))
 
 
+def child(command, **options):
+    """Starts a process that ends with this one at the latest."""
+    CHILDREN.append(subprocess.Popen(command, **options))
+    return CHILDREN[-1]
+
+
 def start(program, run, port, domain, arguments):
     command = [program, "run", *arguments, "--out", run, f"--ros={domain}", f"--ros-router=tcp/127.0.0.1:{port}"]
-    return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return child(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for_sample(process, has_sample):
+    """Waits until a subscriber has a sample while the run of a process continues."""
+    until = time.monotonic() + PATIENCE
+    while not has_sample() or process.poll() is not None:
+        if process.poll() is not None:
+            sys.exit(f"the run ended with {process.returncode} before the first sample: {process.communicate()[1]}")
+        if time.monotonic() > until:
+            sys.exit(f"there was no sample within {PATIENCE} s")
+        time.sleep(0.01)
 
 
 def finish(process):
@@ -197,8 +218,7 @@ def main(mode, domain, program, run, *arguments):
     elif mode == "hostile":
         subscriber, ended = Subscriber(port, domain), threading.Event()
         process = start(program, run, port, domain, arguments)
-        while not subscriber.samples:
-            time.sleep(0.01)
+        wait_for_sample(process, lambda: subscriber.samples)
         keys = {key for key, _, _ in list(subscriber.samples)}
         attack = threading.Thread(target=disturb, args=(open_session("client", port), keys, ended))
         attack.start()
@@ -207,13 +227,14 @@ def main(mode, domain, program, run, *arguments):
         attack.join()
         facts = {"samples": len(subscriber.samples)}
     else:
-        stopped = subprocess.Popen([sys.executable, __file__, "wait", domain, str(port), run])
+        words = [sys.executable, __file__, "wait", domain, str(port)]
+        stopped = child(words, stdout=subprocess.PIPE)
         process = start(program, run, port, domain, arguments)
-        time.sleep(1)
-        os.kill(stopped.pid, signal.SIGSTOP)
+        wait_for_sample(process, lambda: select.select([stopped.stdout], [], [], 0)[0])
+        if not stopped.stdout.readline():
+            sys.exit("the subscriber failed")
+        stopped.send_signal(signal.SIGSTOP)
         finish(process)
-        os.kill(stopped.pid, signal.SIGKILL)
-        stopped.wait()
         facts = {}
     print(json.dumps(facts))
 
@@ -221,6 +242,9 @@ def main(mode, domain, program, run, *arguments):
 if __name__ == "__main__":
     if sys.argv[1] == "wait":
         held = Subscriber(sys.argv[3], sys.argv[2])
+        while not held.samples:
+            time.sleep(0.01)
+        print("a sample", flush=True)
         time.sleep(10 * PATIENCE)
     else:
         status = 0
@@ -229,6 +253,13 @@ if __name__ == "__main__":
         except SystemExit as problem:
             print(problem, file=sys.stderr)
             status = 1
+        except Exception:
+            traceback.print_exc()
+            status = 1
+        finally:
+            for process in CHILDREN:
+                process.kill()
+                process.wait()
         # The threads of open sessions would keep the process.
         sys.stdout.flush()
         sys.stderr.flush()

@@ -47,8 +47,7 @@ pub struct CompareCommand {
 
 impl CompareCommand {
     /// Returns the controllers in Python that the plan names.
-    #[must_use]
-    pub fn controllers(&self) -> &ControllerFiles {
+    pub fn controllers(&mut self) -> &mut ControllerFiles {
         self.arguments.controllers()
     }
 

@@ -5,6 +5,8 @@
 
 mod growing_file;
 mod new_rows;
+#[cfg(test)]
+mod tests;
 
 use std::collections::VecDeque;
 use std::fs;
@@ -57,16 +59,16 @@ pub enum Progress {
 /// Checks that a run can be followed while it is live. Errors name the command-line `option`.
 ///
 /// # Errors
-/// Returns an error if the log will not be complete, or if robots have external controllers, whose answers only a complete
-/// log contains.
+/// Returns an error if the log will not have a hash for every tick, or if robots have external controllers, whose answers
+/// the follower does not read.
 pub fn check(setup: &Setup, log: LogLevel, option: &str) -> Result<(), Problem> {
     let problem = |what: String, remedy| Err(Problem::with_source(option, what, remedy));
-    if log != LogLevel::Full {
+    if !log.has_every_tick() {
         let what = format!(
-            "the log is '{}', and observers need all of it",
+            "the log is '{}', and observers need one of every tick",
             log.as_str()
         );
-        return problem(what, "add --log full");
+        return problem(what, "add --log compact");
     }
     let external = setup.scenario.external_controllers();
     if let Some(name) = external.first() {

@@ -37,8 +37,7 @@ pub struct SweepCommand {
 
 impl SweepCommand {
     /// Returns the controllers in Python that the plan names.
-    #[must_use]
-    pub fn controllers(&self) -> &ControllerFiles {
+    pub fn controllers(&mut self) -> &mut ControllerFiles {
         self.arguments.controllers()
     }
 

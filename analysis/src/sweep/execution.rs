@@ -116,9 +116,8 @@ impl Arguments {
     }
 
     /// Returns the controllers in Python that the plan names.
-    #[must_use]
-    pub fn controllers(&self) -> &ControllerFiles {
-        &self.controllers
+    pub fn controllers(&mut self) -> &mut ControllerFiles {
+        &mut self.controllers
     }
 
     #[must_use]

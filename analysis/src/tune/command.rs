@@ -65,9 +65,8 @@ struct Search {
 
 impl TuneCommand {
     /// Returns the controllers in Python that the plan names.
-    #[must_use]
-    pub fn controllers(&self) -> &ControllerFiles {
-        &self.controllers
+    pub fn controllers(&mut self) -> &mut ControllerFiles {
+        &mut self.controllers
     }
 
     /// Runs the command. Exit status: 0 done, 2 invalid input, 3 a file cannot be written, 130 interrupted.

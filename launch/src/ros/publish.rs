@@ -15,13 +15,13 @@ use tokio::time::sleep;
 
 use super::RosCommand;
 use super::topics::{RosTopics, connect};
-use crate::follow::{self, Ends, FollowedRun, follow, while_live};
+use crate::follow::{self, EndRequests, FollowedRun, follow, while_live};
 
 /// The option of `alliance run`, for error messages.
 const OPTION: &str = "--ros";
 
 /// The time for the last messages to leave this process.
-const FAREWELL: Duration = Duration::from_millis(200);
+const DRAIN_TIME: Duration = Duration::from_millis(200);
 
 /// Checks that a run can be published.
 ///
@@ -38,7 +38,7 @@ pub fn run(name: &str, command: &RosCommand) -> ExitCode {
 }
 
 async fn publish(command: &RosCommand) -> anyhow::Result<()> {
-    let mut ends = Ends::new()?;
+    let mut ends = EndRequests::new()?;
     let followed = FollowedRun {
         folder: command.folder.clone(),
         from_start: command.from_start,
@@ -71,7 +71,7 @@ async fn publish(command: &RosCommand) -> anyhow::Result<()> {
         messages.destination.set_silent(false);
     });
     followed.await?;
-    sleep(FAREWELL).await;
+    sleep(DRAIN_TIME).await;
     messages.destination.close().await;
     Ok(())
 }

@@ -8,12 +8,15 @@ from __future__ import annotations
 import importlib.util
 import os
 import sys
+from collections.abc import Iterable
 from pathlib import Path
+from types import ModuleType
 from typing import NoReturn
 
 from . import _engine
 from ._controllers import Agent, Allocator
 from ._engine import ScenarioError
+from ._isolation import is_own
 from ._run import name_of
 
 
@@ -21,19 +24,11 @@ def controller_in(file: Path, name: str) -> type[Allocator] | type[Agent]:
     """Imports a file and returns its controller of that name. As for `python3 FILE`, it can import modules of its folder."""
     if not file.is_file():
         raise ScenarioError(f"--controller {name}: {file}: there is no such file")
-    sys.path.insert(0, str(file.resolve().parent))
     module = file.stem
-    if module in sys.modules:
+    loaded = sys.modules.get(module) or imported(file, name)
+    # A file can contain several controllers.
+    if _file_of(loaded) != file.resolve():
         raise ScenarioError(f"--controller {name}: {file}: a module '{module}' is already imported; rename the file")
-    spec = importlib.util.spec_from_file_location(module, file)
-    if spec is None or spec.loader is None:
-        raise ScenarioError(f"--controller {name}: {file}: this is not a file of Python; its name ends with .py")
-    sys.modules[module] = loaded = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(loaded)
-    except Exception as error:
-        why = " ".join(f"{type(error).__name__}: {error}".split())
-        raise ScenarioError(f"--controller {name}: {file}: {why}") from error
     values = vars(loaded).values()
     controllers = [value for value in values if isinstance(value, type) and issubclass(value, (Allocator, Agent)) and value.__module__ == module]
     named = {name_of(controller): controller for controller in controllers}
@@ -41,6 +36,35 @@ def controller_in(file: Path, name: str) -> type[Allocator] | type[Agent]:
         known = f"there are {', '.join(named)}" if named else "there are none"
         raise ScenarioError(f"--controller {name}: {file}: there is no controller '{name}'; {known}")
     return named[name]
+
+
+def imported(file: Path, name: str) -> ModuleType:
+    """Imports a file for its controller of that name."""
+    spec = importlib.util.spec_from_file_location(file.stem, file.resolve())
+    if spec is None or spec.loader is None:
+        raise ScenarioError(f"--controller {name}: {file}: this is not a file of Python; its name ends with .py")
+    sys.path.insert(0, str(file.resolve().parent))
+    sys.modules[file.stem] = module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ScenarioError(f"--controller {name}: {file}: {why}") from error
+    return module
+
+
+def modules_beside(files: Iterable[Path]) -> list[Path]:
+    """Returns the files of the imported modules in the folders of these files, by the name of the module."""
+    own = {file.resolve() for file in files}
+    folders = {file.parent for file in own}
+    found = {name: _file_of(module) for name, module in sys.modules.items()}
+    beside = {name: file for name, file in found.items() if file is not None and file.suffix == ".py" and is_own(file)}
+    return [file for _, file in sorted(beside.items()) if file not in own and folders & set(file.parents)]
+
+
+def _file_of(module: ModuleType) -> Path | None:
+    file = getattr(module, "__file__", None)
+    return Path(file).resolve() if isinstance(file, str) else None
 
 
 def files_in(words: list[str]) -> dict[str, Path]:
@@ -57,8 +81,9 @@ def main() -> NoReturn:
         os.execve(sys.executable, sys.orig_argv, {**os.environ, "PYTHONHASHSEED": "0"})
     words = ["alliance", *sys.argv[1:]]
     try:
-        controllers = [(name, controller_in(file, name)) for name, file in files_in(words).items()]
-        status = _engine.execute_plan(words, controllers)
+        files = files_in(words)
+        controllers = [(name, controller_in(file, name)) for name, file in files.items()]
+        status = _engine.execute_plan(words, controllers, modules_beside(files.values()))
     except (ScenarioError, TypeError) as error:
         print(f"alliance: {error}", file=sys.stderr)
         status = 2

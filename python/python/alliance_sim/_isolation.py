@@ -32,6 +32,9 @@ CONSTANT = (bool, bytes, complex, float, int, str, type(None), type(...))
 #: Instruction that assigns a global variable.
 STORE_GLOBAL = dis.opmap["STORE_GLOBAL"]
 
+#: Instruction that imports a module.
+IMPORT_NAME = dis.opmap["IMPORT_NAME"]
+
 #: Value of a variable that does not exist.
 MISSING = object()
 
@@ -78,15 +81,17 @@ class Variable:
         self.is_large = self._content is not None and len(self._content) > LARGE
 
     def has_changed(self) -> bool:
-        """Compares the variable with the start of the run. Of a value that cannot be pickled only the identity is compared."""
+        """Compares the variable with the start of the run. Of a value that could not be pickled then, only the identity is compared."""
         now = self._read()
         if now is not self._value:
             return not (isinstance(now, CONSTANT) and type(now) is type(self._value) and now == self._value)
         if self._content is None:
             return False
         content = _pickled(now)
-        if content == self._content or content is None:
+        if content == self._content:
             return False
+        if content is None:
+            return True
         # Equal values can have different bytes, for example if a text is stored twice.
         if not is_same(pickle.loads(self._content), now):
             return True
@@ -97,14 +102,22 @@ class Variable:
 class SharedVariables:
     """Variables that the methods of a controller class can reach, and that all its robots in a process would share."""
 
-    def __init__(self, variables: list[Variable]) -> None:
-        self._variables = variables
+    def __init__(self, controller: type) -> None:
+        self._search = Search(controller)
+        self._variables = self._search.variables()
         self._steps = 0
 
     def check(self) -> None:
         """Raises a `RuntimeError` that names a variable which has changed since the start of the run."""
         self._steps += 1
-        with_large = self._steps % LARGE_STEPS == 0 or self._steps & (self._steps - 1) == 0
+        self._compare(with_large=self._steps % LARGE_STEPS == 0 or self._steps & (self._steps - 1) == 0)
+        self._variables += self._search.variables()
+
+    def check_all(self) -> None:
+        """Raises the error of `check`, also for large values."""
+        self._compare(with_large=True)
+
+    def _compare(self, *, with_large: bool) -> None:
         for variable in self._variables:
             if (with_large or not variable.is_large) and variable.has_changed():
                 raise RuntimeError(
@@ -113,10 +126,9 @@ class SharedVariables:
                 )
 
 
-def shared_variables(controller: type) -> SharedVariables | None:
-    """Returns the shared variables of a controller class with their present values; `None` if there are none."""
-    found = Search(controller).variables()
-    return SharedVariables(found) if found else None
+def is_own(file: Path) -> bool:
+    """Returns whether the author of the controller wrote a file."""
+    return not LIBRARIES & set(file.resolve().parents)
 
 
 def _pickled(value: Any) -> bytes | None:
@@ -135,10 +147,17 @@ class Search:
         self._pending: list[Iterator[Variable]] = []
         self._visited: set[Any] = set()
         self._names: set[str] = set()
+        #: Modules that a function imports and that were not imported yet, with the names that the function uses.
+        self._absent: list[tuple[str, tuple[str, ...]]] = []
         self._follow(controller, ())
 
     def variables(self) -> list[Variable]:
-        """Returns each variable once, in a fixed order."""
+        """Returns the variables that no earlier call returned, in a fixed order: the first time all, and later those of modules
+        that have been imported since.
+        """
+        absent, self._absent = self._absent, []
+        for module, names in absent:
+            self._follow_import(module, names)
         found: list[Variable] = []
         while self._pending:
             for variable in self._pending.pop():
@@ -149,17 +168,19 @@ class Search:
 
     def _follow(self, value: Any, names: tuple[str, ...]) -> bool:
         """Adds the variables of a class, a function or a module to the search. Returns false for any other value."""
-        value = getattr(value, "__wrapped__", value) if callable(value) else value
+        wrapped = getattr(value, "__wrapped__", None) if callable(value) else None
+        if wrapped is not None:
+            self._follow(wrapped, names)
         if isinstance(value, property):
             return any([self._follow(function, names) for function in (value.fget, value.fset, value.fdel)])
         value = value.__func__ if isinstance(value, staticmethod | classmethod) else value
         if not isinstance(value, type | FunctionType | ModuleType):
-            return callable(value) and not hasattr(value, "__dict__")
+            return callable(value) and (wrapped is not None or not hasattr(value, "__dict__"))
         if isinstance(value, ModuleType):
             if self._is_own(value.__name__) and (id(value), names) not in self._visited:
                 self._visited.add((id(value), names))
                 self._pending.append(self._of_namespace(vars(value), value.__name__, names))
-        elif id(value) not in self._visited and self._is_own(value.__module__):
+        elif id(value) not in self._visited and self._is_own(_module_of(value)):
             self._visited.add(id(value))
             self._pending.append(self._of_class(value) if isinstance(value, type) else self._of_function(value))
         return True
@@ -171,7 +192,7 @@ class Search:
         if module.partition(".")[0] == self._package:
             return True
         file = getattr(sys.modules.get(module), "__file__", None)
-        return file is not None and not LIBRARIES & set(Path(file).resolve().parents)
+        return file is not None and is_own(Path(file))
 
     def _variable(self, name: str, read: Callable[[], Any], names: tuple[str, ...]) -> Iterator[Variable]:
         """Yields a variable, unless its value leads to others."""
@@ -203,7 +224,15 @@ class Search:
         given = dict(zip(reversed(code.co_varnames[: code.co_argcount]), reversed(function.__defaults__ or ()), strict=False))
         for name, default in {**given, **(function.__kwdefaults__ or {})}.items():
             yield from self._variable(f"{function.__qualname__}.{name}", lambda default=default: default, names)
-        yield from self._of_namespace(function.__globals__, function.__module__, names, _stores_globals(code))
+        for module in _imports(code, function.__globals__.get("__package__") or ""):
+            self._follow_import(module, names)
+        yield from self._of_namespace(function.__globals__, function.__globals__["__name__"], names, _stores_globals(code))
+
+    def _follow_import(self, module: str, names: tuple[str, ...]) -> None:
+        if module in sys.modules:
+            self._follow(sys.modules[module], names)
+        else:
+            self._absent.append((module, names))
 
     def _of_namespace(self, namespace: Mapping[str, Any], module: str, names: tuple[str, ...], with_new: bool = False) -> Iterator[Variable]:
         """Yields the variables of these names. `with_new`: also those that do not exist yet."""
@@ -214,6 +243,24 @@ class Search:
 
 def _is_special(name: str) -> bool:
     return name.startswith("__") and name.endswith("__")
+
+
+def _module_of(value: type | FunctionType) -> str | None:
+    """Returns the module with the code of a class or a function. `functools.wraps` changes only `__module__`."""
+    return value.__globals__.get("__name__") if isinstance(value, FunctionType) else value.__module__
+
+
+def _imports(code: CodeType, package: str) -> Iterator[str]:
+    """Yields the modules that a function of a package, or a function in it, can import."""
+    for instruction in dis.get_instructions(code):
+        if instruction.opcode == IMPORT_NAME:
+            name = str(instruction.argval)
+            yield from filter(None, (name, name.partition(".")[0]))
+            if package:
+                yield f"{package}.{name}".removesuffix(".")
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _imports(constant, package)
 
 
 def _content_of(cell: Any) -> Any:

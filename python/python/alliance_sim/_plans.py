@@ -63,7 +63,7 @@ def _execute(command: str, plan: Plan, controllers: Controllers, out: Path, jobs
     with tempfile.TemporaryDirectory() as folder:
         if isinstance(plan, Mapping):
             file = Path(folder) / f"{out.name}.toml"
-            file.write_text(_toml(plain(plan, "plan")), encoding="utf-8")
+            file.write_text(_toml(_with_absolute_paths(plain(plan, "plan"))), encoding="utf-8")
         else:
             file = Path(plan)
         words = [sys.executable, "-m", "alliance_sim", command, *options, "--", str(file)]
@@ -76,6 +76,18 @@ def _execute(command: str, plan: Plan, controllers: Controllers, out: Path, jobs
         kind = ScenarioError if done.returncode == 2 else AllianceError
         raise kind(lines[-1].removeprefix(f"alliance {command}: ").removeprefix("alliance: "))
     return load(out)
+
+
+def _with_absolute_paths(plan: dict[str, Any]) -> dict[str, Any]:
+    """Returns a plan whose scenario files do not depend on its folder. Those of a dict are relative to the working directory."""
+    missions = plan.get("missions")
+    if isinstance(missions, dict):
+        plan = {**plan, "missions": {name: _with_absolute_paths(mission) if isinstance(mission, dict) else mission for name, mission in missions.items()}}
+    scenario = plan.get("scenario")
+    # The name of a built-in scenario has neither a folder nor an ending.
+    if isinstance(scenario, str) and (os.sep in scenario or Path(scenario).suffix):
+        plan = {**plan, "scenario": str(Path(scenario).resolve())}
+    return plan
 
 
 def _file_of(controller: type) -> Path:

@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from . import _engine
-from ._engine import ScenarioError
+from ._engine import ControllerError, ScenarioError
 from ._controllers import Agent, Allocator
+from ._isolation import SharedVariables
 from ._plain import plain, whole
 from ._results import Results, load
 
@@ -81,7 +82,16 @@ def run(
     `KeyboardInterrupt` and a `SystemExit` of a controller pass unchanged.
     """
     folder = None if log is None else Path(log)
-    file = json.loads(_engine.run(asked(scenario, controllers, seed, faults, robots, size, limit, twice), folder, level))
+    request = asked(scenario, controllers, seed, faults, robots, size, limit, twice)
+    classes = dict.fromkeys(controller for _, _, controller in request["controllers"] if controller is not None)
+    shared = [SharedVariables(controller) for controller in classes]
+    file = json.loads(_engine.run(request, folder, level))
+    for variables in shared:
+        # The steps compare large values rarely.
+        try:
+            variables.check_all()
+        except RuntimeError as error:
+            raise ControllerError(f"end of the run: RuntimeError: {error}") from error
     return Run(file["hash"], file["outcome"], file["result"], file, folder)
 
 

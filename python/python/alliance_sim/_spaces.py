@@ -30,6 +30,14 @@ else:
         class VectorEnv:
             """Stand-in for Gymnasium's class."""
 
+            closed = False
+
+            def close(self, **options: Any) -> None:
+                """Ends the environments."""
+                if not self.closed:
+                    self.close_extras(**options)
+                    self.closed = True
+
 
 def batch_spaces(level: str, envs: int, shape: tuple[int, int], counts: Sequence[int], bound: float) -> dict[str, Any]:
     """Returns the attributes of a `VectorEnv` with spaces: of the batch, and of one environment.

@@ -140,7 +140,7 @@ class VecEnv(VectorEnv):
             raise RuntimeError("reset_mask: the first reset() starts all environments")
         seeds = self._seeds(seed)
         self._worlds.reset([number if chosen else None for number, chosen in zip(seeds, mask.tolist(), strict=True)])
-        self._is_running = True
+        self._is_running, self.closed = True, False
         self._update_arrays()
         return self._returned(self.observation), self._infos()
 
@@ -256,9 +256,12 @@ class VecEnv(VectorEnv):
         """Logs the next episode of an environment in a new folder, for `load` and for `alliance watch` and `report`."""
         self._worlds.record(env, Path(folder))
 
-    def close(self, **_: Any) -> None:
-        """Ends the current episodes and their logs."""
-        self._worlds.close()
+    def close_extras(self, **_: Any) -> None:
+        """Ends the current episodes and their logs, for `close`."""
+        # Gymnasium also closes an object whose creation failed.
+        if "_worlds" in vars(self):
+            self._worlds.close()
+            self._is_running = False
 
     def __repr__(self) -> str:
         return f"<VecEnv of {self.num_envs} environments with {len(self.agents)} agents, level {self.level}>"

@@ -35,7 +35,7 @@ def test_rust_controllers_have_the_hash_of_the_command(alliance, tmp_path):
 
 
 def test_a_log_has_the_bytes_of_the_command(alliance, tmp_path):
-    words = ["run", "janitorial", "--in-process", "--allocator=nearest", "--limit=30", f"--out={tmp_path / 'command'}"]
+    words = ["run", "janitorial", "--in-process", "--allocator=nearest", "--limit=30", "--log=full", f"--out={tmp_path / 'command'}"]
     alliance(*words, status=(0, 1))
     run("janitorial", {"*": "nearest"}, limit=30, log=tmp_path / "here")
     for file in (tmp_path / "here").glob("*.csv"):

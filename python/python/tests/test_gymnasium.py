@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from alliance_sim import run
+from alliance_sim import ScenarioError, run
 from alliance_sim.env import RobotEnv, VecEnv, parallel_env
 from conftest import needed
 
@@ -103,6 +103,30 @@ def test_unseeded_resets_differ_and_seeded_ones_repeat():
                 env.step({})
             hashes.add(env.hash)
     assert len(hashes) == 4
+
+
+def test_an_environment_that_was_not_created_or_is_closed():
+    with pytest.raises(ScenarioError, match="'none' is neither a built-in scenario nor a file"):
+        VecEnv("none")
+    # Gymnasium closes an object when it is deleted.
+    VecEnv.__new__(VecEnv).close()
+    env = VecEnv("janitorial", limit=5.0)
+    env.reset(seed=1)
+    env.close()
+    with pytest.raises(RuntimeError, match="call reset"):
+        env.step(np.zeros((1, 3), int))
+    env.reset(seed=1)
+    env.step(np.zeros((1, 3), int))
+
+
+def test_a_wrong_action_steps_no_environment():
+    env = VecEnv("janitorial", 2, limit=5.0)
+    env.reset(seed=1)
+    poses = [env.poses(number) for number in range(2)]
+    for wrong in (-1, 99):
+        with pytest.raises(ScenarioError, match=f"action of 'green': {wrong} is out of range"):
+            env.step(np.array([[1, 1, 1], [1, 1, wrong]]))
+    assert all(np.array_equal(env.poses(number), poses[number]) for number in range(2))
 
 
 def test_a_step_of_several_ticks_repeats_its_action():

@@ -1,6 +1,7 @@
 """Robots in one process share no memory, as robots in processes do."""
 
 import copy
+import functools
 import json
 import signal
 import threading
@@ -13,6 +14,7 @@ from greedy import Greedy
 
 TOTAL = 0
 BOARD: dict[str, float] = {}
+SETS = {}
 LARGE = list(range(5000))
 
 
@@ -73,6 +75,48 @@ class Large(Allocator):
         LARGE[0] = LARGE[0] + 1
 
 
+class Unpicklable(Allocator):
+    def step(self, now, messages, sets):
+        SETS[self.name] = sets[0]
+
+
+def remembered(function):
+    memory = {}
+
+    @functools.wraps(function)
+    def wrapper(self, now, messages, sets):
+        memory[self.name] = now
+        return function(self, now, messages, sets)
+
+    return wrapper
+
+
+class Wrapper(Allocator):
+    @remembered
+    def step(self, now, messages, sets):
+        return None
+
+
+class Wrapped(Allocator):
+    @functools.lru_cache(maxsize=0)
+    def step(self, now, messages, sets):
+        BOARD[self.name] = now
+
+
+class LocalImport(Allocator):
+    def step(self, now, messages, sets):
+        import state
+
+        state.NOTES.append(self.name)
+
+
+class LateImport(Allocator):
+    def step(self, now, messages, sets):
+        from late import NOTES
+
+        NOTES.append(self.name)
+
+
 class AtStart(Allocator):
     born: list[str] = []
 
@@ -99,6 +143,11 @@ class Whole(Agent):
         (Default, "Default.step.cache"),
         (HelperClass, "Memory.seen"),
         (Large, "test_isolation.LARGE"),
+        (Unpicklable, "test_isolation.SETS"),
+        (Wrapper, "Wrapper.step.memory"),
+        (Wrapped, "test_isolation.BOARD"),
+        (LocalImport, "state.NOTES"),
+        (LateImport, "late.NOTES"),
         (AtStart, "AtStart.born"),
         (Whole, "Whole.log"),
     ],
@@ -107,7 +156,7 @@ def test_a_shared_variable_is_refused_by_name(controller, name):
     with pytest.raises(ControllerError) as error:
         run("janitorial", {"*": controller}, limit=2)
     line = str(error.value)
-    assert line.startswith("gold: tick ") and f": RuntimeError: {name} was changed, " in line.replace("<locals>.", "")
+    assert line.startswith(("blue: tick ", "gold: tick ", "green: tick ")) and f": RuntimeError: {name} was changed, " in line.replace("<locals>.", "")
     assert "robots in processes do not" in line
 
 
@@ -123,6 +172,18 @@ def test_a_variable_of_an_enclosing_function_is_refused_unless_it_is_collected()
     seen.clear()
     run("janitorial", {"*": type("Collector", (Watcher,), {"collected": {"seen"}})}, limit=1)
     assert len(seen) == 60
+
+
+def test_a_large_value_is_compared_at_the_end_of_the_run():
+    class Late(Allocator):
+        table = list(range(5000))
+
+        def step(self, now, messages, sets):
+            if self.name == "blue" and now == 4.9:
+                self.table[0] += 1
+
+    with pytest.raises(ControllerError, match=r"^end of the run: RuntimeError: Late.table was changed, "):
+        run("janitorial", {"*": Late}, limit=5)
 
 
 def test_variables_that_do_not_change_are_no_error():

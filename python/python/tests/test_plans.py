@@ -163,6 +163,7 @@ def test_parameters_of_a_controller_can_be_varied_and_tuned(tmp_path):
         (("--controller", "gredy={greedy}"), "there is no controller 'gredy'; there are greedy"),
         (("--controller", "greedy={greedy}", "--controller", "greedy={greedy}"), "it is given twice"),
         (("--controller", "greedy"), "use NAME=FILE, such as greedy=greedy.py"),
+        (("--controller", "nearest={greedy}"), "--controller nearest: 'nearest' is one of the simulator's allocators; give the class another name"),
         ((), "there is no allocator 'greedy'"),
     ],
 )
@@ -174,10 +175,55 @@ def test_mistakes_are_reported_in_one_line(command, tmp_path, words, expected):
     assert not (tmp_path / "comparisons").exists()
 
 
-def test_without_python_the_command_names_the_remedy(command, tmp_path):
+def test_without_the_package_the_command_names_the_remedy(command, tmp_path):
     (tmp_path / "plan.toml").write_text(TOML)
-    done = command("compare", "plan.toml", "--controller", "greedy=greedy.py", status=2, ALLIANCE_PYTHON="/none/python3")
-    assert "/none/python3" in done.stderr and "set ALLIANCE_PYTHON to it" in done.stderr
+    without = tmp_path / "without"
+    # `-S`: no installed packages.
+    without.write_text(f'#!/bin/sh\nexec {sys.executable} -S "$@"\n')
+    other = tmp_path / "other"
+    other.write_text("#!/bin/sh\necho 0123\n")
+    for python, expected in [
+        (Path("/none/python3"), "No such file"),
+        (without, "No module named 'alliance_sim'"),
+        (other, "its package has the build 0123, and this program the build "),
+    ]:
+        if python.exists():
+            python.chmod(0o755)
+        words = ("compare", "plan.toml", "--controller", "greedy=greedy.py")
+        done = command(*words, status=2, ALLIANCE_PYTHON=str(python), PYTHONPATH="")
+        assert str(python) in done.stderr and expected in done.stderr and "set ALLIANCE_PYTHON to it" in done.stderr
+        assert done.stderr.count("\n") == 1, done.stderr
+
+
+def test_a_file_can_contain_several_controllers(command, tmp_path):
+    (tmp_path / "plan.toml").write_text('scenario = "janitorial"\nlimit_s = 5.0\nseeds = [1]\n[grid]\nallocator = ["first", "second"]\n')
+    step = "    def step(self, now, messages, sets):\n        return None\n\n"
+    text = f"from alliance_sim import Allocator\n\nclass First(Allocator):\n{step}class Second(Allocator):\n{step}"
+    (tmp_path / "two.py").write_text(text)
+    command("sweep", "plan.toml", "--controller", "first=two.py", "--controller", "second=two.py", "--out", "out")
+    assert load(tmp_path / "out", "numpy").results["allocator"].tolist() == ["first", "second"]
+
+
+def test_a_journal_belongs_to_one_version_of_the_modules(command, tmp_path):
+    (tmp_path / "plan.toml").write_text('scenario = "janitorial"\nlimit_s = 5.0\nseeds = [1]\n[grid]\nallocator = ["mine"]\n')
+    (tmp_path / "mine.py").write_text("import rule\nfrom alliance_sim import Allocator\n\nclass Mine(Allocator):\n    step = rule.step\n")
+    rule = "def step(self, now, messages, sets):\n    return None\n"
+    (tmp_path / "rule.py").write_text(rule)
+    words = ("sweep", "plan.toml", "--controller", "mine=mine.py", "--out", "out")
+    command(*words)
+    (tmp_path / "unused.py").write_text("")
+    assert "1 of them done before" in command(*words).stderr
+    (tmp_path / "rule.py").write_text(rule.replace("None", "sets[0]"))
+    assert "this one before it was changed" in command(*words, status=2).stderr
+
+
+def test_files_of_a_plan_in_a_dict_are_relative_to_the_working_directory(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text("limit_s = 5.0\n")
+    results = sweep({"scenario": "mine.toml", "seeds": [1]}, out="out")
+    assert len(load(results.folder, "numpy").results["hash"]) == 1
+    with pytest.raises(ScenarioError, match=f"{tmp_path}/none.toml"):
+        sweep({"scenario": "none.toml", "seeds": [1]}, out="none")
 
 
 def test_classes_without_a_file_are_refused(tmp_path):

@@ -108,7 +108,7 @@ impl BatchPart {
         for at in 0..self.places.len() {
             let number = self.first + at;
             let place = &mut self.places[at];
-            place.act(common, number, actions)?;
+            place.act(common, number, actions);
             self.observations.reward[at] = place.world.step(common, &mut self.spaces)? as f32;
             let outcome = place.world.outcome;
             self.observations.done[at] = match outcome {
@@ -162,12 +162,12 @@ impl BatchPart {
 }
 
 impl Slot {
-    fn act(&mut self, common: &Common, number: usize, actions: &Actions) -> PyResult<()> {
+    fn act(&mut self, common: &Common, number: usize, actions: &Actions) {
         let agents = common.agents.len();
         for (agent, robot) in common.agents.iter().enumerate() {
             let place = number * agents + agent;
             match actions {
-                Actions::Decide(all) => self.world.decide(common, agent, all[place])?,
+                Actions::Decide(all) => self.world.decide(common, agent, all[place]),
                 Actions::Drive(all) => {
                     let mut action = [0.0; DRIVE_ACTION_LEN];
                     action.copy_from_slice(&all[place * DRIVE_ACTION_LEN..][..DRIVE_ACTION_LEN]);
@@ -175,6 +175,5 @@ impl Slot {
                 }
             }
         }
-        Ok(())
     }
 }

@@ -180,6 +180,22 @@ impl Common {
         }
     }
 
+    /// Checks the actions of all environments at level decide.
+    pub fn check_decisions(&self, actions: &[i64]) -> PyResult<()> {
+        let sets = |agent: &RobotId| self.sets_of(*agent).len();
+        let most: Vec<usize> = self.agents.iter().map(sets).collect();
+        let agents = self.agents.iter().zip(most).cycle();
+        for (action, (agent, most)) in actions.iter().zip(agents) {
+            if !usize::try_from(*action).is_ok_and(|number| number <= most) {
+                let robot = self.setup.roster.name(*agent);
+                return Err(scenario_error(format!(
+                    "action of '{robot}': {action} is out of range; it must be from 0 to {most}"
+                )));
+            }
+        }
+        Ok(())
+    }
+
     /// Returns the sets of an externally controlled robot, in the order of its actions from 1 on.
     pub fn sets_of(&self, agent: RobotId) -> Vec<BehaviorId> {
         let robot = &self.setup.scenario.robots[agent.index()];
@@ -300,24 +316,14 @@ impl Environment {
         }
     }
 
-    /// Sets the action of an agent at level decide: 0 for idle, or the number of one of its sets, from 1.
-    pub fn decide(&mut self, common: &Common, agent: usize, action: i64) -> PyResult<()> {
-        let sets = &self.sets[agent];
-        let wanted = match usize::try_from(action) {
-            Ok(0) => None,
-            Ok(number) if number <= sets.len() => Some(sets[number - 1]),
-            _ => {
-                let robot = common.setup.roster.name(common.agents[agent]);
-                let most = sets.len();
-                return Err(scenario_error(format!(
-                    "action of '{robot}': {action} is out of range; it must be from 0 to {most}"
-                )));
-            }
-        };
+    /// Sets the action of an agent at level decide: 0 for idle, or the number of one of its sets, from 1. The batch has
+    /// checked the range.
+    pub fn decide(&mut self, common: &Common, agent: usize, action: i64) {
+        let number = usize::try_from(action).unwrap_or(0);
+        let set = number.checked_sub(1);
         let mut external = self.external_agents.lock(common.agents[agent]);
-        external.wanted = wanted;
+        external.wanted = set.and_then(|set| self.sets[agent].get(set)).copied();
         external.has_ended = false;
-        Ok(())
     }
 
     /// Sets the action of an agent at level drive: speed, turn, gripper and report, each from -1 to 1.

@@ -69,12 +69,13 @@ impl EnvironmentBatch {
         py.detach(|| lock(&self.threads).on_each(&self.parts, &work))
     }
 
-    /// Reads the actions of all agents in all environments, and checks that they are finite.
+    /// Reads the actions of all agents in all environments, and checks their numbers and ranges.
     fn read(&self, py: Python<'_>, actions: &Bound<'_, PyAny>) -> PyResult<Actions> {
         let agents = self.common.agents.len() * self.envs;
         let (read, found, wanted) = match self.common.level {
             Level::Decide => {
                 let read = PyBuffer::<i64>::get(actions)?.to_vec(py)?;
+                self.common.check_decisions(&read)?;
                 let found = read.len();
                 (Actions::Decide(read), found, agents)
             }

@@ -5,8 +5,10 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 
 
 def _incidence(columns, robots, tasks):
-    """Returns which columns contain each robot, and which contain each task. A column is (robot, tasks, "
-    "number)."""
+    """Returns which columns contain each robot, and which contain each task.
+
+    A column is (robot, tasks, number).
+    """
     of_robot, of_task = np.zeros((robots, len(columns))), np.zeros((tasks, len(columns)))
     for index, (robot, each, _) in enumerate(columns):
         of_robot[robot, index] = 1

@@ -14,24 +14,34 @@ HEAD = """\
 # Results of others
 
 For each published result: its source and setting, the published figure, the figure here, the verdict and the reason.
-Nothing was tuned for this page, and results that differ stay on it. The verdict follows from the figures by a rule in
-the code. *Not comparable* marks a result whose setting differs or is not known.
+The verdict follows from the figures by a rule in the code. A result that differs is *not reproduced*. *Not comparable*
+marks an agreement that proves little, because the setting differs or is not known, parameters were chosen here, or the
+published result is quoted from memory.
 
 ```sh
-python3 tests/python/reproduced --program target/release/alliance --instances DIR
+python3 tests/python/reproduced --program target/release/alliance --data DATA --instances DIR
 ```
 
-This command measures all figures, stores them in `tests/golden/reproduced.json` and writes this page. DIR contains
-RC208.vrp, PR01.vrp and PR11A.vrp from the tests in PyVRP's sources. Names of sections (grape, cbba, space, routing,
-thesis, teams) limit the command to these. With `--check`, it repeats a cheap part of each section and compares the
-figures and the page; the test `reproduced` does so in CI. A section without its data or packages is skipped and named.
+This command measures all figures, stores them in `tests/golden/reproduced.json` and writes this page.
+
+- DATA contains `grape/circle.csv`, `skew.csv` and `square.csv` (the instances of figure 7, with the columns kind,
+  index, x_m, y_m, demand, task and utility), and `space_runs.csv` (93 runs of SPACE, with the columns allocator, end_s
+  and distance). The default is `../shared/data`, beside the repository.
+- DIR contains RC208.vrp, PR01.vrp and PR11A.vrp from the tests in PyVRP's sources.
+- Names of sections (grape, cbba, space, routing, thesis, teams) limit the command to these.
+- With `--check`, it repeats a cheap part of each section and compares the figures and the page; the test `reproduced`
+  does so in CI.
+- A section without its data or packages is skipped and named. The page needs the packages of all sections.
+
 Code: `tests/python/reproduced/`.
 """
 
 
-def verdict(holds):
-    """Returns the verdict of a rule."""
-    return REPRODUCED if holds else FAILED
+def verdict(holds, is_known=True):
+    """Returns the verdict of a rule. `is_known`: false if the published setting or result is not known exactly."""
+    if not holds:
+        return FAILED
+    return REPRODUCED if is_known else OTHER
 
 
 def table(header, lines):

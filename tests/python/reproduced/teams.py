@@ -85,8 +85,8 @@ def push_section(found):
         published,
         "; ".join(f"{end}: {', '.join(found[phase][end])}" for end in ("left", "right"))
         + f"; {len(found[phase]['ends'])} strokes",
-        verdict(holds),
-        why,
+        verdict(holds, is_known=False),
+        f"phases from memory; {why}",
     )
     two, one, more = found["two robots"], found["one robot"], found["genghis"]
     return Section(
@@ -139,8 +139,8 @@ def cmommt_section(found):
                 f"{targets} targets, {robots} robots",
                 f"a-cmommt and local above random and fixed{published}",
                 values,
-                verdict(follow and order),
-                f"{why}mean A/n, differences below {EQUAL} count as equal",
+                verdict(follow and order, is_known=False),
+                f"order from memory; {why}mean A/n, differences below {EQUAL} count as equal",
             )
         )
     return Section(
@@ -157,7 +157,9 @@ def strategies_section(found):
     energies = {size: value[1] for size, value in found.items()}
     largest = lambda values: max(values, key=values.get)
     at = lambda values, size: max(value for name, value in values.items() if name.startswith(size))
-    row = lambda result, published, values, holds, why: Row(result, published, values, verdict(holds), why)
+    row = lambda result, published, values, holds, why: Row(
+        result, published, values, verdict(holds, is_known=False), why
+    )
     both = f"time {mean(times.values()):.3f}, energy {mean(energies.values()):.3f}"
     unknown = "spread h and distributions of the report are not known; [tables](allocators/l-alliance.md)"
     return Section(

@@ -1,0 +1,3 @@
+"""State of a module that only a step imports."""
+
+NOTES: list[str] = []
