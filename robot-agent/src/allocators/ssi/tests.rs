@@ -369,36 +369,35 @@ fn tasks_that_appear_are_auctioned() {
     assert_eq!(paths(&team), [vec![0], vec![2]]);
 }
 
-/// A task that cannot be done in time after the earlier ones leaves the path, also while no task is free.
+/// A task that can no longer be done in time after the earlier ones leaves the path, also while no task is free.
 #[test]
 fn a_task_that_becomes_late_is_auctioned_again() {
-    let me = fixtures::self_state(
-        RobotId(0),
-        1,
-        (0..3).map(|_| fixtures::brief(1, 1.0)).collect(),
+    let briefs = (0..2).map(|_| fixtures::brief(2, 1.0)).collect();
+    let mut ssi = Ssi::new(
+        &fixtures::self_state(RobotId(0), 2, briefs),
+        &config(Objective::Max),
     );
-    let mut ssi = Ssi::new(&me, &config(Objective::Max));
+    let choices = [fixtures::choice(0, 1.0), fixtures::choice(1, 2.0)];
     let mut decision = Decision::default();
-    let mut step = |ssi: &mut Ssi, tick: u64, is_late: bool, is_changed: bool| {
-        let mut choices = [0, 1, 2].map(|task| fixtures::choice(task, f64::from(task) + 1.0));
-        choices[2].applicable = !is_changed;
+    for tick in 0..=100 {
+        let is_late = tick == 100;
         let input = Input {
             choices: &choices,
-            seconds: &|after, task| {
-                (!is_late || after.is_empty() || task != TaskId(1)).then_some(1.0)
-            },
+            // The robot chooses again.
+            is_laden: is_late,
+            seconds: &|_, _| (!is_late).then_some(1.0),
             ..fixtures::input(SimTime(tick * STEP.0), RobotId(0))
         };
+        decision.say.clear();
+        decision.rows.clear();
         ssi.step(&input, &mut decision);
-        let stops = ssi.path.stops.iter();
-        stops.map(|stop| stop.task.index()).collect::<Vec<_>>()
-    };
-    for tick in 0..10 {
-        step(&mut ssi, tick, false, false);
+        let path: Vec<TaskId> = ssi.path.stops.iter().map(|stop| stop.task).collect();
+        match tick {
+            99 => assert_eq!(path, [TaskId(0), TaskId(1)]),
+            100 => assert_eq!(path, [TaskId(0)]),
+            _ => {}
+        }
     }
-    assert_eq!(step(&mut ssi, 10, false, false), [0, 1, 2]);
-    // Task 2 ceases, and task 1 is late after task 0.
-    assert_eq!(step(&mut ssi, 11, true, true), [0]);
     let place = ssi.awards.find(TaskId(1), 0).unwrap();
     assert!(ssi.awards.place(place).holder.is_none());
 }
