@@ -15,7 +15,7 @@ pub struct Radio {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fading: Option<Fading>,
     /// The effect of obstacles between sender and receiver.
-    #[serde(skip_serializing_if = "Walls::pass")]
+    #[serde(skip_serializing_if = "Walls::is_pass")]
     pub walls: Walls,
 }
 
@@ -41,7 +41,7 @@ pub enum Walls {
 }
 
 impl Walls {
-    fn pass(&self) -> bool {
+    fn is_pass(&self) -> bool {
         *self == Self::Pass
     }
 }

@@ -154,7 +154,10 @@ impl Health {
         if age <= UPDATE_MAX {
             return (StatusCode::OK, "ok\n".to_owned());
         }
-        let text = format!("the world has stood still for {} s\n", age.as_secs());
+        let text = format!(
+            "the world has completed no update for {} s\n",
+            age.as_secs()
+        );
         (StatusCode::SERVICE_UNAVAILABLE, text)
     }
 }
@@ -232,7 +235,7 @@ mod tests {
             health.answer(after(15)),
             (StatusCode::OK, "ok\n".to_owned())
         );
-        let text = "the world has stood still for 6 s\n".to_owned();
+        let text = "the world has completed no update for 6 s\n".to_owned();
         let expected = (StatusCode::SERVICE_UNAVAILABLE, text);
         assert_eq!(health.answer(after(16)), expected);
     }

@@ -1,17 +1,18 @@
 //! The log of a run: encoding, and files in [`Folder`].
 //!
-//! The readings and reports of each robot are hashed section by section when its report arrives ([`Answers`]). After every
-//! tick the simulation passes a [`TickRecord`] to the [`Recorder`]. Its encoder adds the tick to the hash of the run and adds
-//! rows to the tables of the [`LogLevel`]. The recorder writes them out in large pieces. For a full or compact log of separate processes
-//! this happens in the [`BackgroundRecorder`]. [`RunLog`](crate::RunLog) reads a folder back.
+//! The readings and reports of each robot are hashed section by section when its report arrives ([`Answers`]). After
+//! every tick the simulation passes a [`TickRecord`] to the [`Recorder`]. Its encoder adds the tick to the hash of the
+//! run and adds rows to the tables of the [`LogLevel`]. The recorder writes them out in large pieces. For a full or
+//! compact log of separate processes this happens in the [`BackgroundRecorder`]. [`RunLog`](crate::RunLog) reads a
+//! folder back.
 //!
 //! **Seals.** ticks.csv is written last and marks the valid part of the log. Besides the hash of each
 //! [`Section`](crate::Section), a sealed tick has a row for each table that has grown. The row belongs to the
 //! robot `world`; its section is the table's file name, and its hash covers the table's bytes so far, including the header.
 //! The last row of the tick has the section `run` and the hash of the run so far. A reader of a killed process's log thus
-//! finds the last tick up to which every table is complete. [`LogLevel::Full`] and [`LogLevel::Compact`] seal each tick. A
-//! compact log has no hashes of sections. [`LogLevel::Summary`] seals
-//! the first tick of each second of simulated time and the last tick of the run.
+//! finds the last tick up to which every table is complete. [`LogLevel::Full`] and [`LogLevel::Compact`] seal each
+//! tick. A compact log has no hashes of sections. [`LogLevel::Summary`] seals the first tick of each second of simulated
+//! time and the last tick of the run.
 
 mod allocation_messages;
 mod answers;

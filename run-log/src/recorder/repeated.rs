@@ -1,5 +1,5 @@
-//! Cached parts of rows of a full or compact log. All rows of a tick begin with its time, and most values are the same as in the previous
-//! tick.
+//! Cached parts of rows of a full or compact log. All rows of a tick begin with its time, and most values are the same
+//! as in the previous tick.
 
 use crate::{LogLevel, WORLD_ROBOT};
 use proto::telemetry::Reception;

@@ -8,7 +8,8 @@
 //! - `grid`: neighbor search. `ground`: speed changes by the floor. `motion`: turning, then moving straight ahead.
 //! - `bar`: solids of a mission that bodies can push.
 //! - `vicinity`: search results that stay valid for several steps. `unchanged`: validity of the latest readings.
-//! - `radio`: robots in radio range. `channel`: fading and obstacles between two robots. `sensing`: readings of the devices that every mission has.
+//! - `radio`: robots in radio range. `channel`: fading and obstacles between two robots. `sensing`: readings of the
+//!   devices that every mission has.
 //! - `change`: changes by interruption handlers between steps.
 //! - [`Floor`]: the combination of these modules. `state`: [`World`], a floor and the [mission](crate::mission) on it.
 //!

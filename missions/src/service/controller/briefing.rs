@@ -96,11 +96,28 @@ impl Briefing {
     }
 
     /// Checks whether a received fact is plausible. A faulty teammate may send any values.
-    pub fn is_plausible(&self, fact: &PointFact) -> bool {
+    pub fn is_plausible(&self, fact: &PointFact, now: SimTime) -> bool {
         usize::from(fact.point) < self.most_points
             && usize::from(fact.kind) < self.kinds.len()
             && is_possible_place(fact.at)
             && (0.0..1e7).contains(&fact.left_s)
+            && self.is_round_plausible(fact, now)
+    }
+
+    /// Checks whether the round of a point can have begun. A fact of a later round would replace all true ones.
+    fn is_round_plausible(&self, fact: &PointFact, now: SimTime) -> bool {
+        let terms = self.terms(fact.point);
+        let period = if terms.deliver_to.is_some() {
+            // A lost load begins a new round. No more than one can be lost in a step.
+            Some(self.step)
+        } else {
+            self.kinds[usize::from(fact.kind)].period
+        };
+        let arrives = period.map(|period| {
+            let since = period.0.saturating_mul(fact.round.into());
+            terms.arrives.0.saturating_add(since)
+        });
+        fact.round == 0 || arrives.is_some_and(|arrives| arrives <= now.0)
     }
 
     /// Returns whether any point states a window, a value or a priority.
@@ -120,6 +137,12 @@ impl Briefing {
             None => Some(from.distance(to)),
             Some(paths) => paths.length_m(from, to, self.reach_m),
         }
+    }
+
+    /// Returns whether a way leads within reach of a place.
+    pub fn has_way(&self, from: Vec2, to: Vec2) -> bool {
+        let paths = self.paths.as_ref();
+        paths.is_none_or(|paths| paths.has_way(from, to, self.reach_m))
     }
 
     pub fn terms(&self, point: u16) -> &Terms {

@@ -4,7 +4,7 @@ use scenario::Robot;
 use scenario::time::SimTime;
 
 use super::ServiceController;
-use super::memory::is_open;
+use super::progress::Progress;
 use crate::service::bus::PointFact;
 use crate::service::data::fits;
 
@@ -46,14 +46,11 @@ impl Load {
 }
 
 impl ServiceController {
-    /// Takes the demand of a point that the robot has just done, and that is delivered nowhere.
-    pub(super) fn note_load(&mut self, effect: Option<u16>, now: SimTime) {
-        let fact = effect.and_then(|point| self.memory.fact(point));
-        let Some(fact) = fact.filter(|fact| !is_open(fact)) else {
-            return;
-        };
+    /// Takes the demand of a point that is over after the robot's work, and that is delivered nowhere. From the
+    /// deadline on, the point may have expired. The robot then takes the demand only if it has done all the work.
+    pub(super) fn note_load(&mut self, fact: &PointFact, progress: &Progress, now: SimTime) {
         let (_, closes) = self.briefing.window(fact);
-        let is_done = closes.is_none_or(|closes| closes > now);
+        let is_done = closes.is_none_or(|closes| closes > now) || progress.is_complete();
         let done = Some((fact.point, fact.round));
         if is_done && self.load.last != done {
             self.load.taken += self.briefing.terms(fact.point).kept_demand();

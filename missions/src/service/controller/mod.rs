@@ -104,7 +104,7 @@ impl ServiceController {
     }
 
     fn learn(&mut self, mut fact: PointFact, sensed: SimTime) {
-        if self.briefing.is_plausible(&fact) {
+        if self.briefing.is_plausible(&fact, self.now) {
             let (_, closes) = self.briefing.window(&fact);
             if closes.is_some_and(|closes| closes <= self.now) {
                 fact.left_s = 0.0;
@@ -175,12 +175,13 @@ impl ServiceController {
             return;
         }
         let effect = effect.filter(|point| self.could_work(*point) && self.laden != Some(*point));
-        if let (Some(progress), None) = (&self.progress, effect)
+        if let (Some(progress), None) = (self.progress.clone(), effect)
             && self.working == Some(progress.point)
             && progress.next_step_completes()
             && let Some(&fact) = self.memory.fact(progress.point)
         {
             // No more work can be taken off.
+            self.note_load(&fact, &progress, input.now);
             self.learn(
                 PointFact {
                     left_s: 0.0,
@@ -206,6 +207,9 @@ impl ServiceController {
             TaskGranularity::Points => quarters || is_over,
             TaskGranularity::Kinds => is_over,
         };
+        if is_over {
+            self.note_load(&fact, &progress, input.now);
+        }
         if has_progressed {
             perception.progressed.push(self.briefing.task(&fact));
         }
@@ -278,9 +282,7 @@ impl ServiceController {
     fn is_reachable(&self, task: TaskId, from: Option<Vec2>) -> bool {
         let fact = from.and_then(|from| self.point_of(task, from));
         fact.zip(from).is_some_and(|(fact, from)| {
-            let delivery = self.briefing.terms(fact.point).deliver_to;
-            self.briefing.way_m(from, fact.at).is_some()
-                && delivery.is_none_or(|to| self.briefing.way_m(fact.at, to).is_some())
+            self.briefing.has_way(from, fact.at) && self.can_deliver(fact)
         })
     }
 
@@ -327,7 +329,6 @@ impl MissionController for ServiceController {
             .filter(|fact| self.is_load(fact))
             .map(|fact| fact.point);
         self.note_work(sensed.effect, input, perception);
-        self.note_load(sensed.effect, input.now);
         if self.briefing.has_terms() {
             self.close_expired(input.now);
         }

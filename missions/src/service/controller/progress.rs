@@ -50,6 +50,11 @@ impl Progress {
         self.step_s > 0.0 && self.left_s <= self.step_s && self.beyond <= ROUNDING_STEPS
     }
 
+    /// Returns whether the robot has done all the work that was left at its first step, but for rounding.
+    pub fn is_complete(&self) -> bool {
+        self.at_first_s > 0.0 && self.left_s <= LEAST_LEFT_S && self.beyond <= ROUNDING_STEPS
+    }
+
     fn quarters(&self) -> u32 {
         (4.0 * self.left_s / self.at_first_s.max(LEAST_LEFT_S)).ceil() as u32
     }

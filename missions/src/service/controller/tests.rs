@@ -1,16 +1,21 @@
 //! A robot's knowledge of points, and its estimate of progress.
 
+use std::sync::Arc;
+
 use glam::Vec2;
 use proptest::prelude::*;
 use proto::mission::MAX_KNOWLEDGE_BYTES;
-use scenario::ids::TaskId;
+use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
+use scenario::{Obstacle, Scenario};
 
+use super::ServiceController;
 use super::briefing::Briefing;
 use super::memory::Memory;
 use super::progress::Progress;
 use crate::fixtures::{parse, resolve};
 use crate::service::bus::{MAX_SHARED, ObservedFact, PointFact, SharedKnowledge};
+use crate::service::data::ServiceSection;
 
 /// Creates a briefing with two kinds of work in a room of 12 × 9 m: garbage is kept, dust is not.
 fn briefing(section: &str) -> Briefing {
@@ -21,6 +26,12 @@ fn briefing(section: &str) -> Briefing {
          [[service.random]]\nn = 40\n"
     );
     Briefing::from_setup(&resolve(parse(&text)))
+}
+
+fn controller(scenario: Scenario) -> ServiceController {
+    let setup = resolve(scenario);
+    let briefing = Arc::new(Briefing::from_setup(&setup));
+    ServiceController::new(RobotId(0), &setup, &briefing)
 }
 
 fn memory() -> Memory {
@@ -112,8 +123,8 @@ proptest! {
 fn implausible_facts_are_rejected() {
     let briefing = briefing("");
     let sound = fact(39, 0, 1.0);
-    assert!(briefing.is_plausible(&sound));
-    let is_plausible = |fact: PointFact| briefing.is_plausible(&fact);
+    assert!(briefing.is_plausible(&sound, SimTime::ZERO));
+    let is_plausible = |fact: PointFact| briefing.is_plausible(&fact, SimTime::ZERO);
     assert!(!is_plausible(PointFact { point: 40, ..sound }));
     assert!(!is_plausible(PointFact { kind: 2, ..sound }));
     for at in [Vec2::NAN, Vec2::INFINITY] {
@@ -122,6 +133,100 @@ fn implausible_facts_are_rejected() {
     for left_s in [f32::NAN, -1.0, f32::INFINITY] {
         assert!(!is_plausible(PointFact { left_s, ..sound }), "{left_s}");
     }
+}
+
+/// A fact of a later round replaces all earlier ones, so that its round must have begun.
+#[test]
+fn rounds_that_cannot_have_begun_are_rejected() {
+    let text = "[service]\n\
+         [[service.kinds]]\nname = 'garbage'\nwork_s = { min = 1, max = 1 }\n\
+         [[service.kinds]]\nname = 'dust'\nwork_s = { min = 1, max = 1 }\nperiod_s = 10\n\
+         [[service.points]]\nkind = 'garbage'\nx_m = 3\ny_m = 3\n\
+         [[service.points]]\nkind = 'dust'\nx_m = 4\ny_m = 3\narrival_s = 5\nvalue = 2\n\
+         [[service.points]]\nkind = 'garbage'\nx_m = 5\ny_m = 3\ndeliver_to = [2, 2]\n";
+    let briefing = Briefing::from_setup(&resolve(parse(text)));
+    let is_plausible = |point: u16, round, now_s| {
+        let fact = fact(point, round, 1.0);
+        briefing.is_plausible(&fact, SimTime::from_secs_f64(now_s))
+    };
+    assert!(is_plausible(0, 0, 0.0));
+    assert!(!is_plausible(0, 1, 1e6), "p0 does not come back");
+    // p1 comes back at 15 s and 25 s.
+    assert!(is_plausible(1, 1, 15.0) && is_plausible(1, 2, 25.0));
+    assert!(!is_plausible(1, 2, 24.9));
+    // A lost load of p2 begins a round.
+    assert!(is_plausible(2, 1, 1.0) && !is_plausible(2, u16::MAX, 1.0));
+}
+
+/// A wall divides the room. A point behind it, or with its delivery there, does not keep the robot from the other point
+/// of the kind.
+#[test]
+fn an_unreachable_point_does_not_disable_its_kind() {
+    let behind = "x_m = 9\ny_m = 3\npriority = 1";
+    let delivered_behind = "x_m = 2\ny_m = 3\ndeliver_to = [9, 3]";
+    let near = "x_m = 2\ny_m = 3";
+    for (first, expected) in [(behind, 1), (delivered_behind, 1), (near, 0)] {
+        let mut scenario = parse(&format!(
+            "[service]\ntasks = 'kinds'\ncosts = 'path'\n\
+             [[service.kinds]]\nname = 'box'\nwork_s = {{ min = 1, max = 1 }}\n\
+             [[service.points]]\nkind = 'box'\n{first}\n\
+             [[service.points]]\nkind = 'box'\nx_m = 4\ny_m = 4\n"
+        ));
+        let places: Vec<Vec2> = ServiceSection::of(&scenario)
+            .points
+            .iter()
+            .map(|point| Vec2::new(point.x_m, point.y_m))
+            .collect();
+        scenario.obstacles = vec![Obstacle {
+            x_m: 6.0,
+            y_m: 0.0,
+            width_m: 0.2,
+            height_m: scenario.room.height_m,
+            penetrability: 0.0,
+        }];
+        let mut controller = controller(scenario);
+        for (at, point) in places.into_iter().zip(0..) {
+            let fact = PointFact {
+                point,
+                kind: 0,
+                at,
+                ..fact(0, 0, 1.0)
+            };
+            controller.learn(fact, SimTime::ZERO);
+        }
+        let from = Vec2::new(2.0, 2.0);
+        let chosen = controller.point_of(TaskId(0), from);
+        assert_eq!(chosen.map(|fact| fact.point), Some(expected), "{first}");
+        assert!(controller.is_reachable(TaskId(0), Some(from)), "{first}");
+        assert!(controller.seconds_in_window(from, &[], TaskId(0)).is_some());
+    }
+}
+
+/// The robot sees the effect of its last step at the deadline. Then it has the load only if the work was complete.
+#[test]
+fn work_that_ends_in_the_last_step_before_the_deadline_counts_as_load() {
+    let text = "[service]\n[[service.kinds]]\nname = 'box'\nwork_s = { min = 1, max = 1 }\n\
+         [[service.points]]\nkind = 'box'\nx_m = 3\ny_m = 3\ndemand = 2\ndeadline_s = 20\n\
+         [[robots]]\nname = 'gold'\ncapacity = 3\n";
+    let over = |left_s| PointFact {
+        kind: 0,
+        ..fact(0, 0, left_s)
+    };
+    for (steps, now_s, takes) in [(2, 20.0, true), (1, 20.0, false), (1, 19.9, true)] {
+        let mut controller = controller(parse(text));
+        let mut progress = Progress::new(&over(1.0));
+        for _ in 0..steps {
+            progress.work(0.5);
+        }
+        controller.note_load(&over(0.0), &progress, SimTime::from_secs_f64(now_s));
+        assert_eq!(!controller.has_capacity(0.0, 0), takes, "{steps} steps");
+    }
+    let mut late = Progress::new(&over(0.0));
+    late.work(0.5);
+    assert!(
+        !late.is_complete(),
+        "the point was over before the robot's first step"
+    );
 }
 
 #[test]

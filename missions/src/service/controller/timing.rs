@@ -73,19 +73,27 @@ impl ServiceController {
         (has_capacity && end_s <= closes_s || is_at_work).then_some(end_s - time_s)
     }
 
-    /// Returns the best point of a kind for a robot at a place: highest priority, then earliest start.
-    pub(super) fn best_of_kind(&self, kind: usize, from: Vec2) -> Option<&PointFact> {
-        let start_s = |fact: &PointFact| {
-            let drive_s = self.drive_s(from, fact).unwrap_or(f64::INFINITY);
-            f64::max(drive_s, self.opens_in_s(fact))
-        };
+    /// Returns the best point of a kind for a robot at a place: highest priority, then earliest start. Points without a
+    /// way to them or to their delivery are left out.
+    fn best_of_kind(&self, kind: usize, from: Vec2) -> Option<&PointFact> {
         let open = self.memory.open_of_kind(kind, self.now);
         let open = open.filter(|fact| self.has_capacity(0.0, fact.point));
-        open.min_by(|a, b| {
-            let priority = |fact: &PointFact| self.briefing.priority(fact.point);
-            let order = priority(b).cmp(&priority(a));
-            order.then(start_s(a).total_cmp(&start_s(b)))
-        })
+        let possible = open
+            .filter(|fact| self.can_deliver(fact))
+            .filter_map(|fact| {
+                let start_s = self.drive_s(from, fact)?.max(self.opens_in_s(fact));
+                Some((fact, self.briefing.priority(fact.point), start_s))
+            });
+        let best = possible.min_by(|(_, priority, start_s), (_, other, other_s)| {
+            other.cmp(priority).then(start_s.total_cmp(other_s))
+        });
+        best.map(|(fact, ..)| fact)
+    }
+
+    /// Returns whether a way leads from a point to its delivery, if it has one.
+    pub(super) fn can_deliver(&self, fact: &PointFact) -> bool {
+        let delivery = self.briefing.terms(fact.point).deliver_to;
+        delivery.is_none_or(|to| self.briefing.has_way(fact.at, to))
     }
 
     /// Returns whether a teammate carries the load of the point of a task.

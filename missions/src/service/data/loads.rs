@@ -15,7 +15,7 @@ pub fn fits(load: f64, demand: f64, capacity: Option<f64>) -> bool {
     demand <= 0.0 || capacity.is_none_or(|capacity| load + demand <= capacity * (1.0 + ROUNDING))
 }
 
-/// Checks that a robot at a point with a demand can tell whether it takes the load.
+/// Checks that a robot can derive from its readings whether it has taken the demand of a point.
 pub(super) fn check_demand(point: &Point, kind: Option<&Kind>, at: KeyPath) -> Result<(), Problem> {
     if point.demand.is_none() {
         return Ok(());
@@ -26,7 +26,8 @@ pub(super) fn check_demand(point: &Point, kind: Option<&Kind>, at: KeyPath) -> R
     }
     let Some(kind) = kind else { return Ok(()) };
     if kind.deadline_s.is_some() && point.deadline_s.is_none() {
-        let what = "the robot receives no drawn deadline, and cannot tell done from expired work";
+        let what =
+            "robots do not receive drawn deadlines, and cannot distinguish done from expired work";
         return Err(Problem::at(at, what, "state deadline_s of the point"));
     }
     if kind.workers == 1 && kind.kept {

@@ -5,6 +5,7 @@
 //! shortest one by at most 8 % of its parts around corners.
 
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 use std::sync::{Arc, PoisonError, RwLock};
 
 use glam::Vec2;
@@ -12,10 +13,13 @@ use pathfinding::directed::dijkstra::dijkstra_all;
 use scenario::{Obstacle, Scenario};
 use world_server::world::Regions;
 
+use super::ServiceSection;
+
 /// The most solid obstacles of a scenario with `costs = "path"`. The graph grows with the cube of their number.
 pub(super) const MOST_OBSTACLES: usize = 100;
-/// The most places whose distances are stored. One more removes all others.
-const MOST_PLACES: usize = 4096;
+/// The range of the number of places whose distances are stored. Within it, there is room for each point and its
+/// delivery. Robots that see points with errors ask for further places. One place too many removes all others.
+const MOST_PLACES: RangeInclusive<usize> = 4096..=16_384;
 /// The distance by which a robot may be nearer to an obstacle than its radius, m. It covers rounding.
 const ROUNDING_M: f32 = 1e-3;
 /// The tangent of 22.5°, half the angle of a side of an octagon.
@@ -104,6 +108,8 @@ pub struct Paths {
     /// The nodes that each node is connected with, and the distances, in units of [`PER_M`].
     edges: Vec<Vec<(usize, u64)>>,
     regions: Regions,
+    /// The number of places whose distances are stored.
+    most_places: usize,
     /// The distance from each node to a place, m, by the bits of its coordinates; infinite without a way. The contents
     /// change no result.
     to_places: RwLock<HashMap<[u32; 2], Arc<[f32]>>>,
@@ -116,12 +122,14 @@ impl Paths {
         let regions = Regions::of(scenario)?;
         let radius_m = scenario.body.radius_m;
         let solid = scenario.obstacles.iter().filter(|each| each.is_solid());
+        let places = 2 * ServiceSection::of(scenario).kinds_of_points().count();
         let mut paths = Self {
             radius_m,
             walls: solid.map(Wall::new).collect(),
             nodes: Vec::new(),
             edges: Vec::new(),
             regions,
+            most_places: places.clamp(*MOST_PLACES.start(), *MOST_PLACES.end()),
             to_places: RwLock::new(HashMap::new()),
         };
         let room = scenario.room.size();
@@ -199,16 +207,37 @@ impl Paths {
             .to_places
             .write()
             .unwrap_or_else(PoisonError::into_inner);
-        if stored.len() >= MOST_PLACES {
+        if stored.len() >= self.most_places {
             stored.clear();
         }
         stored.insert(key, Arc::clone(&computed));
         computed
     }
 
-    /// Returns the length of the shortest way to a place, m. `None` if no way leads within `reach_m` of the place.
+    /// Returns the length of the shortest way to a place, m. `None` if no way leads within `reach_m` of the place. The
+    /// length is that of the straight line if only gaps hardly wider than a robot lead there.
     #[must_use]
     pub fn length_m(&self, from: Vec2, to: Vec2, reach_m: f32) -> Option<f32> {
+        let in_graph_m = self.length_in_graph_m(from, to);
+        in_graph_m.or_else(|| {
+            self.is_connected(from, to, reach_m)
+                .then(|| from.distance(to))
+        })
+    }
+
+    /// Returns whether a way leads within `reach_m` of a place. It has a length.
+    #[must_use]
+    pub fn has_way(&self, from: Vec2, to: Vec2, reach_m: f32) -> bool {
+        self.is_connected(from, to, reach_m) || self.length_in_graph_m(from, to).is_some()
+    }
+
+    /// Returns whether the regions at both ends are the same. The graph misses gaps that are hardly wider than a robot.
+    fn is_connected(&self, from: Vec2, to: Vec2, reach_m: f32) -> bool {
+        let near = self.regions.near(to, reach_m);
+        !self.regions.near(from, 0.0).is_disjoint(&near)
+    }
+
+    fn length_in_graph_m(&self, from: Vec2, to: Vec2) -> Option<f32> {
         if self.is_straight(from, to) {
             return Some(from.distance(to));
         }
@@ -220,13 +249,7 @@ impl Paths {
                 best_m = length_m;
             }
         }
-        if best_m.is_finite() {
-            return Some(best_m);
-        }
-        // The graph misses gaps that are hardly wider than a robot.
-        let near = self.regions.near(to, reach_m);
-        let is_connected = !self.regions.near(from, 0.0).is_disjoint(&near);
-        is_connected.then(|| from.distance(to))
+        best_m.is_finite().then_some(best_m)
     }
 }
 
@@ -340,6 +363,7 @@ mod tests {
             let length_m = paths.length_m(a, b, 0.0);
             if let Some(length_m) = length_m.filter(|_| paths.has_room(a) && paths.has_room(b)) {
                 prop_assert!(length_m >= a.distance(b) - 1e-3);
+                prop_assert!(paths.has_way(a, b, 0.0));
                 let back_m = paths.length_m(b, a, 0.0).unwrap_or(f32::INFINITY);
                 prop_assert!((length_m - back_m).abs() < 1e-3, "{length_m} and {back_m}");
             }

@@ -55,7 +55,8 @@ impl Service {
         robot.taken.unwrap_or(0.0) + on_the_way
     }
 
-    /// Returns whether a robot can take a further demand. It gives a load on the way back before other work.
+    /// Returns whether a robot can take a further demand. A load on its way does not count, because the robot drops it
+    /// when it begins other work.
     pub(super) fn has_capacity(&self, robot: RobotId, demand: f64) -> bool {
         let taken = self.robots[robot.index()].taken.unwrap_or(0.0);
         data::fits(taken, demand, self.constants.capacities[robot.index()])

@@ -66,21 +66,37 @@ impl Matrix {
         }
     }
 
-    /// Receives a teammate's row, and forwards it if it is newer than the one here.
+    /// Receives a teammate's row, and forwards it if it is newer than the one here. `direct` is the time of the message
+    /// if the teammate itself sent it. Such a message also corrects a row here that bit errors have damaged.
     pub fn receive_row(
         &mut self,
         version: &RowVersion,
         entries: impl Iterator<Item = MatrixEntry>,
+        direct: Option<SimTime>,
     ) -> Update {
         let mut update = self.receive_version(version);
         let row = self.rows.get_or_insert_with(version.robot, Row::default);
-        if version.made > row.made {
-            row.made = version.made;
-            row.entries = entries.take(ROW_ENTRIES_MAX).collect();
-            row.must_send = true;
+        let entries: SmallVec<[MatrixEntry; 6]> = entries.take(ROW_ENTRIES_MAX).collect();
+        // A message from before the row here may contain an earlier row.
+        let is_current = direct.is_some() && direct >= row.made && version.made.is_some();
+        let differs = version.made != row.made || entries != row.entries;
+        if version.made > row.made || (is_current && differs) {
+            (row.made, row.entries, row.must_send) = (version.made, entries, true);
             update.has_changed = true;
         }
         update
+    }
+
+    /// Makes the robot's own row anew if a teammate has another one in its place, from a damaged message. The row of the
+    /// later time replaces the damaged ones everywhere.
+    pub fn correct_own(&mut self, me: RobotId, received: &MatrixRow, now: SimTime) {
+        let Ok(at) = self.rows.place(me) else { return };
+        let row = self.rows.at_mut(at);
+        let made = received.version.made;
+        let differs = received.entries.as_slice() != row.entries.as_slice();
+        if made <= Some(now) && (made > row.made || (made == row.made && differs)) {
+            (row.made, row.must_send) = (Some(now), true);
+        }
     }
 
     /// Records a direct sign of life of a robot.

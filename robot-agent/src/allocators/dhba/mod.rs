@@ -149,6 +149,8 @@ impl Dhba {
                         && version.made.is_none_or(|made| made <= version.seen)
                         && is_fresh(version.seen)
                 };
+                let own = rows.iter().filter(|row| row.version.robot == self.me.robot);
+                own.for_each(|row| self.matrix.correct_own(self.me.robot, row, now));
                 for row in rows.iter().filter(|row| is_sound(&row.version)) {
                     let entries = row.entries.iter().copied().filter(|entry| {
                         entry.task.index() < self.me.tasks
@@ -156,7 +158,8 @@ impl Dhba {
                             && entry.utility.is_finite()
                             && entry.utility >= 0.0
                     });
-                    let update = self.matrix.receive_row(&row.version, entries);
+                    let direct = (row.version.robot == sender).then_some(sent);
+                    let update = self.matrix.receive_row(&row.version, entries, direct);
                     has_changed |= update.has_changed;
                     has_newcomer |= update.is_newcomer;
                 }

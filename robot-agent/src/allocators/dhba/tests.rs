@@ -224,7 +224,7 @@ fn a_matrix_is_sent_in_parts_below_the_limit() {
             seen: latest,
         };
         let entries = vec![entry; usize::from(robot) % (ROW_ENTRIES_MAX + 1)];
-        matrix.receive_row(&version, entries.into_iter());
+        matrix.receive_row(&version, entries.into_iter(), None);
     }
     matrix.repeat(RobotId(60_000));
     let (mut rows, mut versions) = (0, 0);
@@ -260,7 +260,7 @@ fn a_later_row_replaces_an_earlier_one() {
     assert!(matrix.receive_version(&version(None)).is_newcomer);
     for (made, utility, is_newer) in [(0, 0.1, true), (20, 0.2, true), (10, 0.3, false)] {
         let MatrixRow { version, entries } = row(made, utility);
-        let update = matrix.receive_row(&version, entries.into_iter());
+        let update = matrix.receive_row(&version, entries.into_iter(), None);
         assert_eq!(update.has_changed, is_newer, "{made}");
     }
     let utilities: Vec<f32> = matrix
@@ -268,4 +268,52 @@ fn a_later_row_replaces_an_earlier_one() {
         .map(|(_, row)| row.entries[0].utility)
         .collect();
     assert_eq!(utilities, [0.2]);
+}
+
+/// A damaged row has the version of the true one, or a later one. The next message of the robot itself replaces it, and
+/// the robot makes its row anew when a teammate sends the damaged one.
+#[test]
+fn a_damaged_row_is_corrected() {
+    let costs: [&[f64]; 3] = [&[1.0], &[5.0], &[9.0]];
+    let rows = |team: &Team<Dhba>, rank: usize| -> Vec<Vec<MatrixEntry>> {
+        let rows = team.allocator(rank).matrix.rows();
+        rows.map(|(_, row)| row.entries.to_vec()).collect()
+    };
+    for (later_ms, links) in [(0, 2), (0, 3), (70, 2), (70, 3)] {
+        let mut team =
+            Team::<Dhba>::still(0, NEVER, Situation::from_costs(&costs), Config::default());
+        if links == 2 {
+            team.connect_as_line(0.0);
+        }
+        team.run(30);
+        let before = rows(&team, 2);
+        let made = team.allocator(1).matrix.rows().next().unwrap().1.made;
+        let version = RowVersion {
+            robot: RobotId(0),
+            made: made.map(|made| made + SimTime(later_ms)),
+            seen: team.now(),
+        };
+        let entries = vec![MatrixEntry {
+            utility: 0.001,
+            ..before[0][0]
+        }];
+        let damaged = MatrixRow { version, entries };
+        let (rows_sent, versions) = (vec![damaged], Vec::new());
+        let part = MatrixPart {
+            rows: rows_sent,
+            versions,
+        };
+        team.inject(0, AllocationMessage::Dhba(part));
+        team.step();
+        assert_ne!(rows(&team, 1), before, "the damage has an effect");
+        team.run(30);
+        for rank in 0..3 {
+            assert_eq!(
+                rows(&team, rank),
+                before,
+                "{later_ms} ms later, {links} links"
+            );
+        }
+        assert_eq!(team.executors(0), [0]);
+    }
 }

@@ -1,5 +1,7 @@
 //! The situational awareness of a robot: the costs of its teammates, from their messages.
 
+use std::ops::Range;
+
 use proto::allocation::AllocationMessage;
 use proto::allocation::awareness::{Awareness as Message, TaskCost};
 use proto::allocation::consensus::BLOCK_TASKS;
@@ -77,6 +79,7 @@ impl Awareness {
                 continue;
             }
             self.teammates.note(robot, sent);
+            let range = self.range(message.block);
             let Some(known) = self.teammates.get_mut(robot) else {
                 continue;
             };
@@ -84,10 +87,12 @@ impl Awareness {
                 known.costs = vec![None; self.tasks.len()];
             }
             known.latest = Some(number);
-            for (own, task) in self.tasks.iter().enumerate() {
-                if block_of(task) == message.block {
-                    let mut costs = costs.clone();
-                    known.costs[own] = costs.find(|cost| cost.task == task.task).copied();
+            let tasks = &self.tasks[range.clone()];
+            let of_block = &mut known.costs[range];
+            of_block.fill(None);
+            for cost in costs {
+                if let Ok(at) = tasks.binary_search_by_key(&cost.task, |task| task.task) {
+                    of_block[at].get_or_insert(*cost);
                 }
             }
         }
@@ -110,17 +115,25 @@ impl Awareness {
             self.unsent = self.blocks.len();
             self.last_sent = Some(now);
         }
-        if self.unsent == 0 {
-            return;
-        }
+        let most = 1 + self.tasks.len();
+        self.send_rest(most, bidder, input, messages);
+    }
+
+    /// Sends the remaining blocks, as far as `most` messages are allowed.
+    pub fn send_rest(
+        &mut self,
+        most: usize,
+        bidder: &Bidder<Tables>,
+        input: &Input<'_>,
+        messages: &mut Vec<AllocationMessage>,
+    ) {
         let mut offers = Vec::new();
-        bidder.utilities(input).offers(&self.tasks, &mut offers);
-        while self.unsent > 0 && messages.len() <= self.tasks.len() {
+        while self.unsent > 0 && messages.len() < most {
             let block = self.blocks[self.blocks.len() - self.unsent];
             self.unsent -= 1;
-            let tasks = self.tasks.iter().zip(&offers);
-            let costs = tasks.filter(|(task, _)| block_of(task) == block);
-            let costs = costs.filter_map(|(task, offer)| {
+            let tasks = &self.tasks[self.range(block)];
+            bidder.utilities(input).offers(tasks, &mut offers);
+            let costs = tasks.iter().zip(&offers).filter_map(|(task, offer)| {
                 offer.map(|offer| TaskCost {
                     task: task.task,
                     cost_s: offer.cost_s,
@@ -132,6 +145,13 @@ impl Awareness {
                 costs: costs.collect(),
             }));
         }
+    }
+
+    /// Returns the indices of the tasks of a block.
+    fn range(&self, block: u16) -> Range<usize> {
+        let first = self.tasks.partition_point(|task| block_of(task) < block);
+        let end = self.tasks.partition_point(|task| block_of(task) <= block);
+        first..end
     }
 }
 

@@ -19,7 +19,7 @@ use super::cbba::{Bidder, CbbaConfig, Rules};
 use super::consensus::tables::Tables;
 use crate::allocator::{Allocator, Decision, Input, SelfState};
 use awareness::Awareness;
-use prediction::{Patience, Planner, predict};
+use prediction::{LeftTasks, Planner, choices_by_task, predict};
 
 /// The parameters in `[allocators.hipc]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -59,7 +59,7 @@ pub struct Hipc {
     me: SelfState,
     bidder: Bidder<Tables>,
     awareness: Awareness,
-    patience: Patience,
+    left_tasks: LeftTasks,
     config: HipcConfig,
 }
 
@@ -94,7 +94,7 @@ impl Allocator for Hipc {
         let bidder = Bidder::new(me, config.rules());
         Self {
             awareness: Awareness::new(&bidder.beliefs),
-            patience: Patience::new(&bidder.beliefs),
+            left_tasks: LeftTasks::new(&bidder.beliefs),
             bidder,
             me: me.clone(),
             config: *config,
@@ -116,7 +116,7 @@ impl Allocator for Hipc {
             me,
             bidder,
             awareness,
-            patience,
+            left_tasks,
             config,
         } = self;
         if config.awareness_s <= 0.0 {
@@ -125,19 +125,22 @@ impl Allocator for Hipc {
         }
         let age_max = SimTime::from_secs_f64(config.awareness_s).min(me.ceased_after);
         awareness.receive(me, input, age_max);
+        // The tables may need all messages of each step, so that one is reserved for the costs.
+        awareness.send_rest(1, bidder, input, &mut decision.say);
         let wait = SimTime::from_secs_f64(config.wait_s);
-        let has_waited = patience.has_ended(now, wait);
+        let has_waited = left_tasks.has_waited(now, wait);
         let has_planned =
             bidder.step_with(input, decision, has_waited, |bundle, worths, beliefs| {
                 let mut offers = Vec::new();
                 worths.offers(beliefs.tasks(), &mut offers);
                 let mut team = vec![Planner::of_self(me.robot, offers, bundle)];
                 let seconds = worths.input.seconds;
+                let choices = choices_by_task(input, beliefs);
                 for (robot, costs) in awareness.teammates() {
-                    team.push(Planner::of_teammate(robot, costs, input, beliefs));
+                    team.push(Planner::of_teammate(robot, costs, &choices, beliefs));
                 }
                 let left = predict(team, config.bundle, beliefs, seconds);
-                patience.leave(&left, beliefs, now, wait)
+                left_tasks.leave(&left, beliefs, now, wait)
             });
         let refresh = config.rules().refresh;
         awareness.send(has_planned, now, refresh, bidder, input, &mut decision.say);

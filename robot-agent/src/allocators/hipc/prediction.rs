@@ -6,10 +6,22 @@ use proto::allocation::consensus::WinningBid;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
-use crate::allocator::Input;
+use crate::allocator::{Choice, Input};
 use crate::allocators::cbba::bundle::Bundle;
 use crate::allocators::cbba::score::{Offer, Scores, bid};
 use crate::allocators::consensus::winners::Winners;
+
+/// Returns the robot's first choice for each of its tasks, by the index in [`Winners::tasks`].
+pub fn choices_by_task<'a>(input: &Input<'a>, beliefs: &Winners) -> Vec<Option<&'a Choice>> {
+    let mut first = vec![None; beliefs.tasks().len()];
+    for choice in input.choices {
+        let tasks = beliefs.tasks();
+        if let Ok(own) = tasks.binary_search_by_key(&choice.task, |own| own.task) {
+            first[own].get_or_insert(choice);
+        }
+    }
+    first
+}
 
 /// One robot of the plan.
 #[derive(Clone, Debug)]
@@ -48,16 +60,15 @@ impl Planner {
     }
 
     /// Creates a planner with the tasks that the teammate has claimed, in the order of its bids. Reward and window are
-    /// those of the robot's own choices.
+    /// those of the robot's own choices, by the index of the task.
     pub fn of_teammate(
         robot: RobotId,
         costs: &[Option<TaskCost>],
-        input: &Input<'_>,
+        choices: &[Option<&Choice>],
         beliefs: &Winners,
     ) -> Self {
-        let offer = |cost: &TaskCost| {
-            let mut choices = input.choices.iter();
-            let choice = choices.find(|choice| choice.task == cost.task)?;
+        let offer = |(cost, choice): (&Option<TaskCost>, &Option<&Choice>)| {
+            let (cost, choice) = (cost.as_ref()?, (*choice)?);
             Some(Offer {
                 behavior: choice.behavior,
                 reward: choice.reward,
@@ -66,7 +77,7 @@ impl Planner {
                 worth: cost.worth,
             })
         };
-        let offers = costs.iter().map(|cost| cost.as_ref().and_then(offer));
+        let offers = costs.iter().zip(choices).map(offer);
         let mut bids: Vec<(usize, f32)> = Vec::new();
         for entry in beliefs.entries() {
             let tasks = beliefs.tasks();
@@ -266,7 +277,7 @@ pub fn predict(
 /// The tasks that the robot leaves to teammates, and since when. A prediction can be wrong: a task is left for a limited
 /// time only, which begins anew with each new claim.
 #[derive(Clone, Debug)]
-pub struct Patience {
+pub struct LeftTasks {
     /// The time since which each task is left without a new claim, by its index in [`Winners::tasks`].
     since: Vec<Option<SimTime>>,
     /// The tasks that are left at the last choice.
@@ -275,7 +286,7 @@ pub struct Patience {
     claims: Vec<Option<WinningBid>>,
 }
 
-impl Patience {
+impl LeftTasks {
     pub fn new(beliefs: &Winners) -> Self {
         Self {
             since: vec![None; beliefs.tasks().len()],
@@ -285,7 +296,7 @@ impl Patience {
     }
 
     /// Returns whether the robot has waited long enough for a task that it still leaves.
-    pub fn has_ended(&self, now: SimTime, wait: SimTime) -> bool {
+    pub fn has_waited(&self, now: SimTime, wait: SimTime) -> bool {
         let mut left = self.left.iter().zip(&self.since);
         left.any(|(&left, since)| left && since.is_some_and(|since| now.since(since) >= wait))
     }

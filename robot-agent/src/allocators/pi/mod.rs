@@ -70,7 +70,7 @@ impl Allocator for Pi {
                 key: "tasks",
                 unit: "",
                 default: ParameterDefault::Whole(default.tasks as i64),
-                about: "maximum number of tasks in the list of a robot; more give shorter lists of teammates a chance to take over, and cost computation",
+                about: "maximum number of tasks in the list of a robot; larger: a longer plan, but more computation",
                 range: ParameterRange::Whole(1, 16),
             },
             ParameterSpec {

@@ -91,8 +91,11 @@ impl Allocator for Ssi {
             self.drop_impossible();
         }
         let fixed = self.fixed(before);
-        if must_choose && fixed == 0 {
-            self.path.sort();
+        if must_choose {
+            if fixed == 0 {
+                self.path.sort();
+            }
+            self.drop_late(input);
         }
 
         let has_begun = self.conduct(input, fixed);
@@ -192,6 +195,16 @@ impl Ssi {
                 self.path.stops.retain(|other| *other != stop);
                 self.give_back(&stop);
             }
+        }
+    }
+
+    /// Returns the stops to the auctions that can no longer be done in time after the earlier ones.
+    fn drop_late(&mut self, input: &Input<'_>) {
+        let mut path = std::mem::take(&mut self.path);
+        let removed = path.remove_impossible(&self.seconds(input));
+        self.path = path;
+        for stop in removed {
+            self.give_back(&stop);
         }
     }
 
@@ -330,12 +343,7 @@ impl Ssi {
             return None;
         }
         self.weigh(input);
-        let mut path = std::mem::take(&mut self.path);
-        let removed = path.remove_impossible(&self.seconds(input));
-        self.path = path;
-        for stop in removed {
-            self.give_back(&stop);
-        }
+        self.drop_late(input);
         if self.path.stops.len() >= self.config.path_max {
             return None;
         }

@@ -13,6 +13,7 @@ use scenario::time::SimTime;
 use super::awards::{Awards, Holder};
 use super::path::{Objective, Path, Stop};
 use super::{Config, Ssi};
+use crate::allocator::{Allocator, Decision, Input};
 use crate::allocators::team::{STEP, Situation, TAU, Team, allocator_messages};
 use crate::fixtures;
 use crate::testkit;
@@ -366,6 +367,39 @@ fn tasks_that_appear_are_auctioned() {
     }
     team.run(4);
     assert_eq!(paths(&team), [vec![0], vec![2]]);
+}
+
+/// A task that can no longer be done in time after the earlier ones leaves the path, also while no task is free.
+#[test]
+fn a_task_that_becomes_late_is_auctioned_again() {
+    let briefs = (0..2).map(|_| fixtures::brief(2, 1.0)).collect();
+    let mut ssi = Ssi::new(
+        &fixtures::self_state(RobotId(0), 2, briefs),
+        &config(Objective::Max),
+    );
+    let choices = [fixtures::choice(0, 1.0), fixtures::choice(1, 2.0)];
+    let mut decision = Decision::default();
+    for tick in 0..=100 {
+        let is_late = tick == 100;
+        let input = Input {
+            choices: &choices,
+            // The robot chooses again.
+            is_laden: is_late,
+            seconds: &|_, _| (!is_late).then_some(1.0),
+            ..fixtures::input(SimTime(tick * STEP.0), RobotId(0))
+        };
+        decision.say.clear();
+        decision.rows.clear();
+        ssi.step(&input, &mut decision);
+        let path: Vec<TaskId> = ssi.path.stops.iter().map(|stop| stop.task).collect();
+        match tick {
+            99 => assert_eq!(path, [TaskId(0), TaskId(1)]),
+            100 => assert_eq!(path, [TaskId(0)]),
+            _ => {}
+        }
+    }
+    let place = ssi.awards.find(TaskId(1), 0).unwrap();
+    assert!(ssi.awards.place(place).holder.is_none());
 }
 
 /// A task appears for the distant robot one step earlier. The auction waits for the answer of the idle, near robot.

@@ -12,7 +12,7 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::{Hipc, HipcConfig};
-use crate::allocator::{Allocator, Decision, Input};
+use crate::allocator::{Allocator, Decision, Input, TaskBrief};
 use crate::allocators::cbba::Cbba;
 use crate::allocators::cbba::bundle::Bundle;
 use crate::allocators::cbba::tests::laws::{
@@ -139,6 +139,36 @@ fn a_wrong_prediction_delays_the_bid_by_the_wait() {
         robot.step(&input, &mut decision);
         let is_taken = decision.active == Some(BehaviorId(0));
         assert_eq!(is_taken, ms == 1200, "{ms}");
+    }
+}
+
+/// Three tables are due in each step, and two messages are allowed. One of them contains the costs.
+#[test]
+fn tables_do_not_keep_back_the_costs() {
+    let brief = TaskBrief {
+        max_robots: 3,
+        ..fixtures::brief(4, 60.0)
+    };
+    let me = fixtures::self_state(RobotId(0), 4, [brief].into());
+    let mut robot = Hipc::new(&me, &Hipc::config(2, 0.01));
+    let choices = [fixtures::choice(0, 30.0)];
+    let mut decision = Decision::default();
+    for tick in 0..10 {
+        let input = Input {
+            applicable: &[true],
+            choices: &choices,
+            seconds: &|_, _| Some(30.0),
+            ..fixtures::input(SimTime(50 * tick), RobotId(0))
+        };
+        decision.say.clear();
+        decision.rows.clear();
+        robot.step(&input, &mut decision);
+        let costs = decision.say.iter();
+        let costs = costs.filter(|message| matches!(message, AllocationMessage::Awareness(_)));
+        assert_eq!(
+            (costs.count(), decision.say.len()),
+            (usize::from(tick > 0), 2)
+        );
     }
 }
 
