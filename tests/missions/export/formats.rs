@@ -164,13 +164,19 @@ fn each_run_has_its_own_tables_and_topics_in_both_formats() {
     let python = python(&[MCAP, PARQUET].concat());
     let utilities = "/allocation/blue/find-locations-wander";
     let motivations = "/motivations/blue/report-progress";
-    let nearest = "--limit 30 --allocator nearest";
+    let nearest = "--limit 30 --allocator nearest --log full";
     for (run, arguments, table, topic, least) in [
         ("nearest", nearest, "allocation", utilities, 1000),
-        ("full", "--limit 5", "motivations", motivations, 100),
+        (
+            "full",
+            "--limit 5 --log full",
+            "motivations",
+            motivations,
+            100,
+        ),
         (
             "watched",
-            "cmommt --limit 10",
+            "cmommt --limit 10 --log full",
             "targets",
             "/targets/t0",
             200,
