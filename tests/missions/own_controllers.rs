@@ -235,8 +235,8 @@ fn a_controller_that_breaks_a_rule_is_dismissed_and_the_run_continues() {
     let impossible = "impossible contents";
     for (from, to, faults, reason) in [
         (
-            "return \"Cut\",",
-            "return \"Received\",",
+            "[\"Cut\"] * link",
+            "[\"Received\"] * link",
             mute,
             "from blue: 'received', but the link's result is 'cut'",
         ),
