@@ -137,7 +137,7 @@ pub enum Delivery {
     /// In flight. [`Delivery::Delayed`], [`Delivery::Damaged`] or [`Delivery::Cut`] follows, unless the receiver or the run
     /// ends first.
     Pending,
-    /// Lost by fading.
+    /// The message was lost by fading.
     Faded,
     /// Lost because an obstacle lies between sender and receiver.
     Blocked,

@@ -36,7 +36,7 @@ pub enum Walls {
     /// Messages pass through obstacles.
     #[default]
     Pass,
-    /// Obstacles block messages.
+    /// Solid obstacles between two robots block their messages.
     Block,
 }
 

@@ -32,7 +32,7 @@ struct NewTable {
 }
 
 impl NewRows {
-    /// Removes the rows.
+    /// Removes the rows of all tables.
     pub(super) fn clear(&self) {
         self.lock()
             .values_mut()

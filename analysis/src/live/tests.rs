@@ -31,7 +31,7 @@ fn logged(level: LogLevel) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let mut scenario = shipped("janitorial");
     scenario.limit_s = 5.0;
-    let log = Folder::create(&folder.path().join("run")).unwrap();
+    let log = Folder::create(folder.path().join("run")).unwrap();
     let team = Team::new(setup(scenario), level, log).unwrap();
     team.run().unwrap();
     folder

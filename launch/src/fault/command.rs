@@ -241,8 +241,8 @@ fn with_argument(command: Command, argument: &FaultArgument) -> Command {
             }
             match (argument.range, argument.default) {
                 (FaultRange::From | FaultRange::To, _) => value = value.default_value(ALL),
+                (FaultRange::Flag, _) | (_, None) => {}
                 (_, Some(default)) => value = value.default_value(default.to_string()),
-                _ => {}
             }
             let command = command.arg(value);
             match argument.range {

@@ -61,7 +61,7 @@ pub struct RosCommand {
     /// Folder of the run
     #[arg(value_name = "RUN", default_value = LATEST)]
     folder: PathBuf,
-    /// Domain of ROS 2
+    /// Number of the ROS 2 domain
     #[arg(long, value_name = "DOMAIN", default_value = "0", value_parser = domain())]
     domain: u8,
     /// Address of the zenoh router of ROS

@@ -7,12 +7,12 @@ use scenario::{Problem, Setup};
 
 use super::RosCommand;
 
-/// Accepts every run.
+/// Accepts every run, because nothing is published.
 pub fn check(_: &Setup, _: LogLevel) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Publishes nothing.
+/// Publishes nothing, because the program lacks the feature.
 pub fn run(_: &str, _: &RosCommand) -> ExitCode {
     ExitCode::from(2)
 }

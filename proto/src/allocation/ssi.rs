@@ -40,6 +40,6 @@ pub struct Award {
     pub round: SimTime,
     /// The number of the auction.
     pub auction: u32,
-    /// The winning bid.
+    /// The bid that won the auction.
     pub bid: CostBid,
 }

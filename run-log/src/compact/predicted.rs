@@ -148,7 +148,7 @@ fn is_same(a: f64, b: f64) -> bool {
     a.to_bits() == b.to_bits()
 }
 
-/// A written row.
+/// A row that the log contains.
 struct Written<R> {
     line: u64,
     /// The time, and the rank of the robot.

@@ -104,7 +104,7 @@ impl<'l> RunWriter<'l> {
         self.messages.write(&mut self.bag, view, &poses, &events)
     }
 
-    /// Writes the rest.
+    /// Writes all remaining messages.
     fn finish(mut self, end: &View) -> anyhow::Result<Bag> {
         let events = self.events.until(SimTime(u64::MAX))?;
         self.messages.finish(&mut self.bag, end, &events)?;

@@ -79,7 +79,7 @@ pub enum KnowledgeSource {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CostMeasure {
-    /// The straight line.
+    /// The length of the straight line.
     #[default]
     Line,
     /// The shortest way around the solid obstacles, which robots receive as a map.

@@ -49,7 +49,7 @@ pub struct Pi {
     unit: WorkUnit,
     /// γ, as negative bids, and β.
     beliefs: Winners,
-    /// The list a.
+    /// The ordered list a of the robot's tasks.
     list: TaskList,
     /// The time stamps s, and the messages.
     consensus: Tables,
