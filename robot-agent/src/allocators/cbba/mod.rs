@@ -4,7 +4,7 @@
 //! How, AIAA 2010).
 //!
 //! - `bundle`: the choice of tasks and bids (BUILD, REPLAN). `score`: the score of a path.
-//! - [`consensus`](super::consensus): the winners, the rules that merge lists (Table I), and the messages.
+//! - `consensus`: the winners, the rules that merge lists (Table I), and the messages.
 //! - `deltas`, `records`: the messages of ACBBA, without a table.
 
 pub(super) mod bundle;

@@ -3,7 +3,7 @@
 //! problem, and each takes its own task from the solution.
 //!
 //! - `matrix`: the rows that a robot has, with their versions, and their exchange.
-//! - The assignment is that of the oracle, by shortest augmenting paths: [`Plan`].
+//! - The assignment is that of the oracle, by shortest augmenting paths: `Plan`.
 
 mod matrix;
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //!
 //! - `impact`: the cost of a list, removal and inclusion impacts.
 //! - `list`: the list of a robot, and the phases of removal and inclusion.
-//! - [`consensus`](super::consensus): γ, β and s, and the messages.
+//! - `consensus`: γ, β and s, and the messages.
 
 mod impact;
 mod list;

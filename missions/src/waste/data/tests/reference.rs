@@ -72,9 +72,10 @@ const UNKNOWN: &str = "a-key-that-resembles-no-key-of-any-table";
 
 /// Keys that belong elsewhere: the clean-up has no skills, the step order is a key of the scenario, and the parameters
 /// of each allocator have their own documents.
-const ELSEWHERE: [&str; 4] = [
+const ELSEWHERE: [&str; 5] = [
     "skills",
     "robots.skills",
+    "robots.capacity",
     "alliance.switches.step_order",
     "allocators",
 ];
