@@ -105,7 +105,8 @@ fn seeds_with_properties() -> impl Iterator<Item = u64> {
 
 #[test]
 fn every_figure_of_points_with_properties_agrees_with_the_tables() {
-    assert_figures_agree(seeds_with_properties().take(24));
+    // In run 4829, a fault adds a point of a kind for which no robot has the skill.
+    assert_figures_agree(seeds_with_properties().take(24).chain([4829]));
 }
 
 /// `cargo test -p alliance-tests --test missions -- --ignored every_figure_of_a_thousand_runs`

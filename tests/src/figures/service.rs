@@ -185,8 +185,9 @@ impl Follower<'_> {
             let rank = self.tables.rank(&row.robot);
             match (row.kind.as_str(), rank) {
                 ("hit", _) if row.detail.starts_with("point ") => {
-                    let name = row.detail.split(' ').next_back().unwrap_or_default();
-                    let kind = self.section.kind_named(name).unwrap_or(0);
+                    let mut words = row.detail.split(' ').skip_while(|word| *word != "--kind");
+                    let kind = words.nth(1).and_then(|name| self.section.kind_named(name));
+                    let kind = kind.unwrap_or(0);
                     self.points.push(new_point(self.section, kind, now_ms));
                 }
                 ("arrived", _) => self.arrive(number_of(&row.subject)),
@@ -472,17 +473,23 @@ fn energy_used(tables: &Tables<'_>) -> Calculated {
     Calculated::Between(least_j, most_j)
 }
 
-/// Returns the times of the first and the last step of each stay of a robot at a charger, ms.
+/// Returns the times of the first and the last step of each stay of a robot at a charger, ms. A robot can be at several
+/// chargers at once.
 fn charges(tables: &Tables<'_>, robot: &str) -> Vec<[u64; 2]> {
-    let mut charges: Vec<[u64; 2]> = Vec::new();
+    let mut charges: Vec<(&str, [u64; 2])> = Vec::new();
     for row in tables.events.iter().filter(|row| row.robot == robot) {
-        match (row.kind.as_str(), charges.last_mut()) {
-            ("charging", _) => charges.push([row.t_ms.0, u64::MAX]),
-            ("charged", Some(charge)) => charge[1] = row.t_ms.0,
+        let charger = row.subject.as_str();
+        match row.kind.as_str() {
+            "charging" => charges.push((charger, [row.t_ms.0, u64::MAX])),
+            "charged" => {
+                let mut latest = charges.iter_mut().rev();
+                let stay = latest.find(|(at, _)| *at == charger);
+                stay.expect("the start of a stay").1[1] = row.t_ms.0;
+            }
             _ => {}
         }
     }
-    charges
+    charges.into_iter().map(|(_, stay)| stay).collect()
 }
 
 /// Returns the way of a robot, m. A row of poses.csv has the speed of the previous step, so that the last step before

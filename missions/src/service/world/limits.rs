@@ -6,7 +6,9 @@ use glam::Vec2;
 use scenario::Setup;
 
 use crate::coverage::uncovered_tasks;
-use crate::service::data::{PointSpec, ServiceSection, Slots, TaskGranularity, Ways, too_heavy};
+use crate::service::data::{
+    Kind, PointSpec, ServiceSection, Slots, TaskGranularity, Ways, too_heavy,
+};
 
 #[derive(Debug)]
 pub(super) struct TeamLimits {
@@ -15,6 +17,10 @@ pub(super) struct TeamLimits {
     uncovered: BTreeSet<usize>,
     /// The points whose slots the team cannot fill at the same time, and those that no robot can carry.
     unfillable: BTreeSet<u16>,
+    /// The number of points at the start. Faults add further ones, of any kind.
+    initial: usize,
+    /// The kinds for which no robot has the skill.
+    unskilled: BTreeSet<usize>,
     /// The points of the start to which obstacles leave no way, by number.
     unreachable: BTreeSet<u16>,
 }
@@ -28,6 +34,12 @@ impl TeamLimits {
         let unfillable = unfillable.into_iter().map(|(point, _)| point);
         let heavy = too_heavy(scenario, catalog).into_iter();
         let heavy = heavy.map(|(point, _)| point);
+        let is_unskilled = |kind: &Kind| {
+            let mut robots = scenario.robots.iter();
+            !robots.any(|robot| robot.skill(&kind.name).unwrap_or(1.0) > 0.0)
+        };
+        let kinds = section.kinds.iter().enumerate();
+        let unskilled = kinds.filter(|(_, kind)| is_unskilled(kind));
         let ways = Ways::new(scenario, starts);
         let unreachable = ways.iter().flat_map(|ways| {
             let points = specs.iter().zip(0..);
@@ -39,6 +51,8 @@ impl TeamLimits {
         });
         Self {
             tasks: section.tasks,
+            initial: specs.len(),
+            unskilled: unskilled.map(|(index, _)| index).collect(),
             unfillable: unfillable.chain(heavy).collect(),
             uncovered: uncovered_tasks(scenario, catalog),
             unreachable: unreachable.map(|(_, number)| number).collect(),
@@ -50,7 +64,11 @@ impl TeamLimits {
             TaskGranularity::Points => point.into(),
             TaskGranularity::Kinds => spec.kind,
         };
-        self.uncovered.contains(&task) || self.unfillable.contains(&point)
+        // The task of an added point requires no skill, because its kind is not known before.
+        let is_added = usize::from(point) >= self.initial;
+        self.uncovered.contains(&task)
+            || self.unfillable.contains(&point)
+            || (is_added && self.unskilled.contains(&spec.kind))
     }
 
     pub fn is_unreachable(&self, point: u16) -> bool {
