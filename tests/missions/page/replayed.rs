@@ -98,6 +98,8 @@ fn the_page_shows_the_command_of_a_branch_which_starts_it() {
     lab.assert_same_bytes("run", "again");
     // The end of the run has no branch.
     browser.eval("document.querySelector('#menu').hidePopover()");
+    // The browser takes the focus from a hidden field before its next picture. Keys in a field do not move the time.
+    browser.wait_for("document.activeElement == document.body");
     browser.press('\u{e010}');
     browser.wait_for("document.body.dataset.tick == '400'");
     browser.click("#branch");
