@@ -77,9 +77,8 @@ STRUCTS = {
     "CostBid": "task u16, slot u16, cost f32",
     "Award": "round u64, auction u32, bid CostBid",
     "MatrixPart": "rows [MatrixRow], versions [RowVersion]",
-    "MatrixRow": "version RowVersion, entries [MatrixEntry]",
+    "MatrixRow": "version RowVersion, entries [EligibleTask]",
     "RowVersion": "robot u16, made ?u64, seen u64",
-    "MatrixEntry": "task u16, round u64, utility f32",
     "Awareness": "block u16, costs [TaskCost]",
     "TaskCost": "task u16, cost_s f64, worth f64",
 }

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use scenario::ids::{RobotId, TaskId};
+use super::ble::EligibleTask;
+use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
 /// The largest number of entries of a row. It leaves room for the version in [`PART_WEIGHT_MAX`].
@@ -25,8 +26,8 @@ pub struct MatrixPart {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MatrixRow {
     pub version: RowVersion,
-    /// The entries, in descending order of utility.
-    pub entries: Vec<MatrixEntry>,
+    /// The entries, in descending order of utility. Entries of an older round are void.
+    pub entries: Vec<EligibleTask>,
 }
 
 /// The version of a robot's row.
@@ -38,13 +39,4 @@ pub struct RowVersion {
     pub made: Option<SimTime>,
     /// The time of the robot's latest message that has reached the sender, directly or through other robots.
     pub seen: SimTime,
-}
-
-/// A robot's utility for one unit of a task.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MatrixEntry {
-    pub task: TaskId,
-    /// The time since which the task has been due, ms. Entries of an older round are void.
-    pub round: SimTime,
-    pub utility: f32,
 }

@@ -6,6 +6,7 @@
 //! - [`ble`]: broadcast of local eligibility (Werger and Matarić 2000).
 //! - [`murdoch`]: auctions and contracts (Gerkey and Matarić 2002).
 //! - [`cbba`]: consensus-based auctions: CBAA, CBBA and the asynchronous ACBBA (Choi, Brunet, How 2009; Johnson 2010).
+//! - `offers`: the tasks that a robot offers, for [`ble`] and [`dhba`]; not an allocator.
 //! - `consensus`: the agreement on winners that [`cbba`], [`hipc`] and [`pi`] share; not an allocator.
 //! - [`hipc`]: CBBA with predictions of the teammates' choices (Johnson, Choi, How 2012).
 //! - [`pi`]: performance impact (Zhao, Meng, Chung 2016).
@@ -25,8 +26,11 @@ pub mod first_come;
 pub mod grape;
 pub mod hipc;
 pub mod lalliance;
+#[cfg(test)]
+mod links;
 pub mod murdoch;
 pub mod nearest;
+mod offers;
 pub mod oracle;
 pub mod pi;
 pub mod random;

@@ -13,6 +13,7 @@ use rand_chacha::rand_core::SeedableRng;
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
+use super::links;
 use crate::allocator::{
     Allocator, AllocatorRunner, Choice, Input, RunningAllocator, SelfState, StepOutcome, TaskBrief,
 };
@@ -245,33 +246,12 @@ impl<A: Allocator> Team<A> {
 
     /// Links the robots along a line, with a share `more` of random additional links.
     pub fn connect_as_line(&mut self, more: f64) {
-        for from in 0..self.links.len() {
-            for to in 0..from {
-                let linked = from - to == 1 || self.chance.random_bool(more);
-                self.links[from][to] = linked;
-                self.links[to][from] = linked;
-            }
-        }
+        links::connect_as_line(&mut self.links, more, &mut self.chance);
     }
 
     /// Returns the largest distance between two robots, in links.
     pub fn diameter(&self) -> usize {
-        let count = self.links.len();
-        let distance = |from: usize, to: usize| match self.links[from][to] {
-            _ if from == to => 0,
-            true => 1,
-            false => count,
-        };
-        let row = |from| (0..count).map(|to| distance(from, to)).collect();
-        let mut away: Vec<Vec<usize>> = (0..count).map(row).collect();
-        for by in 0..count {
-            for from in 0..count {
-                for to in 0..count {
-                    away[from][to] = away[from][to].min(away[from][by] + away[by][to]);
-                }
-            }
-        }
-        away.into_iter().flatten().max().unwrap()
+        links::diameter(&self.links)
     }
 
     pub fn briefs(&self) -> Arc<[TaskBrief]> {

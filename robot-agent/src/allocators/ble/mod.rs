@@ -17,7 +17,7 @@ mod table;
 mod tests;
 
 use proto::allocation::AllocationMessage;
-use proto::allocation::ble::{ELIGIBLE_MAX, Eligibility, EligibleTask};
+use proto::allocation::ble::{ELIGIBLE_MAX, Eligibility};
 use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
@@ -26,7 +26,8 @@ use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 use smallvec::SmallVec;
 
-use crate::allocator::utility::{Bid, WorkInProgress};
+use super::offers::{Offers, weigh};
+use crate::allocator::utility::WorkInProgress;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
 use crate::broken::is_broken;
 use table::{Table, Update};
@@ -51,7 +52,7 @@ pub struct Ble {
     /// The assigned robot for the task of each behavior, in the order of [`SelfState::behaviors`].
     holders: SmallVec<[Option<RobotId>; 6]>,
     /// The tasks that the robot could start in this step, the best first.
-    offers: SmallVec<[Offer; 6]>,
+    offers: Offers,
 }
 
 /// The parameters in `[allocators.ble]`.
@@ -71,14 +72,6 @@ impl Default for Config {
             commit: true,
         }
     }
-}
-
-/// The robot's best behavior for a task.
-#[derive(Clone, Copy, Debug)]
-struct Offer {
-    behavior: BehaviorId,
-    entry: EligibleTask,
-    bid: Bid,
 }
 
 impl Allocator for Ble {
@@ -176,39 +169,9 @@ impl Allocator for Ble {
 
 impl Ble {
     fn weigh(&mut self, input: &Input<'_>) {
-        self.offers.clear();
-        for choice in input.choices {
-            let Some(offer) = self.offer(choice, input) else {
-                continue;
-            };
-            let mut known = self.offers.iter_mut();
-            match known.find(|known| known.entry.task == choice.task) {
-                Some(known) if offer.bid.utility > known.bid.utility => *known = offer,
-                Some(_) => {}
-                None => self.offers.push(offer),
-            }
-        }
-        self.offers
-            .sort_unstable_by(|one, other| other.bid.order(&one.bid));
-        self.offers.truncate(ELIGIBLE_MAX);
-    }
-
-    fn offer(&self, choice: &Choice, input: &Input<'_>) -> Option<Offer> {
-        let utility = self.under_way.utility(choice, input)? as f32;
-        Some(Offer {
-            behavior: choice.behavior,
-            entry: EligibleTask {
-                task: choice.task,
-                round: choice.round,
-                utility,
-            },
-            bid: Bid {
-                priority: choice.priority,
-                utility: f64::from(utility),
-                robot: self.me.robot,
-                task: choice.task,
-            },
-        })
+        let utility_of = |choice: &Choice| Some(self.under_way.utility(choice, input)? as f32);
+        let (robot, choices) = (self.me.robot, input.choices);
+        weigh(&mut self.offers, robot, choices, ELIGIBLE_MAX, utility_of);
     }
 
     fn receive(&mut self, input: &Input<'_>) -> Update {

@@ -15,13 +15,13 @@ pub(super) mod score;
 pub(super) mod tests;
 
 use proto::allocation::AllocationMessage;
-use proto::telemetry::Reason;
 use scenario::time::SimTime;
 use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::{Allocator, Decision, Input, SelfState};
+use crate::allocators::consensus;
 use crate::allocators::consensus::tables::{TableKind, Tables};
 use crate::allocators::consensus::winners::Winners;
 use bundle::Bundle;
@@ -228,16 +228,8 @@ impl<C: Consensus> Bidder<C> {
             beliefs.take_changed();
         }
 
-        // ACT: the robot starts at once, without waiting for agreement.
-        decision.active = bundle.first();
-        let was_outbid = bundle.take_outbid();
-        if decision.active != before {
-            decision.reason = Some(if was_outbid {
-                Reason::Outbid
-            } else {
-                Reason::Claimed
-            });
-        }
+        let first = bundle.first();
+        consensus::start(decision, first, bundle.take_outbid());
         self.consensus.send(input.now, beliefs, &mut decision.say);
         let holder = |task| self.beliefs.holder(task);
         let under_way = self.unit.under_way();

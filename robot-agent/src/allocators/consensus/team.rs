@@ -13,6 +13,7 @@ use scenario::time::SimTime;
 use crate::allocator::{
     Allocator, Choice, Decision, Input, OwnBehavior, RandomDraws, SelfState, TaskBrief,
 };
+use crate::allocators::links;
 
 /// The length of a step, ms.
 pub const STEP_MS: u64 = 50;
@@ -190,33 +191,58 @@ impl<A: Allocator> Team<A> {
 
     /// Links the robots along a line, with a share `more` of random additional links.
     pub fn connect_as_line(&mut self, more: f64) {
-        for from in 0..self.links.len() {
-            for to in 0..from {
-                let linked = from - to == 1 || self.chance.random_bool(more);
-                self.links[from][to] = linked;
-                self.links[to][from] = linked;
-            }
-        }
+        links::connect_as_line(&mut self.links, more, &mut self.chance);
     }
 
     /// Returns the largest distance between two robots, in links.
     pub fn diameter(&self) -> usize {
-        let count = self.links.len();
-        let distance = |from: usize, to: usize| match self.links[from][to] {
-            _ if from == to => 0,
-            true => 1,
-            false => count,
-        };
-        let row = |from| (0..count).map(|to| distance(from, to)).collect();
-        let mut away: Vec<Vec<usize>> = (0..count).map(row).collect();
-        for by in 0..count {
-            for from in 0..count {
-                for to in 0..count {
-                    away[from][to] = away[from][to].min(away[from][by] + away[by][to]);
+        links::diameter(&self.links)
+    }
+
+    /// Restarts all robots with the time `tau` until a teammate counts as lost. Then message losses, cut links, crashes,
+    /// restarts and new rounds occur in any order, and end. `check` is called after each step.
+    pub fn go_through_trouble(
+        &mut self,
+        seed: u64,
+        config: &A::Config,
+        tau: SimTime,
+        check: impl Fn(&Self),
+    ) {
+        let robots = self.members.len();
+        for robot in 0..robots {
+            self.members[robot] = self.fresh_member(robot, 1, config, tau);
+        }
+        let mut incarnations = vec![1; robots];
+        let mut chance = ChaCha8Rng::seed_from_u64(seed);
+        for _ in 0..10 {
+            self.loss = [0.0, 0.3, 0.9][chance.random_range(0..3)];
+            for link in self.links.iter_mut().flatten() {
+                *link = chance.random_bool(0.7);
+            }
+            let robot = chance.random_range(0..robots);
+            match chance.random_range(0..4) {
+                0 => self.crashed[robot] = true,
+                1 => {
+                    incarnations[robot] += 1;
+                    self.members[robot] =
+                        self.fresh_member(robot, incarnations[robot], config, tau);
+                    self.crashed[robot] = false;
                 }
+                2 => {
+                    let task = chance.random_range(0..self.work.tasks());
+                    self.round[task] = self.now();
+                }
+                _ => {}
+            }
+            for _ in 0..chance.random_range(1..150) {
+                self.step();
+                check(self);
             }
         }
-        away.into_iter().flatten().max().unwrap()
+        self.loss = 0.0;
+        for link in self.links.iter_mut().flatten() {
+            *link = true;
+        }
     }
 
     pub fn now(&self) -> SimTime {

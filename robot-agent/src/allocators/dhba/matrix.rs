@@ -1,8 +1,9 @@
 //! The matrix of the team's utilities, as one robot stores it: a row per robot, from the robot itself or through
 //! others.
 
+use proto::allocation::ble::EligibleTask;
 use proto::allocation::dhba::{
-    MatrixEntry, MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,
+    MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,
 };
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
@@ -16,7 +17,7 @@ pub struct Row {
     pub made: Option<SimTime>,
     /// The time of the robot's latest message that is known here.
     pub seen: SimTime,
-    pub entries: SmallVec<[MatrixEntry; 6]>,
+    pub entries: SmallVec<[EligibleTask; 6]>,
     /// True if the row must be sent.
     must_send: bool,
 }
@@ -43,7 +44,7 @@ impl Matrix {
     }
 
     /// Replaces the row of the robot that owns the matrix, if it differs. Returns whether it does.
-    pub fn set_own(&mut self, me: RobotId, entries: &[MatrixEntry], now: SimTime) -> bool {
+    pub fn set_own(&mut self, me: RobotId, entries: &[EligibleTask], now: SimTime) -> bool {
         let row = self.rows.get_or_insert_with(me, Row::default);
         if row.made.is_some() && row.entries.as_slice() == entries {
             return false;
@@ -71,12 +72,12 @@ impl Matrix {
     pub fn receive_row(
         &mut self,
         version: &RowVersion,
-        entries: impl Iterator<Item = MatrixEntry>,
+        entries: impl Iterator<Item = EligibleTask>,
         direct: Option<SimTime>,
     ) -> Update {
         let mut update = self.receive_version(version);
         let row = self.rows.get_or_insert_with(version.robot, Row::default);
-        let entries: SmallVec<[MatrixEntry; 6]> = entries.take(ROW_ENTRIES_MAX).collect();
+        let entries: SmallVec<[EligibleTask; 6]> = entries.take(ROW_ENTRIES_MAX).collect();
         // A message from before the row here may contain an earlier row.
         let is_current = direct.is_some() && direct >= row.made && version.made.is_some();
         let differs = version.made != row.made || entries != row.entries;

@@ -10,7 +10,8 @@ mod matrix;
 mod tests;
 
 use proto::allocation::AllocationMessage;
-use proto::allocation::dhba::{MatrixEntry, MatrixPart, ROW_ENTRIES_MAX, RowVersion};
+use proto::allocation::ble::EligibleTask;
+use proto::allocation::dhba::{MatrixPart, ROW_ENTRIES_MAX, RowVersion};
 use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
 use proto::tick::TaskOffer;
@@ -20,9 +21,9 @@ use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 use smallvec::SmallVec;
 
+use super::offers::{Offers, weigh};
 use super::oracle::plan::Plan;
 use crate::allocator::unit::WorkUnit;
-use crate::allocator::utility::Bid;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
 use matrix::Matrix;
 
@@ -39,14 +40,6 @@ impl Default for Config {
     }
 }
 
-/// The robot's best behavior for a task.
-#[derive(Clone, Copy, Debug)]
-struct Offer {
-    behavior: BehaviorId,
-    entry: MatrixEntry,
-    bid: Bid,
-}
-
 #[derive(Clone, Debug)]
 pub struct Dhba {
     me: SelfState,
@@ -54,7 +47,7 @@ pub struct Dhba {
     unit: WorkUnit,
     matrix: Matrix,
     /// The robot's offers at the latest change of its situation, the best first.
-    offers: SmallVec<[Offer; 6]>,
+    offers: Offers,
     plan: Plan,
     /// The robots with a task in the solution, and their tasks.
     assigned: Vec<(RobotId, TaskId)>,
@@ -101,7 +94,7 @@ impl Allocator for Dhba {
             .remove_silent(me, input.now, self.me.ceased_after);
         if must_decide {
             self.weigh(input);
-            let entries: SmallVec<[MatrixEntry; 6]> =
+            let entries: SmallVec<[EligibleTask; 6]> =
                 self.offers.iter().map(|offer| offer.entry).collect();
             has_changed |= self.matrix.set_own(me, &entries, input.now);
         }
@@ -172,43 +165,16 @@ impl Dhba {
         (has_changed, has_newcomer)
     }
 
-    /// Stores the behavior of the highest utility for each task, the best tasks first. With n robots, one of the n best
-    /// tasks of a robot is always free for it, so that more entries are never used in a team of that size.
+    /// Updates the offers. With n robots, one of the n best tasks of a robot is always free for it, so that more entries
+    /// are never used in a team of that size.
     fn weigh(&mut self, input: &Input<'_>) {
-        self.offers.clear();
-        for choice in input.choices {
-            let Some(offer) = self.offer(choice, input) else {
-                continue;
-            };
-            let mut known = self.offers.iter_mut();
-            match known.find(|known| known.entry.task == choice.task) {
-                Some(known) if offer.bid.utility > known.bid.utility => *known = offer,
-                Some(_) => {}
-                None => self.offers.push(offer),
-            }
-        }
-        self.offers
-            .sort_unstable_by(|one, other| other.bid.order(&one.bid));
-        self.offers.truncate(ROW_ENTRIES_MAX.min(self.me.team));
-    }
-
-    fn offer(&self, choice: &Choice, input: &Input<'_>) -> Option<Offer> {
-        let utility = self.unit.committed().utility(choice, input)?;
-        let utility = (utility as f32).clamp(0.0, f32::MAX);
-        Some(Offer {
-            behavior: choice.behavior,
-            entry: MatrixEntry {
-                task: choice.task,
-                round: choice.round,
-                utility,
-            },
-            bid: Bid {
-                priority: choice.priority,
-                utility: f64::from(utility),
-                robot: self.me.robot,
-                task: choice.task,
-            },
-        })
+        let utility_of = |choice: &Choice| {
+            let utility = self.unit.committed().utility(choice, input)?;
+            Some((utility as f32).clamp(0.0, f32::MAX))
+        };
+        let most = ROW_ENTRIES_MAX.min(self.me.team);
+        let (robot, choices) = (self.me.robot, input.choices);
+        weigh(&mut self.offers, robot, choices, most, utility_of);
     }
 
     /// Solves the assignment problem of the matrix. Entries of an older round are void.

@@ -1,8 +1,9 @@
 //! The laws of DHBA (docs/allocators/dhba.md).
 
 use proto::allocation::AllocationMessage;
+use proto::allocation::ble::EligibleTask;
 use proto::allocation::dhba::{
-    MatrixEntry, MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,
+    MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,
 };
 use proto::codec::encoded_len;
 use rand::RngExt;
@@ -212,7 +213,7 @@ fn only_newer_rows_are_sent_again() {
 fn a_matrix_is_sent_in_parts_below_the_limit() {
     let latest = SimTime(u64::MAX);
     let mut matrix = Matrix::default();
-    let entry = MatrixEntry {
+    let entry = EligibleTask {
         task: TaskId(u16::MAX),
         round: latest,
         utility: f32::MAX,
@@ -250,7 +251,7 @@ fn a_later_row_replaces_an_earlier_one() {
     };
     let row = |made, utility| MatrixRow {
         version: version(Some(SimTime(made))),
-        entries: vec![MatrixEntry {
+        entries: vec![EligibleTask {
             task: TaskId(0),
             round: SimTime::ZERO,
             utility,
@@ -275,7 +276,7 @@ fn a_later_row_replaces_an_earlier_one() {
 #[test]
 fn a_damaged_row_is_corrected() {
     let costs: [&[f64]; 3] = [&[1.0], &[5.0], &[9.0]];
-    let rows = |team: &Team<Dhba>, rank: usize| -> Vec<Vec<MatrixEntry>> {
+    let rows = |team: &Team<Dhba>, rank: usize| -> Vec<Vec<EligibleTask>> {
         let rows = team.allocator(rank).matrix.rows();
         rows.map(|(_, row)| row.entries.to_vec()).collect()
     };
@@ -293,7 +294,7 @@ fn a_damaged_row_is_corrected() {
             made: made.map(|made| made + SimTime(later_ms)),
             seen: team.now(),
         };
-        let entries = vec![MatrixEntry {
+        let entries = vec![EligibleTask {
             utility: 0.001,
             ..before[0][0]
         }];

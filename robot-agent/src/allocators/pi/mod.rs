@@ -12,13 +12,13 @@ mod list;
 #[cfg(test)]
 mod tests;
 
-use proto::telemetry::Reason;
 use scenario::time::SimTime;
 use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::{Allocator, Decision, Input, SelfState};
+use crate::allocators::consensus;
 use crate::allocators::consensus::tables::{TableKind, Tables};
 use crate::allocators::consensus::winners::Winners;
 use impact::Costs;
@@ -129,16 +129,8 @@ impl Allocator for Pi {
             beliefs.take_changed();
         }
 
-        // The robot starts at once, without waiting for agreement.
-        decision.active = list.first();
-        let was_outbid = list.take_outbid();
-        if decision.active != before {
-            decision.reason = Some(if was_outbid {
-                Reason::Outbid
-            } else {
-                Reason::Claimed
-            });
-        }
+        let first = list.first();
+        consensus::start(decision, first, list.take_outbid());
         self.consensus.send(input.now, beliefs, &mut decision.say);
         let holder = |task| self.beliefs.holder(task);
         let under_way = self.unit.under_way();

@@ -7,7 +7,7 @@ use proto::allocation::ble::{Eligibility, EligibleTask};
 use proto::allocation::consensus::{
     BidChange, BidTable, Deltas, TableEntry, TimeStamp, WinningBid,
 };
-use proto::allocation::dhba::{MatrixEntry, MatrixPart, MatrixRow, RowVersion};
+use proto::allocation::dhba::{MatrixPart, MatrixRow, RowVersion};
 use proto::allocation::grape::{CoalitionMember, CoalitionPartition};
 use proto::allocation::murdoch::{AuctionId, ContractStatus, Negotiation, NegotiationKind};
 use proto::allocation::ssi::{AuctionBid, Award, CostBid};
@@ -131,7 +131,7 @@ fn every_kind_of_message_has_its_columns() {
                     made: Some(SimTime(40)),
                     seen: SimTime(50),
                 },
-                entries: vec![MatrixEntry {
+                entries: vec![EligibleTask {
                     task,
                     round,
                     utility: 0.5,

@@ -224,44 +224,9 @@ fn teams_agree_despite_message_loss() {
 fn teams_agree_after_trouble() {
     for seed in 0..200 {
         let mut team = random_team(seed, 1.0);
-        let tau = SimTime(5000);
         let config = team.members[0].allocator.config;
+        team.go_through_trouble(seed, &config, SimTime(5000), check_places);
         let robots = team.members.len();
-        for robot in 0..robots {
-            team.members[robot] = team.fresh_member(robot, 1, &config, tau);
-        }
-        let mut incarnations = vec![1; robots];
-        let mut chance = ChaCha8Rng::seed_from_u64(seed);
-        for _ in 0..10 {
-            team.loss = [0.0, 0.3, 0.9][chance.random_range(0..3)];
-            for link in team.links.iter_mut().flatten() {
-                *link = chance.random_bool(0.7);
-            }
-            let robot = chance.random_range(0..robots);
-            match chance.random_range(0..4) {
-                0 => team.crashed[robot] = true,
-                1 => {
-                    incarnations[robot] += 1;
-                    team.members[robot] =
-                        team.fresh_member(robot, incarnations[robot], &config, tau);
-                    team.crashed[robot] = false;
-                }
-                2 => {
-                    let task = chance.random_range(0..team.work.tasks());
-                    team.round[task] = team.now();
-                }
-                _ => {}
-            }
-            for _ in 0..chance.random_range(1..150) {
-                team.step();
-                check_places(&team);
-            }
-        }
-        team.loss = 0.0;
-        team.links
-            .iter_mut()
-            .flatten()
-            .for_each(|link| *link = true);
         for _ in 0..300 {
             team.step();
         }
