@@ -156,8 +156,10 @@ impl<'p> Space<'p> {
         }
     }
 
+    /// Draws another time. One in four is the start of the run, before the first messages.
     fn change_time(&self, faults: &mut [Order], rng: &mut ChaCha8Rng) {
         let at_s = rounded(rng.random_range(0.0..self.bounds.until_s));
+        let at_s = if rng.random_bool(0.25) { 0.0 } else { at_s };
         if let Some(order) = any(faults, rng)
             && order.when.is_none()
         {
