@@ -74,6 +74,9 @@ impl ReplayCommand {
         }
         let logged = open(&self.folder)?;
         tell_other_programs(&logged.run);
+        if logged.run.outcome == RunOutcome::Running {
+            stderr_line!("the run has not ended; the replay covers the ticks in its log so far");
+        }
         let answer_source: Option<Box<dyn AnswerSource>> = match LoggedAnswers::of(&logged)? {
             Some(kept) if !self.controllers.is_empty() => {
                 Some(run_controllers(&logged, &self.controllers, kept)?)
