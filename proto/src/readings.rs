@@ -21,7 +21,9 @@ pub struct Pose {
 /// A solid object within the range of one beam.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Hit {
-    /// The free distance along the beam from the robot's edge, m; 0 is contact.
+    /// The free distance along the beam, m; 0 is contact. It counts from the line at right angles to the beam that touches
+    /// the body, one radius from its center. For the center beam this is the robot's edge; for the outer beams, the edge
+    /// is up to one radius behind the line.
     pub distance_m: f32,
     /// The direction of the outward surface normal at the hit, in the robot's frame, rad in (-π, π].
     pub normal_rad: f32,
