@@ -159,16 +159,9 @@ fn check_log(folder: &Path, logged: &RunLog) -> anyhow::Result<()> {
             "branch from a run that has ended"
         ));
     }
-    let whole = logged.last.map_or(0, |seal| seal.tick + 1);
-    let ticks = logged.run.result.ticks;
-    if logged.torn.is_some() || (logged.run.log != LogLevel::Off && whole != ticks) {
-        let file = logged.torn.map_or("ticks.csv", |table| table.file_name());
-        let what = format!("the log is torn: {file} is complete for {whole} of {ticks} ticks");
-        bail!(Problem::with_source(
-            source,
-            what,
-            "branch from a complete log"
-        ));
+    if let Some(damage) = logged.damage() {
+        let remedy = "branch from a complete log";
+        bail!(Problem::with_source(source, damage.to_string(), remedy));
     }
     Ok(())
 }

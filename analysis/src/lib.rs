@@ -92,6 +92,22 @@ fn open(folder: &Path) -> anyhow::Result<RunLog> {
     Ok(RunLog::open(folder, &Registry::current().vocabulary())?)
 }
 
+/// Opens the log of a run to show it. A damaged log would show a run that ends too early.
+///
+/// # Errors
+/// Fails like [`open`], and if the run has ended and its log does not contain all of it.
+fn open_undamaged(folder: &Path) -> anyhow::Result<RunLog> {
+    let log = open(folder)?;
+    match log.damage() {
+        None => Ok(log),
+        Some(damage) => {
+            let (run, what) = (folder.display().to_string(), damage.to_string());
+            let remedy = "restore the file; `alliance replay` names the first difference";
+            Err(Problem::with_source(run, what, remedy).into())
+        }
+    }
+}
+
 /// Returns the exit status of a command. Writes an error to stderr; its status is `on_error`, or 130 after an
 /// interruption, which the command has already reported.
 fn exit_status(command: &str, done: anyhow::Result<ExitCode>, on_error: u8) -> ExitCode {

@@ -9,12 +9,13 @@ use clap::Args;
 use proto::program_build;
 use proto::tick::Outcome;
 use run_log::recorder::Sink;
-use run_log::{LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
+use run_log::{Input, LogLevel, MemoryLog, RunFile, RunLog, RunOutcome};
+use scenario::time::SimTime;
 use scenario::{Problem, Setup};
 use terminal::stderr_line;
 use world_server::simulation::Simulation;
 
-use crate::diff::{Comparison, Difference, compare, compare_files};
+use crate::diff::{Comparison, Difference, compare_files, compare_parts};
 use crate::progress::Progress;
 use crate::{LATEST, exit_status, open};
 use in_process::{AnswerError, AnswerSource, LoggedAnswers, Team, TickError};
@@ -77,6 +78,9 @@ impl ReplayCommand {
         if logged.run.outcome == RunOutcome::Running {
             stderr_line!("the run has not ended; the replay covers the ticks in its log so far");
         }
+        if let Some(difference) = false_origin(&logged)? {
+            return Ok(Comparison::Differs(difference));
+        }
         let answer_source: Option<Box<dyn AnswerSource>> = match LoggedAnswers::of(&logged)? {
             Some(kept) if !self.controllers.is_empty() => {
                 Some(run_controllers(&logged, &self.controllers, kept)?)
@@ -109,13 +113,44 @@ impl ReplayCommand {
                 return Ok(comparison);
             }
             // The world can be killed after the last rows and before the last run.json.
-            return Ok(match compare(&logged, &again)? {
+            return Ok(match compare_parts(&logged, &again, &in_progress)? {
                 Comparison::Differs(_) => comparison,
                 identical => identical,
             });
         }
         Ok(compare_files(&logged, &again)?)
     }
+}
+
+/// Compares the origin of a branch in run.json with the inputs. Nothing in the log shows the run that it names.
+fn false_origin(logged: &RunLog) -> anyhow::Result<Option<Difference>> {
+    let inputs = logged.inputs()?;
+    let branched = inputs
+        .iter()
+        .filter(|line| matches!(line.input, Input::Branch(_)));
+    let latest = branched.map(|line| line.tick).max();
+    let differs = |field: &str, found: String, wanted: String| {
+        let field = Some(format!("branch{field}"));
+        Some(Difference::at_end("run.json", field, found, wanted))
+    };
+    let Some(origin) = &logged.run.branch else {
+        return Ok(
+            latest.and_then(|tick| differs("", "none".into(), format!("a branch of tick {tick}")))
+        );
+    };
+    let t_ms = origin.tick * logged.run.setup.scenario.step_ms;
+    Ok(if origin.t_ms != SimTime(t_ms) {
+        differs(".t_ms", origin.t_ms.0.to_string(), t_ms.to_string())
+    } else if latest.is_some_and(|tick| tick > origin.tick) {
+        let latest = latest.unwrap_or_default();
+        differs(
+            ".tick",
+            origin.tick.to_string(),
+            format!("{latest} or later"),
+        )
+    } else {
+        None
+    })
 }
 
 /// Names the version and the builds that took part in a run and are not those of this program.

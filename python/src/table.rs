@@ -19,6 +19,9 @@ pub fn full_table(py: Python<'_>, folder: PathBuf, file_name: &str) -> PyResult<
     py.detach(|| {
         let log =
             RunLog::open(&folder, &Registry::built_in().vocabulary()).map_err(alliance_error)?;
+        if let Some(damage) = log.damage() {
+            return Err(alliance_error(format!("{}: {damage}", folder.display())));
+        }
         let text = log.full_table(table, None).map_err(alliance_error)?;
         Ok(Some(String::from_utf8_lossy(&text).into_owned()))
     })

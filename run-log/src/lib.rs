@@ -25,7 +25,7 @@ pub use external::ExternalAnswer;
 pub use input::{Branch, Input, InputLine};
 pub use level::LogLevel;
 pub use memory::{Document, MemoryLog};
-pub use read::{ReadError, RunLog, Seal};
+pub use read::{Damage, ReadError, RunLog, Seal};
 pub use read_rows::Rows;
 pub use rows::{
     AllocationMessageRow, AllocationRow, CellKind, CellValue, Column, DeclaredRow, EventRow,

@@ -61,6 +61,17 @@ pub struct Seal {
     pub hash: u64,
 }
 
+/// Missing, changed or added rows in the log of a run that has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the log is damaged: {file} agrees with its seals for {whole} of {ticks} ticks")]
+pub struct Damage {
+    pub file: &'static str,
+    /// The number of complete ticks.
+    pub whole: u64,
+    /// The number of ticks of the run.
+    pub ticks: u64,
+}
+
 /// A run's log up to the last tick that is complete in every table.
 ///
 /// The log of a run that ended normally is complete. The hash of `last` then equals the hash in run.json.
@@ -73,7 +84,7 @@ pub struct RunLog {
     /// first.
     pub torn: Option<Table>,
     /// The tables whose files continue after the last complete tick, and files of tables that the log level excludes.
-    /// Readers of this type do not see these bytes.
+    /// Readers of this type do not see these bytes. In a run that has not ended, later rows of any table are normal.
     pub excess: Vec<Table>,
     /// The text of run.json.
     run_json: Vec<u8>,
@@ -97,7 +108,8 @@ impl RunLog {
 
         let mut tables = BTreeMap::new();
         let mut excluded = Vec::new();
-        for table in Table::ALL {
+        // ticks.csv is written last and read first, so that the other tables of a live run are never behind it.
+        for table in Table::ALL.into_iter().rev() {
             let path = folder.join(table.file_name());
             if !run.log.keeps(table) {
                 if path.exists() {
@@ -146,11 +158,11 @@ impl RunLog {
             lengths.collect()
         };
         let before = lengths(&tables);
-        let (seals, torn) = if run.log == LogLevel::Off {
+        let Cut { seals, torn, later } = if run.log == LogLevel::Off {
             for (table, bytes) in &mut tables {
                 bytes.truncate(whole_rows(*table, bytes).map(<[u8]>::len).sum());
             }
-            (Vec::new(), None)
+            Cut::default()
         } else {
             cut(&mut tables, run.log)
         };
@@ -160,12 +172,15 @@ impl RunLog {
         times.dedup();
         let pairs = before.into_iter().zip(lengths(&tables));
         let excess = pairs.filter(|(before, after)| before != after);
+        let excess = excess.map(|((table, _), _)| table);
+        let is_running = run.outcome == RunOutcome::Running;
+        let excess = excess.filter(|table| !(is_running && later.contains(table)));
         Self {
             run_json: run.to_json().into_bytes(),
             run,
             last,
             torn,
-            excess: excess.map(|((table, _), _)| table).collect(),
+            excess: excess.collect(),
             folder: folder.to_owned(),
             tables,
             times,
@@ -227,6 +242,23 @@ impl RunLog {
             .map_err(|error| self.malformed(Table::External, &error))
     }
 
+    /// Returns the damage of the log of a run that has ended. Such a log contains each of its ticks, and nothing else.
+    #[must_use]
+    pub fn damage(&self) -> Option<Damage> {
+        let ticks = self.run.result.ticks;
+        let whole = self.last.map_or(0, |seal| seal.tick + 1);
+        let is_whole = self.torn.is_none() && whole == ticks && self.excess.is_empty();
+        if self.run.outcome == RunOutcome::Running || self.run.log == LogLevel::Off || is_whole {
+            return None;
+        }
+        let table = self.torn.or_else(|| self.excess.first().copied());
+        Some(Damage {
+            file: table.unwrap_or(Table::Ticks).file_name(),
+            whole,
+            ticks,
+        })
+    }
+
     pub(super) fn malformed(&self, table: Table, reason: &dyn std::error::Error) -> ReadError {
         ReadError::Malformed {
             path: self.folder.join(table.file_name()),
@@ -245,9 +277,19 @@ struct SealRows {
     tables: BTreeMap<String, u64>,
 }
 
-/// Truncates all tables after the last tick that is complete in each. Returns the seals up to that tick and the table
-/// that ends before ticks.csv, if there is one.
-fn cut(tables: &mut BTreeMap<Table, Vec<u8>>, level: LogLevel) -> (Vec<Seal>, Option<Table>) {
+/// What remains of a log after its last complete tick is cut off.
+#[derive(Default)]
+struct Cut {
+    /// The seals up to the last complete tick.
+    seals: Vec<Seal>,
+    /// The table that ends before ticks.csv, if there is one.
+    torn: Option<Table>,
+    /// The tables of which the removed part begins after the last complete tick.
+    later: Vec<Table>,
+}
+
+/// Truncates all tables after the last tick that is complete in each.
+fn cut(tables: &mut BTreeMap<Table, Vec<u8>>, level: LogLevel) -> Cut {
     let seals = seals(&tables[&Table::Ticks], level);
     let ends: BTreeMap<Table, Vec<usize>> = tables
         .iter()
@@ -259,15 +301,38 @@ fn cut(tables: &mut BTreeMap<Table, Vec<u8>>, level: LogLevel) -> (Vec<Seal>, Op
     let first = ends.iter().min_by_key(|(_, ends)| ends.len());
     let (first, whole) = first.map_or((None, 0), |(table, ends)| (Some(*table), ends.len()));
     let torn = first.filter(|_| whole < seals.len());
-    for (table, bytes) in tables {
+    let last = whole.checked_sub(1).map(|last| seals[last].seal.now);
+    let mut later = Vec::new();
+    for (&table, bytes) in tables {
         let end = match whole.checked_sub(1) {
-            Some(last) => ends[table][last],
-            None => header_length(*table, bytes, level),
+            Some(last) => ends[&table][last],
+            None => header_length(table, bytes, level),
         };
+        if begins_after(table, &bytes[end..], last) {
+            later.push(table);
+        }
         bytes.truncate(end);
     }
     let whole = seals.into_iter().take(whole);
-    (whole.map(|rows| rows.seal).collect(), torn)
+    Cut {
+        seals: whole.map(|rows| rows.seal).collect(),
+        torn,
+        later,
+    }
+}
+
+/// Returns whether the first whole row of this part of a table is of a time after `last`, ms.
+fn begins_after(table: Table, part: &[u8], last: Option<SimTime>) -> bool {
+    match table {
+        // Inputs and answers can belong to later ticks, and messages in flight to earlier ones.
+        Table::Inputs | Table::External | Table::Messages => return true,
+        _ => {}
+    }
+    let mut lines = whole_lines(part).filter_map(|line| str::from_utf8(line).ok());
+    let mut times = lines.by_ref().filter_map(|line| line.split(',').next());
+    // A table without rows of complete ticks begins with its header here.
+    let first = times.find_map(|time| time.parse().ok());
+    first.is_none_or(|first| last.is_none_or(|last| SimTime(first) > last))
 }
 
 /// Returns the length of a table's header line, or 0 if the line is incomplete.
@@ -321,7 +386,7 @@ impl Seal {
 
 /// Splits a row of ticks.csv. Its fields never contain quotes.
 fn tick_row(line: &[u8]) -> Option<(Seal, &str, &str)> {
-    let mut fields = str::from_utf8(line).ok()?.trim_end().split(',');
+    let mut fields = str::from_utf8(line).ok()?.strip_suffix('\n')?.split(',');
     let mut next = || fields.next();
     let (now, tick, robot, section, hash) = (next()?, next()?, next()?, next()?, next()?);
     let seal = Seal {

@@ -21,6 +21,40 @@ fn when_the_world_is_killed_the_agents_end_and_the_launcher_reports_it() {
     assert!(!is_killed, "the agents must end by themselves: {stderr}");
     assert!(agents.iter().all(|pid| command_line(*pid).is_none()));
     assert_whole_up_to_a_tick(&lab.log("run"));
+    assert_changes_are_found(&lab);
+}
+
+/// Checks that the log of a killed world replays, and that a change of any kind is a difference.
+#[track_caller]
+fn assert_changes_are_found(lab: &Lab) {
+    lab.assert_repeated("run");
+    let differs = |file: &str, changed: String| {
+        let path = lab.path("run").join(file);
+        let before = std::fs::read(&path).ok();
+        std::fs::write(&path, changed).unwrap();
+        let found = lab.run(["replay", "run"]).expect(1);
+        assert!(found.answer().contains(file), "{file}: {}", found.stderr);
+        match before {
+            Some(before) => std::fs::write(&path, before).unwrap(),
+            None => std::fs::remove_file(&path).unwrap(),
+        }
+    };
+    let with = |key: &str, value: serde_json::Value| {
+        let mut run = lab.json("run/run.json");
+        run[key] = value;
+        run.to_string()
+    };
+    differs("run.json", with("unscripted", true.into()));
+    let origin = serde_json::json!({"run": "other", "hash": "0", "tick": 3, "t_ms": 1});
+    differs("run.json", with("branch", origin));
+    let poses = lab.text("run/poses.csv");
+    let rows = poses.split_inclusive('\n').enumerate();
+    let without_one = rows.filter(|(row, _)| *row != 20).map(|(_, row)| row);
+    differs("poses.csv", without_one.collect());
+    let invented =
+        "from_ms,robot,behavior_set,utility,holder,state\n0,blue,find-locations,1,,active\n";
+    differs("allocation.csv", invented.to_owned());
+    lab.assert_repeated("run");
 }
 
 #[test]

@@ -368,11 +368,12 @@ impl Drop for Process {
 }
 
 impl Finished {
-    /// Returns stderr after the progress of a replay, which a slow machine prints.
+    /// Returns stderr after the notes and the progress of a replay, which a slow machine prints.
     pub fn answer(&self) -> &str {
         let mut answer = self.stderr.as_str();
         while let Some((line, rest)) = answer.split_once('\n')
             && (line.starts_with("replaying the run")
+                || line.starts_with("the run has not ended")
                 || line.contains(": running it again")
                 || line.ends_with(" left"))
         {

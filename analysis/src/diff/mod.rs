@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use run_log::{LogLevel, RUN_SECTION, ReadError, RunLog, RunOutcome, Table, TickRow};
+use run_log::{LogLevel, RUN_SECTION, ReadError, RunLog, Table, TickRow};
 use serde_json::Value;
 
 pub use difference::{Comparison, Difference};
@@ -55,16 +55,26 @@ impl DiffCommand {
 /// # Errors
 /// Returns an error when a table cannot be read.
 pub fn compare_files(logged: &RunLog, again: &RunLog) -> Result<Comparison, ReadError> {
+    compare_parts(logged, again, again)
+}
+
+/// Compares a log like [`compare_files`], its run.json with that of `run`.
+pub(crate) fn compare_parts(
+    logged: &RunLog,
+    again: &RunLog,
+    run: &RunLog,
+) -> Result<Comparison, ReadError> {
     let comparison = compare(logged, again)?;
     if let Comparison::Differs(_) = comparison {
         return Ok(comparison);
     }
-    let is_over = logged.run.outcome != RunOutcome::Running;
-    let excess = logged
-        .excess
-        .iter()
-        .find(|table| is_over || !logged.run.log.keeps(**table));
-    if let Some(table) = excess {
+    if let Some(table) = logged.torn {
+        let whole = logged.last.map_or(0, |seal| seal.tick + 1);
+        let found = format!("rows that agree with their seals for {whole} ticks only");
+        let difference = Difference::at_end(table.file_name(), None, found, "more".to_owned());
+        return Ok(Comparison::Differs(difference));
+    }
+    if let Some(table) = logged.excess.first() {
         let found = if logged.run.log.keeps(*table) {
             "rows without a seal in ticks.csv".to_owned()
         } else {
@@ -76,7 +86,7 @@ pub fn compare_files(logged: &RunLog, again: &RunLog) -> Result<Comparison, Read
         let difference = Difference::at_end(table.file_name(), None, found, "none".to_owned());
         return Ok(Comparison::Differs(difference));
     }
-    let (mut a, mut b) = (logged.run_json(), again.run_json());
+    let (mut a, mut b) = (logged.run_json(), run.run_json());
     for facts in NOT_REPRODUCED {
         for run in [&mut a, &mut b] {
             if let Value::Object(run) = run {

@@ -40,7 +40,7 @@ use crate::instance::from_scenario::{Extracted, readable};
 use crate::instance::result::of_run;
 use crate::new_file::{NewFile, write_atomically};
 use crate::picture::command::{Moments, PictureOptions, Wanted};
-use crate::{LATEST, exit_status, open, optional};
+use crate::{LATEST, exit_status, open_undamaged, optional};
 
 /// The file in the folder of a run with its page.
 pub const PAGE: &str = "run.html";
@@ -133,7 +133,7 @@ impl ExportCommand {
             video: self.formats.video.as_deref(),
         };
         self.pictures.check(&wanted)?;
-        let log = open(&self.folder)?;
+        let log = open_undamaged(&self.folder)?;
         let bag = self.formats.rosbag.as_ref();
         let bag = bag.map(|folder| folder.clone().unwrap_or_else(|| self.folder.join("rosbag")));
         if let Some(folder) = &bag {
@@ -227,7 +227,7 @@ fn rosbag_is_there() -> anyhow::Result<()> {
 /// # Errors
 /// Returns an error when this program does not reproduce the run exactly or the file cannot be written.
 pub fn export_mcap(folder: &Path) -> anyhow::Result<()> {
-    write_mcap(&open(folder)?, &mcap_file(folder))
+    write_mcap(&open_undamaged(folder)?, &mcap_file(folder))
 }
 
 fn mcap_file(folder: &Path) -> PathBuf {

@@ -23,7 +23,7 @@ use crate::figures::{Figure, pdf};
 use crate::new_file::{make_folder, write_atomically};
 use crate::progress::Progress;
 use crate::replay_views::retrace_into;
-use crate::{LATEST, exit_status, open};
+use crate::{LATEST, exit_status, open_undamaged};
 
 /// Create a page with figures and metrics of one or two runs
 #[derive(Args, Clone, Debug)]
@@ -109,7 +109,7 @@ struct Shown {
 
 impl Shown {
     fn of(folder: &Path, look: &FigureOptions, notes: &mut Vec<String>) -> anyhow::Result<Self> {
-        let logged = open(folder)?;
+        let logged = open_undamaged(folder)?;
         let (run, history, rooms) = full_history(&logged, &look.snapshot, notes)?;
         let metrics = Metrics::compute(&history, &run);
         Ok(Self {
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn a_torn_log_is_reported_up_to_its_last_whole_tick() {
+    fn a_torn_log_of_a_killed_run_is_reported_and_that_of_an_ended_run_is_refused() {
         for (allocator, table) in [
             ("alliance", "motivations.csv"),
             ("nearest", "allocation.csv"),
@@ -396,6 +396,14 @@ mod tests {
             let table = folder.path().join(table);
             let bytes = fs::read(&table).unwrap();
             fs::write(&table, &bytes[..bytes.len() / 2]).unwrap();
+            let refused = reported(folder.path(), &folder.path().join("report")).unwrap_err();
+            let refused = format!("{refused:#}");
+            assert!(refused.contains("the log is damaged: "), "{refused}");
+            let run = folder.path().join("run.json");
+            let mut json: serde_json::Value =
+                serde_json::from_slice(&fs::read(&run).unwrap()).unwrap();
+            (json["outcome"], json["hash"]) = ("running".into(), serde_json::Value::Null);
+            fs::write(&run, json.to_string()).unwrap();
             let log = RunLog::open(folder.path(), &Registry::built_in().vocabulary()).unwrap();
             let end = History::read(&log).unwrap().end;
             assert_eq!(end.0, log.last.unwrap().now.0 + 50);

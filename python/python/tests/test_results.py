@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from alliance_sim import load, run
+from alliance_sim import AllianceError, load, run
 from conftest import needed
 
 
@@ -31,6 +31,16 @@ def test_a_compact_log_has_the_rows_of_a_full_one(folder, tmp_path):
     for table in set(full) - {"ticks"}:
         for name, values in full[table].items():
             assert np.array_equal(values, compact[table][name], equal_nan=values.dtype.kind == "f"), f"{table}: {name}"
+
+
+def test_a_damaged_compact_log_is_refused(tmp_path):
+    run("waste", {"*": "nearest"}, 3, limit=20, log=tmp_path / "run", level="compact")
+    poses = tmp_path / "run" / "poses.csv"
+    rows = poses.read_text().splitlines(keepends=True)
+    poses.write_text("".join(rows[:20] + rows[21:]))
+    with pytest.raises(AllianceError, match="the log is damaged: poses.csv agrees with its seals for"):
+        load(tmp_path / "run", "numpy")["poses"]
+
 
 
 def test_data_frames_are_those_of_the_installed_library(folder):
