@@ -191,7 +191,7 @@ impl Page<'_> {
         let is_best = best.is_some_and(|best| metric.sign() * mean <= best);
         html! {
             td.least[is_best] title={ "95 %: " (interval) } {
-                (shown(mean)) @if is_best { small { (interval) } }
+                (shown(mean)) @if is_best { " " small { (interval) } }
             }
         }
     }

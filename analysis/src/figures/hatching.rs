@@ -23,10 +23,11 @@ pub fn join_lines(svg: &str) -> String {
             count += 1;
             lines.next();
         }
-        match count {
-            1 => joined += line,
+        if count == 1 {
+            joined += line;
+        } else {
             // Writing to a String cannot fail.
-            _ => drop(writeln!(joined, "<path {style} d=\"{path}\"/>")),
+            let _ = writeln!(joined, "<path {style} d=\"{path}\"/>");
         }
     }
     joined
