@@ -42,6 +42,9 @@ function showColumns(table) {
       column += cell.colSpan;
     }
   }
+  // The best row is that of the primary measure.
+  const isOther = selects.get("measure")?.value && table.querySelector("td.least:not([hidden])");
+  table.classList.toggle("by-cell", Boolean(isOther));
 }
 
 function show() {
