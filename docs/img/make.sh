@@ -1,10 +1,11 @@
 #!/bin/sh
-# Makes the pictures of runs in README.md and in the book anew, from the checkout:
-#   docs/img/make.sh target/release/alliance
+# Makes the pictures of runs in README.md and in the book anew. A test compares them with those in the repository:
+#   docs/img/make.sh target/release/alliance [FOLDER]
 # The screenshots of the page need a browser and are not made here.
 set -eu
-alliance=$(realpath "${1:-target/release/alliance}")
-images=$(realpath docs/img)
+alliance=$(realpath "$1")
+docs=$(realpath "$(dirname "$0")/..")
+images=$(realpath "${2:-$docs/img}")
 work=$(mktemp -d)
 trap 'rm -r "$work"' EXIT
 cd "$work"
@@ -23,3 +24,6 @@ SCENARIO
 cp run/room-at-130s.svg "$images/room.svg"
 "$alliance" report run --only gantt
 cp run/report/gantt.svg "$images/report-gantt.svg"
+
+"$alliance" run parker-box --in-process --out box
+python3 "$docs/examples/parker_box.py" box "$images/parker-box.svg"

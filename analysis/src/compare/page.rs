@@ -6,13 +6,16 @@ use maud::{Markup, html};
 
 use super::analysis::{Analysis, Summary};
 use super::answer::{Answer, best, p_value};
-use super::data::ComparisonData;
+use super::data::{ComparisonData, REFERENCE};
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 use super::tables::{LATEX, NamedTable};
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
-use crate::page::{LANDSCAPE, document, drawing, estimate, number, percent, sorting, table};
+use crate::page::{
+    LANDSCAPE, about, choice, choosing, document, drawing, estimate, number, percent, sorting,
+    table,
+};
 use crate::sweep::execution::{counted, shell_quoted};
 use crate::sweep::statistics::Interval;
 
@@ -69,13 +72,15 @@ impl Page<'_> {
             }
             (self.hypotheses())
             h2 { "Figures" }
+            (choice())
             p.note { "Each figure is also a file in several formats, with its numbers. Measures in which all allocators are equal are left out." }
             @for figure in self.figures.iter().skip(1) { (drawing(figure)) }
             h2 { "All blocks" }
             p.note {
                 "Means over the seeds with their intervals. Less is better, except for completion and for missions that rank their runs by another "
                 "figure. Columns in which all allocators are equal are left out. The last columns compare with the best allocator of the block "
-                "(except the oracle), which is highlighted. A heading sorts its table. The effect is the matched-pairs rank-biserial correlation, from -1 (always less than that of the best) to 1 (always more); "
+                "(except the oracle), which is highlighted. In the other columns the best value is highlighted, with its interval; the pointer shows "
+                "the interval of any value. A heading sorts its table. The effect is the matched-pairs rank-biserial correlation, from -1 (always less than that of the best) to 1 (always more); "
                 "p comes from Wilcoxon's signed-rank test with Holm's correction over all pairs of the block."
             }
             @for block in 0..self.data.blocks.len() { (self.block(block)) }
@@ -83,6 +88,7 @@ impl Page<'_> {
             (self.repeat())
             (self.definitions())
             (sorting())
+            (choosing())
         };
         document(&title, LANDSCAPE, &body)
     }
@@ -126,13 +132,15 @@ impl Page<'_> {
             .map(|(head, metric, digits)| (*head, metric, *digits))
             .collect();
         html! {
-            details open[number == 0] {
+            details open[number == 0] data-about=[about(&[("mission", block.mission.clone()), ("faults", block.faults.clone())])] {
                 summary { (block.name()) }
                 (table(&html! {
-                        th { "allocator" } th { "runs" } th { "complete" } th { "95 %" }
-                        th { (block.primary.heading()) } th { "95 %" }
-                        @for (head, _, _) in &shown { th { (head) } }
-                        th { "difference to the best" } th { "95 %" } th { "effect" } th { "p" }
+                        th { "allocator" } th { "runs" }
+                        th data-about=[measure(&Metric::Completion)] { "complete" } th data-about=[measure(&Metric::Completion)] { "95 %" }
+                        th data-about=[measure(&block.primary)] { (block.primary.heading()) }
+                        th data-about=[measure(&block.primary)] { "95 %" }
+                        @for (head, metric, _) in &shown { th data-about=[measure(metric)] { (head) } }
+                        @for head in ["difference to the best", "95 %", "effect", "p"] { th data-about=[measure(&block.primary)] { (head) } }
                     }, &html! {
                     @for (rival, cell) in block.cells.iter().enumerate() {
                         tr.best[best == Some(rival)] {
@@ -144,7 +152,7 @@ impl Page<'_> {
                                 (estimate(self.estimate(number, rival, &Metric::Completion), percent))
                                 (estimate(self.estimate(number, rival, &block.primary), |value| in_unit(&block.primary, value)))
                                 @for (_, metric, digits) in &shown {
-                                    td { (self.value(number, rival, metric, *digits)) }
+                                    (self.value(number, rival, metric, *digits))
                                 }
                                 (self.against_best(number, rival, best))
                             }
@@ -165,16 +173,27 @@ impl Page<'_> {
         summary.map(|found| (found.mean, found.interval))
     }
 
-    fn value(&self, block: usize, rival: usize, metric: &Metric, digits: usize) -> String {
+    /// Returns the cell with the mean of a metric. The best one of its block has its interval below it.
+    fn value(&self, block: usize, rival: usize, metric: &Metric, digits: usize) -> Markup {
         let scale = match metric {
             Metric::Bytes | Metric::Energy => 1000.0,
             _ => 1.0,
         };
-        let summary = self.summary(block, rival, self.data.metric_index(metric));
-        summary.map_or_else(
-            || "–".to_owned(),
-            |found| format!("{:.digits$}", found.mean / scale),
-        )
+        let Some((mean, interval)) = self.estimate(block, rival, metric) else {
+            return html! { td { "–" } };
+        };
+        let shown = |value: f64| format!("{:.digits$}", value / scale);
+        let interval = format!("{} – {}", shown(interval.0), shown(interval.1));
+        let rivals = 0..self.data.allocators.len();
+        let means = rivals.filter(|rival| self.data.allocators[*rival] != REFERENCE);
+        let means = means.filter_map(|rival| Some(self.estimate(block, rival, metric)?.0));
+        let best = means.map(|mean| metric.sign() * mean).reduce(f64::min);
+        let is_best = best.is_some_and(|best| metric.sign() * mean <= best);
+        html! {
+            td.least[is_best] title={ "95 %: " (interval) } {
+                (shown(mean)) @if is_best { " " small { (interval) } }
+            }
+        }
     }
 
     fn against_best(&self, block: usize, rival: usize, best: Option<usize>) -> Markup {
@@ -241,6 +260,11 @@ impl Page<'_> {
             }
         }
     }
+}
+
+/// Returns the attribute of a column of a metric.
+fn measure(metric: &Metric) -> Option<String> {
+    about(&[("measure", metric.name())])
 }
 
 /// Formats a value of a block's primary metric.

@@ -13,8 +13,10 @@ use plotters::prelude::{
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontDesc, FontFamily, FontStyle, FontTransform, TextStyle};
 
+use super::hatching::join_lines;
+
 /// Drawing units per pixel. The backend supports only whole units, and a pixel is too coarse.
-const UNITS_PER_PX: f64 = 4.0;
+pub const UNITS_PER_PX: f64 = 4.0;
 
 /// The ratio of the font size given to the backend to the font size that it writes.
 const FONT_FACTOR: f64 = 1.24;
@@ -122,7 +124,8 @@ impl Sheet {
         );
         let text = text.replacen(&large, &shown, 1);
         let title = maud::html! { title { (title) } }.into_string();
-        Ok(text.replacen(">\n", &format!(">\n{title}\n"), 1))
+        let text = text.replacen(">\n", &format!(">\n{title}\n"), 1);
+        Ok(join_lines(&text))
     }
 }
 

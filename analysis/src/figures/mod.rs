@@ -2,6 +2,8 @@
 
 pub mod canvas;
 pub mod files;
+mod hatching;
+pub mod hints;
 pub mod legend;
 pub mod palette;
 pub mod pdf;
@@ -20,6 +22,8 @@ pub struct Figure {
     /// The content and how to read it.
     pub caption: String,
     pub svg: String,
+    /// The mission, the measure and so on that the figure shows, for the choice of a page's parts.
+    pub about: Vec<(&'static str, String)>,
     /// The numbers that the figure shows, if it is not a drawing of a log.
     pub numbers: Option<Table>,
 }

@@ -1,5 +1,7 @@
 //! Colors of robots, tasks and marks in figures.
 
+use std::collections::HashSet;
+
 use plotters::style::RGBColor;
 use proto::view::{Mark, MarkRole};
 
@@ -129,23 +131,51 @@ pub fn css(RGBColor(red, green, blue): RGBColor) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Returns one color for each name: first that of the name, then the free ones in turn. Colors repeat only after all of
-/// them are used.
+/// Returns one color for each name: first that of the name, then the free ones in turn, then mixed ones. No two names have
+/// the same color.
 #[must_use]
 pub fn colors<'n>(names: impl Iterator<Item = &'n str>) -> Vec<RGBColor> {
     let names: Vec<&str> = names.collect();
     let is_named = |color: &str| names.contains(&color);
-    let mut free = ROBOTS.iter().filter(|(color, _)| !is_named(color));
-    let mut again = ROBOTS.iter().cycle();
+    let free = ROBOTS.iter().filter(|(color, _)| !is_named(color));
+    let mut seen: HashSet<RGBColor> = ROBOTS.iter().map(|(_, color)| *color).collect();
+    let mixed = (0..).map(mixed_color).filter(|color| seen.insert(*color));
+    let mut others = free.map(|(_, color)| *color).chain(mixed);
     let color = |name: &&str| {
         let named = ROBOTS.iter().find(|(color, _)| color == name);
-        named.or_else(|| free.next()).or_else(|| again.next())
+        named.map(|(_, color)| *color).or_else(|| others.next())
     };
-    names
-        .iter()
-        .filter_map(color)
-        .map(|(_, color)| *color)
-        .collect()
+    names.iter().filter_map(color).collect()
+}
+
+/// Returns a color of a sequence without end. Neighbors differ in hue by the golden angle, and in lightness.
+fn mixed_color(number: usize) -> RGBColor {
+    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+    let number = number as f64;
+    // Steps that never repeat. The ranges are legible on white and on the dark floor.
+    let lightness = 0.54 + 0.16 * (0.754_877 * number).fract();
+    let chroma = 0.07 + 0.07 * (0.569_840 * number).fract();
+    let hue = GOLDEN_ANGLE * number;
+    oklab(lightness, chroma * hue.cos(), chroma * hue.sin())
+}
+
+/// Converts a color from OKLab (Ottosson, "A perceptual color space for image processing", 2020). Parts beyond sRGB are cut.
+fn oklab(lightness: f64, a: f64, b: f64) -> RGBColor {
+    let long = (lightness + 0.396_337_777_4 * a + 0.215_803_757_3 * b).powi(3);
+    let medium = (lightness - 0.105_561_345_8 * a - 0.063_854_172_8 * b).powi(3);
+    let short = (lightness - 0.089_484_177_5 * a - 1.291_485_548 * b).powi(3);
+    let encoded = |linear: f64| {
+        let part = match linear <= 0.003_130_8 {
+            true => 12.92 * linear,
+            false => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
+        };
+        (255.0 * part).round().clamp(0.0, 255.0) as u8
+    };
+    RGBColor(
+        encoded(4.076_741_662_1 * long - 3.307_711_591_3 * medium + 0.230_969_929_2 * short),
+        encoded(-1.268_438_004_6 * long + 2.609_757_401_1 * medium - 0.341_319_396_5 * short),
+        encoded(-0.004_196_086_3 * long - 0.703_418_614_7 * medium + 1.707_614_701 * short),
+    )
 }
 
 #[cfg(test)]
@@ -153,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_two_robots_have_one_color_while_colors_are_free() {
+    fn no_two_robots_have_one_color() {
         let names = [
             "r0", "blue", "r1", "gold", "grey", "r3", "red", "r5", "r6", "r7", "r8", "r9", "r10",
             "r11",
@@ -172,8 +202,11 @@ mod tests {
                 names[rank]
             );
         }
-        let more = colors(names.into_iter().chain(["r12"]));
-        assert_eq!(more[14], ROBOTS[0].1, "from the start again");
+        let more: Vec<String> = (0..1000).map(|robot| format!("robot-{robot}")).collect();
+        let found = colors(more.iter().map(String::as_str));
+        assert_eq!(found[0], ROBOTS[0].1);
+        let different: HashSet<RGBColor> = found.iter().copied().collect();
+        assert_eq!(different.len(), 1000);
     }
 
     /// The contrast ratio of WCAG 2.
@@ -194,7 +227,8 @@ mod tests {
 
     #[test]
     fn robots_are_legible_on_white_and_on_the_dark_floor() {
-        for (name, color) in ROBOTS {
+        let mixed = (0..1000).map(|number| ("mixed", mixed_color(number)));
+        for (name, color) in ROBOTS.into_iter().chain(mixed) {
             for floor in [RGBColor(255, 255, 255), RGBColor(35, 39, 46)] {
                 let ratio = contrast(color, floor);
                 assert!(ratio >= 2.3, "{name} on {floor:?}: {ratio:.2}");

@@ -48,6 +48,32 @@ def bars(axes, rows, along, series, mean, low, high, label):
         axes.legend(fontsize=6)
 
 
+def gantt(rows):
+    """Draws the work of robots on tasks over time: a row for each task, and within it one for each of its robots."""
+    robots = list(dict.fromkeys(row["robot"] for row in rows))
+    tasks = list(dict.fromkeys(row["task"] for row in rows))
+    figure, axes = plt.subplots(figsize=(3.5, min(0.6 + 0.3 * len(tasks), 9)))
+    lanes = {task: [] for task in tasks}
+    labeled = set()
+    for row in rows:
+        if row["robot"] not in lanes[row["task"]]:
+            lanes[row["task"]].append(row["robot"])
+    for row in rows:
+        lane = lanes[row["task"]]
+        height = 0.8 / len(lane)
+        place = tasks.index(row["task"]) - 0.4 + height * (lane.index(row["robot"]) + 0.5)
+        span = number(row["to_s"]) - number(row["from_s"])
+        label = None if row["robot"] in labeled else row["robot"]
+        labeled.add(row["robot"])
+        axes.barh(place, span, height, number(row["from_s"]), color=row["color"], label=label)
+    axes.set_yticks(range(len(tasks)), tasks)
+    axes.invert_yaxis()
+    axes.set(xlabel="simulated time, s")
+    if len(robots) <= 12:
+        figure.legend(fontsize=6, ncols=4, loc="outside upper center")
+    return figure
+
+
 def draw(path):
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -70,6 +96,8 @@ def draw(path):
             stem, unit = (name[:-2], "_s") if name.endswith("_s") else (name, "")
             bars(axes, rows, "value", "curve", name, f"{stem}_from{unit}", f"{stem}_to{unit}", name)
             axes.set_xlabel(rows[0]["column"])
+    elif {"task", "robot", "from_s", "to_s"} <= columns:
+        figure = gantt(rows)
     else:
         return
     figure.savefig(path.with_name(f"{path.stem}-plot.pdf"))

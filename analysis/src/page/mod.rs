@@ -33,7 +33,7 @@ pub fn document(title: &str, style: &str, body: &Markup) -> String {
 #[must_use]
 pub fn drawing(figure: &Figure) -> Markup {
     html! {
-        figure id=(figure.name) {
+        figure id=(figure.name) data-about=[about(&figure.about)] {
             (PreEscaped(&figure.svg))
             figcaption {
                 (figure.caption) " "
@@ -41,6 +41,29 @@ pub fn drawing(figure: &Figure) -> Markup {
             }
         }
     }
+}
+
+/// Returns the attribute of a part of a page that can be chosen: the mission, the measure and so on that it shows, as JSON.
+/// Returns `None` for a part that is always shown.
+#[must_use]
+pub fn about(keys: &[(&str, String)]) -> Option<String> {
+    let keys: serde_json::Map<_, _> = keys
+        .iter()
+        .map(|(key, value)| ((*key).to_owned(), value.as_str().into()))
+        .collect();
+    (!keys.is_empty()).then(|| serde_json::Value::from(keys).to_string())
+}
+
+/// Returns the place of the controls that choose parts of the page. The script of [`choosing`] fills it.
+#[must_use]
+pub fn choice() -> Markup {
+    html! { form.choice hidden aria-label="Shown parts" {} }
+}
+
+/// Returns the script of [`choice`], for the end of the page.
+#[must_use]
+pub fn choosing() -> Markup {
+    html! { script { (PreEscaped(include_str!("choose.js"))) } }
 }
 
 /// Returns the script that makes the tables of a page sortable. Without it, tables keep their order.
@@ -84,6 +107,17 @@ pub fn percent(share: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_part_of_a_page_names_what_it_is_about() {
+        let keys = [
+            ("mission", "a \"b\"".to_owned()),
+            ("faults", "none".to_owned()),
+        ];
+        let attribute = about(&keys).unwrap();
+        assert_eq!(attribute, r#"{"faults":"none","mission":"a \"b\""}"#);
+        assert_eq!(about(&[]), None);
+    }
 
     #[test]
     fn figures_keep_their_colors_in_dark_mode() {

@@ -12,6 +12,7 @@ use world_server::simulation::Simulation;
 
 use super::comparison_page::{SIDES, page_of_two};
 use super::figures::{DrawnFigures, FigureSelection, Room, figures};
+use super::files;
 use super::history::History;
 use super::made::RunOrigin;
 use super::metrics::Metrics;
@@ -164,7 +165,7 @@ pub fn report(folder: &Path, out: &Path, look: &FigureOptions) -> anyhow::Result
     note_left_out(left_out, &mut notes);
     note_undrawn(part.undrawn.len(), &mut notes);
     write_figures(out, &part.figures, look)?;
-    make_folder(out)?;
+    files::write(out, part.history, part.metrics)?;
     write_atomically(&out.join("report.html"), text.as_bytes())?;
     Ok(notes)
 }
@@ -191,6 +192,7 @@ fn report_of_two(
     for (part, side) in parts.iter().zip(SIDES) {
         note_undrawn(part.undrawn.len(), &mut notes);
         write_figures(&out.join(side), &part.figures, look)?;
+        files::write(&out.join(side), part.history, part.metrics)?;
     }
     make_folder(out)?;
     write_atomically(&out.join("report.html"), text.as_bytes())?;
@@ -271,12 +273,13 @@ fn full_history(
     Ok((logged.run.clone(), history, rooms))
 }
 
+/// Writes the wanted figures as files, and those that are too large for the page.
 fn write_figures(out: &Path, figures: &[Figure], look: &FigureOptions) -> anyhow::Result<()> {
-    if !look.with_files() {
-        return Ok(());
-    }
-    make_folder(out)?;
-    for figure in figures {
+    let wanted = figures
+        .iter()
+        .filter(|figure| look.with_files() || figure.svg.len() > INLINE_BYTES);
+    for figure in wanted {
+        make_folder(out)?;
         figure.write(out)?;
         if look.pdf {
             let bytes = pdf::from_svg(&figure.svg).with_context(|| figure.name.clone())?;
@@ -300,6 +303,15 @@ mod tests {
     use super::*;
     use crate::{testkit, visit};
     use in_process::Team;
+
+    /// The files that contain no figures.
+    const NUMBERS: [&str; 5] = [
+        "metrics.tex",
+        "plot.py",
+        "robots.csv",
+        "stints.csv",
+        "tasks.csv",
+    ];
 
     const FILES: &str = "every-reported.svg gantt.svg map-by-robot.svg map.svg mission.svg report.html robot-blue.svg \
         robot-gold.svg robot-green.svg task-0-find-locations-applicable.svg task-0-find-locations.svg \
@@ -327,11 +339,13 @@ mod tests {
         folder
     }
 
-    /// Returns the file names of a folder in one line.
+    /// Returns the file names of a folder in one line, without [`NUMBERS`].
     fn files(folder: &Path) -> String {
         let entries = fs::read_dir(folder).unwrap();
         let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-        let mut names: Vec<String> = names.collect();
+        let mut names: Vec<String> = names
+            .filter(|name| !NUMBERS.contains(&name.as_str()))
+            .collect();
         names.sort();
         names.join(" ")
     }
@@ -374,6 +388,21 @@ mod tests {
         let notes = report(folder.path(), &out, &FigureOptions::default()).unwrap();
         assert_eq!(notes, [""; 0]);
         assert_eq!(files(&out), "report.html");
+        let stints = fs::read_to_string(out.join("stints.csv")).unwrap();
+        let first = "task,robot,from_s,to_s,color\nfind-locations,blue,";
+        assert!(stints.starts_with(first), "{stints}");
+        assert!(stints.lines().nth(1).unwrap().ends_with(",#1a78be"));
+        for name in NUMBERS {
+            assert!(out.join(name).metadata().unwrap().len() > 0, "{name}");
+        }
+        let tables = fs::read_to_string(out.join("metrics.tex")).unwrap();
+        for row in [
+            "robot & present, s & idle",
+            "gold & 80.0 & ",
+            "move-spill(top) & ",
+        ] {
+            assert!(tables.contains(row), "{tables}");
+        }
         let page = fs::read_to_string(out.join("report.html")).unwrap();
         assert_eq!(page.matches("<svg ").count(), 13);
         assert!(!page.contains("on request"));

@@ -11,7 +11,7 @@ use scenario::time::SimTime;
 
 /// Finds the first teammate whose impatience for the task of a lost robot rises: by then, the robot's last claim is older than the
 /// teammate's τ. Allocators with utilities have no impatience, and their robots show no detection. A fast live run skips views, so a
-/// detection is as late as the next view.
+/// detection is as late as the next view, and its delay is approximate.
 pub struct DetectionWatch {
     step: SimTime,
     robots: Vec<String>,
@@ -20,6 +20,8 @@ pub struct DetectionWatch {
     sets: Vec<TaskId>,
     /// The active set of each robot in the last view; `None` before the first view.
     active: Vec<Option<BehaviorId>>,
+    /// The time of the last view.
+    seen: Option<SimTime>,
     lost: Vec<LostRobot>,
 }
 
@@ -42,6 +44,7 @@ impl DetectionWatch {
         Self {
             step: SimTime(setup.scenario.step_ms),
             active: vec![None; robots.len()],
+            seen: None,
             robots,
             tasks: tasks.collect(),
             sets: setup.catalog.sets.iter().map(|set| set.task).collect(),
@@ -49,10 +52,19 @@ impl DetectionWatch {
         }
     }
 
+    /// Sets the behavior sets that the robots execute, in a tick without a view and without a loss.
+    pub fn set_active(&mut self, active: impl Iterator<Item = Option<BehaviorId>>) {
+        for (known, active) in self.active.iter_mut().zip(active) {
+            *known = active;
+        }
+    }
+
     /// Adds the next view and returns the detections that it shows, as events. Their reason is the lost robot.
     pub fn see(&mut self, view: &View) -> Vec<EventLine> {
         // A view lies between two steps.
         let at = SimTime(view.now.0.saturating_sub(self.step.0));
+        let seen = self.seen.replace(view.now);
+        let is_exact = seen.is_none_or(|seen| view.now <= seen + self.step);
         for (rank, robot) in view.robots.iter().enumerate() {
             let is_lost = matches!(robot.state, AgentState::Dead | AgentState::Silent);
             let known = self.lost.iter().position(|lost| lost.robot == rank);
@@ -94,7 +106,10 @@ impl DetectionWatch {
                 robot: robots[by].clone(),
                 subject: tasks[lost.task.index()].clone(),
                 reason: robots[lost.robot].clone(),
-                detail: format!("{:.2} s after {loss}", at.since(lost.at).as_secs_f64()),
+                detail: match (at.since(lost.at).as_secs_f64(), is_exact) {
+                    (delay, true) => format!("{delay:.2} s after {loss}"),
+                    (delay, false) => format!("about {delay:.0} s after {loss}"),
+                },
             });
             false
         });

@@ -15,6 +15,7 @@ pub mod detections;
 pub(crate) mod failures;
 mod faults;
 pub(crate) mod figures;
+pub(crate) mod files;
 pub(crate) mod history;
 mod links;
 mod made;

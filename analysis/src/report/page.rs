@@ -7,12 +7,14 @@ use scenario::time::SimTime;
 
 use super::failures::{DetectionSign, Loss, OrphanOutcome, Takeover, TakeoverCause};
 use super::faults::{FaultMark, FaultMarkPhase, faults};
+use super::files;
 use super::history::History;
 use super::links::links;
 use super::made::RunOrigin;
 use super::metrics::{Metrics, Recurring};
 use super::verdict::verdict;
 use crate::figures::Figure;
+use crate::figures::files::SCRIPT;
 use crate::page::{document, table};
 use crate::sweep::execution::counted;
 use crate::table::figure;
@@ -138,6 +140,11 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
         (heading("Figures"))
         @for figure in rest { (figure) }
         (undrawn(&part.undrawn))
+        p.note {
+            "Beside this page: these tables for LaTeX (" code { (files::LATEX) } "), the numbers as CSV ("
+            @for (place, name) in files::TABLES.iter().enumerate() { @if place > 0 { ", " } code { (name) ".csv" } }
+            "), and a script that draws them with matplotlib (" code { (SCRIPT) } ")."
+        }
         (definitions())
     };
     (document(&title, "", &body), frames.left_out)

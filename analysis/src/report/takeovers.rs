@@ -141,6 +141,15 @@ impl TakeoverDetector {
         }
     }
 
+    /// Returns the names of the tasks that a robot executes after the added events.
+    #[must_use]
+    pub fn tasks_of(&self, robot: &str) -> Vec<&str> {
+        let is_open = |stint: &Stint| stint.span.to == OPEN && self.robots[stint.robot] == robot;
+        let tasks = self.tasks.iter();
+        let executed = tasks.filter(|task| task.stints.iter().any(is_open));
+        executed.map(|task| task.name.as_str()).collect()
+    }
+
     /// Returns the takeovers that are certain at `now`, in order of time.
     pub fn take(&mut self, now: SimTime) -> Vec<LossTakeover> {
         let certain = |(at, ..): &(SimTime, usize, TaskId)| *at + self.step + self.step <= now;

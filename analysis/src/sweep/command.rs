@@ -83,6 +83,7 @@ fn finish(
     for (number, of_column) in columns.enumerate() {
         let column = &of_column[0].column;
         let figure = Figure {
+            about: Vec::new(),
             name: format!("by-{number}-{}", plain(column)),
             caption: format!(
                 "Completion, makespan and lateness against {column}, separately for each class of faults and over all values of \

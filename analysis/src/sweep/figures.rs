@@ -8,9 +8,10 @@ use super::statistics::Interval;
 use super::summary::{ColumnSeries, Summary};
 use crate::columns::{Entry, Table};
 use crate::figures::canvas::{
-    Area, Axes, DrawResult, Frame, Mark, Sheet, TextLabel, chart, label_rows, part, series,
+    Area, Axes, Chart, DrawResult, Frame, Mark, Sheet, TextLabel, chart, label_rows, part, series,
     write_in_rows,
 };
+use crate::figures::hints::{Hints, estimate_hint};
 use crate::figures::legend::{Legend, Sample};
 use crate::figures::palette::colors;
 
@@ -94,15 +95,17 @@ pub fn draw(of_column: &[ColumnSeries], sheet: &Sheet) -> anyhow::Result<String>
     let column = of_column.first().map_or("", |against| &against.column);
     let title = format!("Completion and times by {column}");
     let height_px = blocks.iter().map(Block::height_px).sum();
-    sheet.svg(&title, height_px, |area| {
+    let mut hints = Hints::default();
+    let svg = sheet.svg(&title, height_px, |area| {
         let mut top_px = 0.0;
         for block in &blocks {
             let within = part(area, (0.0, top_px), (width_px, block.height_px()));
-            block.draw(area, &within)?;
+            block.draw(area, &within, &mut hints)?;
             top_px += block.height_px();
         }
         Ok(())
-    })
+    })?;
+    Ok(hints.put_on(&svg))
 }
 
 struct Block<'s> {
@@ -160,14 +163,15 @@ impl<'s> Block<'s> {
     }
 
     /// Draws the block in its part of the area.
-    fn draw(&self, area: &Area<'_>, within: &Area<'_>) -> DrawResult {
+    fn draw(&self, area: &Area<'_>, within: &Area<'_>, hints: &mut Hints) -> DrawResult {
         let against = self.against;
         let colors = colors(against.series.iter().map(|(name, _)| name.as_str()));
         self.legend().draw(within, 0.0)?;
         for (place, panel) in self.panels.iter().enumerate() {
             let top_px = self.head_px() + place as f64 * (PLOT_PX + GAP_PX);
             let plot = part(within, (0.0, top_px), (self.width_px, PLOT_PX));
-            draw_panel(area, (&plot, self.width_px), panel, against, &colors)?;
+            let chart = draw_panel(area, (&plot, self.width_px), panel, against, &colors)?;
+            add_hints(hints, &chart, self.width_px, panel, against);
         }
         write_in_rows(within, &labels(against, self.width_px), LABEL_ROWS, |row| {
             self.plots_px() + (row as f64 + 0.75) * ROW_PX
@@ -244,13 +248,45 @@ fn x_px(against: &ColumnSeries, group: usize, width_px: f64) -> f64 {
     LEFT_PX + width * (place(against, group) + 0.5) / against.groups.len() as f64
 }
 
-fn draw_panel(
+/// Returns the distance of a series from the middle of its group.
+fn shift(against: &ColumnSeries, number: usize, width_px: f64) -> f64 {
+    let middle = (against.series.len() as f64 - 1.0) / 2.0;
+    let group_px = (width_px - LEFT_PX - RIGHT_PX) / against.groups.len() as f64;
+    (number as f64 - middle) * APART_PX / group_px
+}
+
+fn add_hints(
+    hints: &mut Hints,
+    chart: &Chart<'_>,
+    width_px: f64,
+    panel: &Panel,
+    against: &ColumnSeries,
+) {
+    for (number, (series, groups)) in against.series.iter().enumerate() {
+        let shift = shift(against, number, width_px);
+        for (group, summary) in groups.iter().enumerate() {
+            let Some(summary) = summary else { continue };
+            let Some(found) = (panel.at)(summary) else {
+                continue;
+            };
+            let mut name = format!("{} {}", against.column, against.groups[group]);
+            if against.series.len() > 1 {
+                name += &format!(", {series}");
+            }
+            let text = format!("{name}, {}", panel.what);
+            let text = estimate_hint(&text, found, |value| format!("{value:.3}"), summary.runs);
+            hints.add_at(chart, (place(against, group) + shift, found.0), &text);
+        }
+    }
+}
+
+fn draw_panel<'a>(
     area: &Area<'_>,
-    (within, width_px): (&Area<'_>, f64),
+    (within, width_px): (&Area<'a>, f64),
     panel: &Panel,
     against: &ColumnSeries,
     colors: &[RGBColor],
-) -> DrawResult {
+) -> DrawResult<Chart<'a>> {
     let frame = Frame {
         left: LEFT_PX,
         right: RIGHT_PX,
@@ -262,10 +298,8 @@ fn draw_panel(
         y_labels: 6,
     };
     let chart = chart(within, frame, &axes)?;
-    let middle = (against.series.len() as f64 - 1.0) / 2.0;
-    let group_px = (width_px - LEFT_PX - RIGHT_PX) / against.groups.len() as f64;
     for (number, (_, groups)) in against.series.iter().enumerate() {
-        let shift = (number as f64 - middle) * APART_PX / group_px;
+        let shift = shift(against, number, width_px);
         let points = groups.iter().enumerate().filter_map(|(group, summary)| {
             let (at, interval) = (panel.at)(summary.as_ref()?)?;
             Some((place(against, group) + shift, at, interval))
@@ -274,7 +308,7 @@ fn draw_panel(
         let mark = Mark::of_series(number);
         series(area, &chart, &points, (mark, colors[number]))?;
     }
-    Ok(())
+    Ok(chart)
 }
 
 /// Returns the labels of the groups with their x positions, px.

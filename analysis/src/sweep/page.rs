@@ -12,7 +12,7 @@ use crate::columns::latex::{self, LatexCell};
 use crate::columns::{Entry, Table};
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
-use crate::page::{document, drawing, estimate, percent, sorting, table};
+use crate::page::{about, choice, choosing, document, drawing, estimate, percent, sorting, table};
 
 /// The name of the file with the table of [`Page::latex`].
 pub const LATEX: &str = "summary.tex";
@@ -45,14 +45,15 @@ impl Page<'_> {
         let (first, rest) = self.figures.split_at(self.figures.len().min(1));
         let head = html! {
             // A long key can break after each dot.
-            @for place in &varied { th.text { (columns[*place].replace('.', ".\u{200b}")) } }
-            th { "runs" } @if has_failures { th { "failed" } } th { "complete" } th { "share" } th { "95 % of share" }
-            th { "makespan, s" } th { "95 % of makespan" }
-            @if has_lateness { th { "lateness, s" } th { "95 % of lateness" } }
+            @for place in &varied { th.text data-setting { (columns[*place].replace('.', ".\u{200b}")) } }
+            th { "runs" } @if has_failures { th { "failed" } }
+            @for head in ["complete", "share", "95 % of share"] { th data-about=[measure("complete")] { (head) } }
+            @for head in ["makespan, s", "95 % of makespan"] { th data-about=[measure("makespan")] { (head) } }
+            @if has_lateness { @for head in ["lateness, s", "95 % of lateness"] { th data-about=[measure("lateness")] { (head) } } }
         };
         let rows = html! {
             @for (number, (cells, summary)) in self.conditions.iter().enumerate().take(ROWS) {
-                tr.best[best[number]] {
+                tr.best[best[number]] data-about=[about(&settings_of(&columns, cells, &varied))] {
                     @for place in &varied { td.text { (cells[*place]) } }
                     (figures(summary, has_failures, has_lateness))
                 }
@@ -72,6 +73,7 @@ impl Page<'_> {
             @for sentence in self.answer() { p { (sentence) } }
             @for figure in first { (drawing(figure)) }
             h2 { "By settings" }
+            (choice())
             @if has_best {
                 p.note {
                     "Highlighted, for each class of faults: the most complete runs, and of several such settings the shortest median "
@@ -96,6 +98,7 @@ impl Page<'_> {
                 dt { "lateness" } dd { "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval; runs without recurring tasks are omitted." }
             }
             (sorting())
+            (choosing())
         };
         document(&title, "", &body)
     }
@@ -312,6 +315,23 @@ impl Page<'_> {
             }
         }
     }
+}
+
+/// Returns the attribute of a column of a measure.
+fn measure(name: &str) -> Option<String> {
+    about(&[("measure", name.to_owned())])
+}
+
+/// Returns the settings of a row that vary, each with its value.
+fn settings_of<'c>(
+    columns: &[&'c str],
+    cells: &[&Cell],
+    varied: &[usize],
+) -> Vec<(&'c str, String)> {
+    let varied = varied.iter();
+    varied
+        .map(|place| (columns[*place], cells[*place].to_string()))
+        .collect()
 }
 
 fn figures(summary: &Summary, has_failures: bool, has_lateness: bool) -> Markup {

@@ -136,6 +136,7 @@ fn search(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         Ok(())
     })?;
     Ok(Figure {
+        about: Vec::new(),
         numbers: None,
         name: format!("search-{name}"),
         caption: format!(
@@ -171,6 +172,7 @@ fn matters(result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         Ok(())
     })?;
     Ok(Figure {
+        about: Vec::new(),
         numbers: None,
         name: format!("importance-{name}"),
         caption: format!(
@@ -206,6 +208,7 @@ fn test(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         legend().draw(area, 12.0)
     })?;
     Ok(Figure {
+        about: Vec::new(),
         numbers: None,
         name: format!("test-{name}"),
         caption: format!(
@@ -254,6 +257,7 @@ fn front(task: &Task, result: &AllocatorResult<'_>) -> anyhow::Result<Figure> {
         curve(chart, best, line(INK, 1.5))
     })?;
     Ok(Figure {
+        about: Vec::new(),
         numbers: None,
         name: format!("front-{name}"),
         caption: format!(

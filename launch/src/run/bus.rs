@@ -1,7 +1,8 @@
-//! The launcher's connection to the bus: it receives views, events and process orders, and reports process states to the world.
+//! The launcher's connection to the bus: it receives views, news and process orders, and reports process states to the world.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use cluster::rendezvous::{ConnectionRole, Rendezvous};
-use proto::event::EventLine;
 use proto::keys::{KeyExpressions, LAUNCHER_HOST};
 use proto::process::{ProcessNews, ProcessOrder, ProcessReply, ProcessState};
 use proto::secret::Secret;
@@ -10,9 +11,10 @@ use tokio::sync::{mpsc, watch};
 use zenoh::Session;
 use zenoh::query::Query;
 
+use super::news::RunNews;
 use crate::observer::Observer;
 
-/// The capacity of the queues for orders and events. The world sends one order at a time.
+/// The capacity of the queues for orders and lines. The world sends one order at a time.
 const QUEUE_CAPACITY: usize = 256;
 
 pub struct LauncherBus {
@@ -25,22 +27,36 @@ pub struct LauncherBus {
     latest_order: u64,
     latest_reply: Option<ProcessReply>,
     orders: mpsc::Receiver<(ProcessOrder, Query)>,
-    events: mpsc::Receiver<EventLine>,
+    lines: mpsc::Receiver<String>,
 }
 
 /// A received message that the launcher must handle.
 pub enum BusMessage {
     /// An order of the world for one process.
     Order(ProcessOrder, Query),
-    Event(EventLine),
+    /// A line about the run, for the user.
+    Line(String),
 }
 
 impl LauncherBus {
-    pub async fn join(run: &str, views: watch::Sender<Option<View>>) -> anyhow::Result<Self> {
+    /// Joins a run. `news` receives all events and views.
+    pub async fn join(
+        run: &str,
+        views: watch::Sender<Option<View>>,
+        news: Arc<Mutex<RunNews>>,
+    ) -> anyhow::Result<Self> {
         let observer = Observer::join(Rendezvous::find(Some(run))?, ConnectionRole::Team).await?;
-        let (event_sender, events) = mpsc::channel(QUEUE_CAPACITY);
+        let (line_sender, lines) = mpsc::channel(QUEUE_CAPACITY);
+        let send = move |found: Vec<String>| {
+            for line in found {
+                // A full queue drops lines: they are only displayed.
+                let _ = line_sender.try_send(line);
+            }
+        };
+        let (of_views, send_views) = (Arc::clone(&news), send.clone());
         observer
             .on_view(move |view| {
+                send_views(lock(&of_views).see(&view));
                 // A repeated view is not newer.
                 views.send_if_modified(|shown| {
                     let newer = shown.as_ref().is_none_or(|shown| shown.tick <= view.tick);
@@ -52,12 +68,7 @@ impl LauncherBus {
             })
             .await?;
         observer
-            .on_events(move |news| {
-                for event in news.events {
-                    // A full queue drops events: they are only displayed, and the log contains all.
-                    let _ = event_sender.try_send(event);
-                }
-            })
+            .on_events(move |events| send(lock(&news).add(&events)))
             .await?;
 
         let Observer {
@@ -66,18 +77,18 @@ impl LauncherBus {
             session,
             ..
         } = observer;
-        Self::open(session, keys, secret, LAUNCHER_HOST, events).await
+        Self::open(session, keys, secret, LAUNCHER_HOST, lines).await
     }
 
-    /// Creates the connection of a host daemon, which receives no views and no events.
+    /// Creates the connection of a host daemon, which receives no views and no news.
     pub async fn join_as_host(
         session: Session,
         keys: KeyExpressions,
         secret: Secret,
         host: &str,
     ) -> anyhow::Result<Self> {
-        let (_, events) = mpsc::channel(1);
-        Self::open(session, keys, secret, host, events).await
+        let (_, lines) = mpsc::channel(1);
+        Self::open(session, keys, secret, host, lines).await
     }
 
     async fn open(
@@ -85,7 +96,7 @@ impl LauncherBus {
         keys: KeyExpressions,
         secret: Secret,
         host: &str,
-        events: mpsc::Receiver<EventLine>,
+        lines: mpsc::Receiver<String>,
     ) -> anyhow::Result<Self> {
         let (order_sender, orders) = mpsc::channel(QUEUE_CAPACITY);
         let (opener, key) = (secret.clone(), keys.process_order(host));
@@ -112,11 +123,11 @@ impl LauncherBus {
             latest_order: 0,
             latest_reply: None,
             orders,
-            events,
+            lines,
         })
     }
 
-    /// Waits for the next order or event.
+    /// Waits for the next order or line.
     pub async fn call(&mut self) -> BusMessage {
         loop {
             tokio::select! {
@@ -128,7 +139,7 @@ impl LauncherBus {
                     // A repeated order is executed once and answered again, because the first answer may have been lost.
                     self.reply(&query).await;
                 }
-                Some(line) = self.events.recv() => return BusMessage::Event(line),
+                Some(line) = self.lines.recv() => return BusMessage::Line(line),
                 // The session is closed. Callers wait for the end of processes, too.
                 else => return std::future::pending().await,
             }
@@ -172,8 +183,18 @@ impl LauncherBus {
         }
     }
 
+    /// Returns the lines that have been received and not yet handled.
+    pub fn take_lines(&mut self) -> Vec<String> {
+        std::iter::from_fn(|| self.lines.try_recv().ok()).collect()
+    }
+
     pub async fn close(self) {
         // The world has ended, so closing may hang or fail. The process ends in any case.
         let _ = self.session.close().await;
     }
+}
+
+/// Locks the news. A panic ends the process, so the lock is never poisoned.
+fn lock(news: &Mutex<RunNews>) -> MutexGuard<'_, RunNews> {
+    news.lock().unwrap_or_else(PoisonError::into_inner)
 }

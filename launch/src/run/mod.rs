@@ -6,6 +6,7 @@ pub mod child_processes;
 pub mod controllers;
 pub mod crew;
 mod disk;
+mod news;
 mod one_process;
 mod orders;
 pub mod plan;

@@ -7,17 +7,21 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use analysis::interrupted::InterruptFlag;
 use analysis::invariants::{Invariants, replayed};
 use in_process::Team;
+use proto::event::TickEvents;
 use proto::program_build;
 use proto::tick::Outcome;
-use run_log::recorder::Folder;
+use run_log::recorder::{Folder, Sink};
 use run_log::{LogLevel, RunLog};
+use scenario::time::SimTime;
 use serde_json::json;
 use terminal::panics;
 use terminal::stderr_line;
 use tokio::time::Instant;
+use world_server::barrier::Presence;
 use world_server::invocation;
 use world_server::latest::link_latest;
 
+use super::news::RunNews;
 use super::plan::RunPlan;
 use super::progress::ProgressDisplay;
 use super::summary;
@@ -62,8 +66,14 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<u8> {
         }
     };
     let mut violation = violation.map(anyhow::Error::from);
+    let mut news = RunNews::new(&plan.setup);
+    // The first call only begins the collection of events.
+    team.take_events();
     let outcome = loop {
         let outcome = team.tick()?;
+        for line in news_of(&mut team, &mut news) {
+            progress.print_line(&line);
+        }
         if let Some(invariants) = &mut invariants
             && let Err(found) = invariants.check_simulation(team.simulation())
         {
@@ -87,6 +97,9 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<u8> {
             }
         }
     };
+    if let Some(line) = news.finish() {
+        progress.print_line(&line);
+    }
     let running_s = began.elapsed().as_secs_f64();
     let ticks = team.simulation().tick();
     let (run, mut recorder) = team.end(outcome)?;
@@ -117,6 +130,30 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<u8> {
         Some(_) => 1,
         None => summary::exit_status(run.outcome),
     })
+}
+
+/// Returns the lines about the last tick.
+fn news_of<S: Sink>(team: &mut Team<S>, news: &mut RunNews) -> Vec<String> {
+    let events = team.take_events();
+    let simulation = team.simulation();
+    let tick = simulation.tick();
+    let now = SimTime(tick * simulation.setup().scenario.step_ms);
+    let mut lines = news.add(&TickEvents {
+        tick: tick.saturating_sub(1),
+        events,
+    });
+    lines.extend(if news.needs_view(now) {
+        news.see(&team.view())
+    } else {
+        let barrier = simulation.barrier();
+        let active = barrier.robots().map(|robot| {
+            let is_present = barrier.presence(robot) == Presence::Present;
+            simulation.active(robot).filter(|_| is_present)
+        });
+        news.set_active(active);
+        news.takeovers_until(now, &[])
+    });
+    lines
 }
 
 /// Returns the wall-clock time for host.json. The simulation does not use it.

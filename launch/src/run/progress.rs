@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use proto::control::AgentState;
-use proto::event::EventLine;
 use proto::view::{RobotView, View};
 use scenario::ids::Tick;
 use scenario::mission::columns::{Column, ColumnValue, Progress as MissionProgress, short_summary};
@@ -155,21 +154,6 @@ impl ProgressDisplay {
             // Errors of a closed terminal are ignored.
             Style::Terminal { bars, .. } => drop(bars.println(terminal::escaped(line))),
             Style::Lines { .. } => stderr_line!("{line}"),
-        }
-    }
-
-    pub fn print_fault_event(&self, line: &EventLine) {
-        if matches!(line.kind.as_str(), "applied" | "healed" | "failed") {
-            let why = if line.reason.is_empty() {
-                String::new()
-            } else {
-                format!(" ({})", line.reason)
-            };
-            let at = line.t_ms.as_secs_f64();
-            self.print_line(&format!(
-                "{at:.3} s: {} {} {}{why}",
-                line.subject, line.kind, line.detail
-            ));
         }
     }
 

@@ -17,6 +17,9 @@ use terminal::stderr_line;
 
 use super::plan::RunPlan;
 
+/// The maximum number of takeovers in the result.
+const TAKEOVERS: usize = 20;
+
 pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
     let host: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(plan.folder.join("host.json"))?)?;
@@ -57,8 +60,12 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
         result.sim_time_ms,
         result.ticks,
     );
-    for takeover in takeovers_in(&plan.folder, run) {
+    let takeovers = takeovers_in(&plan.folder, run);
+    for takeover in takeovers.iter().take(TAKEOVERS) {
         stderr_line!("{takeover}");
+    }
+    if let Some(others @ 1..) = takeovers.len().checked_sub(TAKEOVERS) {
+        stderr_line!("and {others} more takeovers; `alliance report` lists them");
     }
     if let Some(line) = faults(&run.faults) {
         stderr_line!("{line}");

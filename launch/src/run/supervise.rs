@@ -5,6 +5,7 @@ use std::io::{self, Seek, Write};
 use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::process::Stdio;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use analysis::table::paragraph;
@@ -27,6 +28,7 @@ use world_server::invocation;
 use super::bus::{BusMessage, LauncherBus};
 use super::child_processes::{Ending, Process, ProcessChange};
 use super::crew::AgentProcesses;
+use super::news::RunNews;
 use super::plan::RunPlan;
 use super::progress::ProgressDisplay;
 use super::summary;
@@ -214,13 +216,14 @@ impl RunProcesses {
         let mut interrupt = signal(SignalKind::interrupt())?;
         let mut terminate = signal(SignalKind::terminate())?;
         let (sender, mut views) = watch::channel(None::<View>);
+        let news = Arc::new(Mutex::new(RunNews::new(&plan.setup)));
         let mut bus: Option<LauncherBus> = None;
         let mut first_loss: Option<Instant> = None;
         let mut interrupted = None;
 
         while self.world.ending().is_none() {
             if bus.is_none() && Rendezvous::find(Some(&plan.run)).is_ok() {
-                bus = self.observe(sender.clone()).await;
+                bus = self.observe(sender.clone(), Arc::clone(&news)).await;
                 if let Some(bus) = &mut bus {
                     self.report_earlier_changes(bus).await;
                 }
@@ -252,7 +255,7 @@ impl RunProcesses {
                             bus.answer(&query, order.number, done).await;
                         }
                     }
-                    BusMessage::Event(line) => self.progress.print_fault_event(&line),
+                    BusMessage::Line(line) => self.progress.print_line(&line),
                 },
                 () = sleep(pause) => {}
             }
@@ -281,7 +284,11 @@ impl RunProcesses {
                 );
             }
         }
-        if let Some(bus) = bus {
+        if let Some(mut bus) = bus {
+            let rest = news.lock().unwrap_or_else(PoisonError::into_inner).finish();
+            for line in bus.take_lines().into_iter().chain(rest) {
+                self.progress.print_line(&line);
+            }
             let _ = timeout(Duration::from_millis(200), bus.close()).await;
         }
         Ok(())
@@ -320,8 +327,12 @@ impl RunProcesses {
     }
 
     /// Joins the bus. Without it the run continues, but without progress display and process faults.
-    async fn observe(&self, views: watch::Sender<Option<View>>) -> Option<LauncherBus> {
-        match LauncherBus::join(&self.crew.run, views).await {
+    async fn observe(
+        &self,
+        views: watch::Sender<Option<View>>,
+        news: Arc<Mutex<RunNews>>,
+    ) -> Option<LauncherBus> {
+        match LauncherBus::join(&self.crew.run, views, news).await {
             Ok(bus) => Some(bus),
             Err(error) => {
                 self.progress

@@ -148,7 +148,43 @@ fn the_pages_of_results_are_accessible() {
         for (name, file) in pages {
             browser.open(&format!("file://{}", lab.path(file).display()));
             audit.check(&format!("{name}, {theme}"));
+            if name == "comparison" || name == "sweep" {
+                choose_parts(&browser, name == "sweep");
+                audit.check(&format!("{name}, {theme}, chosen parts"));
+            }
         }
         audit.assert_none();
     }
+}
+
+/// Chooses a class of faults and a measure, and checks which parts the page shows.
+fn choose_parts(browser: &Browser, is_sweep: bool) {
+    let rows = if is_sweep { "tr" } else { "details" };
+    let of_choice = |chosen: &str| {
+        let script = format!(
+            "[...document.querySelectorAll('{rows}[data-about]')].filter(part => {chosen}).length"
+        );
+        browser.eval(&script)
+    };
+    let all = of_choice("true");
+    assert_eq!(of_choice("!part.hidden"), all);
+    for (key, value) in [("faults", "gold-dies"), ("measure", "comple")] {
+        // A label contains its select. The values of measures differ between the pages.
+        let choose = format!(
+            "(() => {{
+                const label = [...document.querySelectorAll('form.choice label')].find(label => label.textContent.startsWith('{key}'));
+                const select = label.querySelector('select');
+                select.value = [...select.options].find(option => option.value.startsWith('={value}')).value;
+                select.dispatchEvent(new Event('change'));
+                return true;
+            }})()"
+        );
+        assert_eq!(browser.eval(&choose), true);
+    }
+    let is_shown = "JSON.parse(part.dataset.about).faults == 'gold-dies'";
+    assert_eq!(of_choice("!part.hidden"), of_choice(is_shown));
+    assert_eq!(of_choice(&format!("!part.hidden && !({is_shown})")), 0);
+    assert!(of_choice("part.hidden").as_u64() > Some(0));
+    let hidden = "[...document.querySelectorAll('th[data-about]')].some(head => head.hidden)";
+    assert_eq!(browser.eval(hidden), true, "a column of another measure");
 }

@@ -8,6 +8,7 @@ use crate::compare::analysis::Analysis;
 use crate::compare::data::{Block, ComparisonData};
 use crate::figures::Figure;
 use crate::figures::canvas::{Axes, FRAME, Mark, Sheet, chart, part, series};
+use crate::figures::hints::{Hints, estimate_hint};
 use crate::figures::legend::{Legend, Sample};
 use crate::figures::palette::colors;
 
@@ -68,7 +69,9 @@ pub(super) fn draw(
             let blocks: Vec<usize> = points.iter().map(|(_, block)| *block).collect();
             let metric = data.blocks[points[0].1].primary.heading();
             let title = titled(&format!("Mean {metric} by {}", against.axis), &family);
+            let measure = data.blocks[points[0].1].primary.name();
             figures.push(Figure {
+                about: vec![("measure", measure)],
                 name: format!("{}{}", against.file, ending(&family)),
                 caption: format!("{title}. Bars: 95 % intervals, shifted sideways for legibility."),
                 svg: one((&title, sheet), &against, &points, data, analysis)?,
@@ -100,7 +103,8 @@ fn one(
     let entries = names
         .map(|(number, (name, color))| (Sample::Mark(Mark::of_series(number), *color), &**name));
     let legend = Legend::column(entries.collect(), sheet.width_px - LEGEND_PX);
-    sheet.svg(title, PLOT_PX.max(legend.height_px()) + 10.0, |area| {
+    let mut hints = Hints::default();
+    let svg = sheet.svg(title, PLOT_PX.max(legend.height_px()) + 10.0, |area| {
         legend.draw(area, 6.0)?;
         let within = part(area, (0.0, 6.0), (sheet.width_px - LEGEND_PX, PLOT_PX));
         let label = format!("mean {}", primary.heading());
@@ -119,7 +123,16 @@ fn one(
             });
             let line: Vec<_> = line.collect();
             series(area, &chart, &line, (Mark::of_series(rival), *color))?;
+            for (x, block) in points {
+                if let Some(found) = &analysis.blocks[*block].summaries[rival][place] {
+                    let name = format!("{}, {} {x}", data.allocators[rival], against.axis);
+                    let show = |value: f64| primary.show(value);
+                    let text = estimate_hint(&name, (found.mean, found.interval), show, found.n);
+                    hints.add_at(&chart, (x + shift, found.mean), &text);
+                }
+            }
         }
         Ok(())
-    })
+    })?;
+    Ok(hints.put_on(&svg))
 }

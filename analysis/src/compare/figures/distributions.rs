@@ -5,10 +5,12 @@ use plotters::style::{Color, RGBColor};
 use super::{by_mission, ending, numbers, titled};
 use crate::compare::analysis::{Analysis, Summary};
 use crate::compare::data::ComparisonData;
+use crate::compare::metrics::Metric;
 use crate::figures::Figure;
 use crate::figures::canvas::{
     Area, DrawResult, FAINT, INK, Sheet, TextLabel, line, path, rectangle,
 };
+use crate::figures::hints::{Hints, estimate_hint};
 
 const NAMES_PX: f64 = 112.0;
 const ROW_PX: f64 = 15.0;
@@ -43,11 +45,21 @@ pub(super) fn draw(
         let column_px = sheet.width_px / columns as f64;
         let height_px = panel_px * blocks.len().div_ceil(columns) as f64;
         let title = titled(&format!("{} over the seeds", primary.heading()), mission);
+        let mut hints = Hints::default();
         let svg = sheet.svg(&title, height_px, |area| {
             for (place, block) in blocks.iter().enumerate() {
                 let (column, row) = ((place % columns) as f64, (place / columns) as f64);
                 let place = ((column * column_px, row * panel_px), column_px);
-                panel(area, place, data, *block, &summaries(*block), scale)?;
+                let found = summaries(*block);
+                panel(area, place, data, *block, &found, scale)?;
+                let width = column_px - NAMES_PX;
+                for (row, (name, summary)) in data.allocators.iter().zip(&found).enumerate() {
+                    if let Some(summary) = summary {
+                        let (left, top) = place.0;
+                        let corner = (left + NAMES_PX, top + HEAD_PX + ROW_PX * row as f64);
+                        hints.add(corner, (width, ROW_PX), &describe(name, summary, primary));
+                    }
+                }
             }
             Ok(())
         })?;
@@ -56,11 +68,20 @@ pub(super) fn draw(
             caption: format!(
                 "{title}, logarithmic scale. Thin line: minimum to maximum; thick line: 5 to 95 %; box: 25 to 75 %; dark stroke: median; red stroke: mean."
             ),
-            svg,
+            svg: hints.put_on(&svg),
+            about: vec![("mission", mission.to_owned()), ("measure", primary.name())],
             numbers: Some(numbers(data, analysis, &blocks)),
         })
     });
     figures.collect()
+}
+
+/// Returns the text of a hint: quantiles and mean.
+fn describe(name: &str, summary: &Summary, metric: &Metric) -> String {
+    let show = |value: f64| metric.show(value);
+    let [least, _, low, median, high, _, most] = summary.quantiles.map(show);
+    let mean = estimate_hint("mean", (summary.mean, summary.interval), show, summary.n);
+    format!("{name}: {least} – {most}, middle half {low} – {high}, median {median}, {mean}")
 }
 
 /// A logarithmic scale, because some allocators need ten times as long as others.

@@ -13,6 +13,7 @@ use crate::figures::Figure;
 use crate::figures::canvas::{
     Area, DrawResult, FAINT, INK, Sheet, TextLabel, WHITE, line, path, rectangle, write_in_rows,
 };
+use crate::figures::hints::{Hints, estimate_hint};
 
 const LEFT_PX: f64 = 130.0;
 const ROW_PX: f64 = 30.0;
@@ -36,7 +37,8 @@ pub(super) fn draw(
         blocks.any(|block| !data.are_equal(*block, &data.blocks[*block].primary))
     });
     let figures = missions.into_iter().map(|(mission, blocks)| {
-        let metric = data.blocks[blocks[0]].primary.heading();
+        let primary = &data.blocks[blocks[0]].primary;
+        let metric = primary.heading();
         let title = titled(&format!("Mean {metric}"), mission);
         let rows = data.allocators.len() as f64;
         let width = width_px(blocks.len(), sheet);
@@ -53,11 +55,35 @@ pub(super) fn draw(
                 "{title}, by allocator and class of faults. A darker color means a worse value, as a ratio to the best allocator of the column (except the oracle). \
                  Framed: the best, with its 95 % interval. Small print of the others: the share of runs that completed the mission, if below 100 %. Hatched: no data."
             ),
-            svg,
+            svg: hints(data, analysis, (&blocks, width)).put_on(&svg),
+            about: vec![("mission", mission.to_owned()), ("measure", primary.name())],
             numbers: Some(numbers(data, analysis, &blocks)),
         })
     });
     figures.collect()
+}
+
+/// Returns the hints of all cells with data.
+fn hints(data: &ComparisonData, analysis: &Analysis, (blocks, width): (&[usize], f64)) -> Hints {
+    let mut hints = Hints::default();
+    for (column, number) in blocks.iter().enumerate() {
+        let block = &data.blocks[*number];
+        let place = data.metric_index(&block.primary);
+        for (rival, metrics) in analysis.blocks[*number].summaries.iter().enumerate() {
+            let Some(found) = &metrics[place] else {
+                continue;
+            };
+            let name = format!("{}, {}", data.allocators[rival], block.name());
+            let show = |value: f64| block.primary.show(value);
+            let text = estimate_hint(&name, (found.mean, found.interval), show, found.n);
+            let corner = (
+                LEFT_PX + column as f64 * width,
+                HEAD_PX + rival as f64 * ROW_PX,
+            );
+            hints.add(corner, (width, ROW_PX), &text);
+        }
+    }
+    hints
 }
 
 /// Returns the width of a column. Few columns share the width of the figure.

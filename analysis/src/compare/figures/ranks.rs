@@ -50,6 +50,7 @@ pub(super) fn draw(
                 ),
                 name: format!("ranks-{}", plain(name)),
                 svg,
+                about: vec![("measure", name.clone())],
                 numbers: Some(numbers(data, ranking)),
             })
         })

@@ -450,6 +450,18 @@ mod tests {
                     y: (least(&mut ys.clone()), most(&mut ys.clone())),
                     color: value(element, "stroke").unwrap(),
                 });
+            } else if element.starts_with("path") {
+                let half = number(&value(element, "stroke-width").unwrap()) / 2.0;
+                for line in value(element, "d").unwrap().split('M').skip(1) {
+                    let (x, y) = line.split_once(',').unwrap();
+                    let (top, bottom) = y.split_once('V').unwrap();
+                    let (x, ends) = (number(x), [top, bottom].map(number));
+                    all.push(Painted {
+                        x: (x - half, x + half),
+                        y: (ends[0].min(ends[1]), ends[0].max(ends[1])),
+                        color: value(element, "stroke").unwrap(),
+                    });
+                }
             }
         }
         all

@@ -183,6 +183,7 @@ pub fn figures(
         }
         room = room.saturating_sub(svg.len());
         drawn.figures.push(Figure {
+            about: Vec::new(),
             name,
             caption,
             svg,

@@ -61,7 +61,9 @@ fn gantt(history: &History, metrics: &Metrics) -> String {
 
 /// Counts the strokes and outlines of a drawing.
 fn strokes(svg: &str) -> usize {
-    svg.matches("<polyline").count() + svg.matches("<line").count()
+    let paths = svg.lines().filter(|line| line.starts_with("<path "));
+    let joined: usize = paths.map(|path| path.matches('V').count()).sum();
+    svg.matches("<polyline").count() + svg.matches("<line").count() + joined
 }
 
 /// Checks that deaths and takeovers are drawn: without them, their strokes are missing.
