@@ -74,8 +74,8 @@ impl Briefing {
         };
         let own_spills: Vec<u16> = own_behaviors.iter().filter_map(own_spill).collect();
         let border = Locations {
-            min: Vec2::ZERO,
-            max: scenario.room.size(),
+            min: scenario.room.low(),
+            max: scenario.room.high(),
         };
         Self {
             robot,
