@@ -4,7 +4,7 @@ use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 use super::error::Problem;
-use super::limits::{FARTHEST_M, LONGEST_M, NumberRange, above_zero, closed};
+use super::limits::{LONGEST_M, NumberRange, above_zero, closed};
 use super::path::KeyPath;
 use super::{Body, Scenario};
 
@@ -192,6 +192,7 @@ pub(super) fn check_resolution(scenario: &Scenario) -> Result<(), Problem> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::FARTHEST_M;
     use crate::testkit::default_scenario;
 
     #[test]

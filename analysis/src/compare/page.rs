@@ -17,11 +17,12 @@ use crate::sweep::execution::{counted, shell_quoted};
 use crate::sweep::statistics::Interval;
 
 /// The columns of the tables by block after the primary metric: heading, metric and number of decimals.
-const SHOWN: [(&str, Metric, usize); 13] = [
+const SHOWN: [(&str, Metric, usize); 14] = [
     ("PAR2, s", Metric::Par2, 1),
     ("makespan, s", Metric::Makespan, 1),
     ("expired", Metric::Expired, 1),
     ("regret, s", Metric::Regret, 1),
+    ("gap, %", Metric::Gap, 2),
     ("messages", Metric::Messages, 0),
     ("kB", Metric::Bytes, 1),
     ("distance, m", Metric::Distance, 1),
@@ -121,7 +122,9 @@ impl Page<'_> {
         let shown: Vec<_> = SHOWN
             .iter()
             .filter(|(_, metric, _)| {
-                *metric != block.primary && !self.data.are_equal(number, metric)
+                *metric != block.primary
+                    && self.data.metrics.contains(metric)
+                    && !self.data.are_equal(number, metric)
             })
             .map(|(head, metric, digits)| (*head, metric, *digits))
             .collect();
@@ -168,6 +171,7 @@ impl Page<'_> {
     fn value(&self, block: usize, rival: usize, metric: &Metric, digits: usize) -> String {
         let scale = match metric {
             Metric::Bytes | Metric::Energy => 1000.0,
+            Metric::Gap => 0.01,
             _ => 1.0,
         };
         let summary = self.summary(block, rival, self.data.metric_index(metric));
