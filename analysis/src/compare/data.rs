@@ -149,6 +149,7 @@ impl ComparisonData {
         let mut metrics = Metric::ALL.to_vec();
         let own: BTreeSet<&OwnFigure> = comparison.objectives.iter().flatten().collect();
         metrics.extend(own.into_iter().cloned().map(Metric::Own));
+        metrics.extend(further_figures(rows).map(Metric::Own));
         if !comparison.best_known.is_empty() {
             metrics.push(Metric::Gap);
         }
@@ -257,6 +258,30 @@ impl AllocatorCell {
             }
         }
     }
+}
+
+/// Returns the further figures of missions with values and teams, if a run has them.
+fn further_figures(rows: &[Row]) -> impl Iterator<Item = OwnFigure> {
+    let figures = [
+        ("value_collected", true, "Value of the work that was done."),
+        ("value_lost", false, "Value of the work that expired."),
+        (
+            "deadlocks",
+            false,
+            "Number of times that all robots only waited for each other.",
+        ),
+    ];
+    let has = |name: &str| {
+        let mut found = rows.iter().filter_map(figures_of);
+        found.any(|figures| figures.mission.get(name).number().is_some())
+    };
+    let figures = figures.into_iter().filter(move |(name, ..)| has(name));
+    figures.map(|(name, more_is_better, meaning)| OwnFigure {
+        name: name.to_owned(),
+        figure: name.to_owned(),
+        more_is_better,
+        meaning: meaning.to_owned(),
+    })
 }
 
 /// Checks whether a run has no faults, or at least one of them had an effect.
@@ -516,6 +541,27 @@ pub(super) mod tests {
         assert_eq!(data.blocks[0].primary, Metric::Par2);
         assert_eq!(data.blocks[2].primary, Metric::Own(own));
         assert_eq!(data.mean(2, 0, &data.blocks[2].primary), Some(2.0));
+    }
+
+    #[test]
+    fn figures_of_values_are_metrics_if_a_run_has_them() {
+        let design = design("seeds = 1\n[grid]\nallocator = ['alliance', 'nearest']\n");
+        let mut rows = [row(0, Some(5.0)), row(1, Some(5.0))];
+        if let RunResult::Ended(figures) = &mut rows[1].end {
+            figures.mission.add("value_lost", 3.0);
+        }
+        let data = ComparisonData::of(&design, &comparison(), &rows);
+        let own = data
+            .metrics
+            .iter()
+            .filter(|metric| matches!(metric, Metric::Own(_)));
+        let [lost] = own.collect::<Vec<_>>()[..] else {
+            panic!("{:?}", data.metrics)
+        };
+        assert_eq!(
+            (lost.name(), data.mean(0, 1, lost)),
+            ("value_lost".to_owned(), Some(3.0))
+        );
     }
 
     /// By hand: 121 s is 10 % worse than 110 s. The figure `seen` of the second mission is 0.9, 0.7 and 0.5, and more is

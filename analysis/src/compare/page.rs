@@ -119,15 +119,20 @@ impl Page<'_> {
     fn block(&self, number: usize) -> Markup {
         let block = &self.data.blocks[number];
         let best = best(self.data, number);
-        let shown: Vec<_> = SHOWN
+        let own = self.data.metrics.iter().filter_map(|metric| match metric {
+            Metric::Own(own) => Some((own.name.as_str(), metric, 2)),
+            _ => None,
+        });
+        let shown = SHOWN
             .iter()
+            .map(|(head, metric, digits)| (*head, metric, *digits))
+            .chain(own)
             .filter(|(_, metric, _)| {
-                *metric != block.primary
+                **metric != block.primary
                     && self.data.metrics.contains(metric)
                     && !self.data.are_equal(number, metric)
-            })
-            .map(|(head, metric, digits)| (*head, metric, *digits))
-            .collect();
+            });
+        let shown: Vec<_> = shown.collect();
         html! {
             details open[number == 0] {
                 summary { (block.name()) }

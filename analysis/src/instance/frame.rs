@@ -2,8 +2,8 @@
 
 use std::fmt;
 
+use scenario::Problem;
 use scenario::limits::{FARTHEST_M, LONGEST_M};
-use scenario::{Problem, Room};
 
 use super::model::{Floor, Instance, Robot, Task};
 use super::source::{LengthUnit, Loaded, Source};

@@ -133,7 +133,7 @@ impl SceneTopics {
         let (width, height) = (scenario.room.width_m, scenario.room.height_m);
         let (width, height) = (f64::from(width), f64::from(height));
         let middle = scenario.room.middle();
-        let center = vector(middle.x.into(), middle.y.into(), -1.5 * FLAT);
+        let center = vector(middle.x, middle.y, -1.5 * FLAT);
         let floor = cube(at(center), vector(width, height, FLAT), color(FLOOR, 1.0));
         let walls = look::border(&self.setup).map(|wall| {
             let center = vector(wall.center.0, wall.center.1, HEIGHT / 2.0);

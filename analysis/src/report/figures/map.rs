@@ -275,7 +275,8 @@ impl<'m, 'a> Map<'m, 'a> {
                 let (x, y) = (f64::from(center.x), f64::from(center.y));
                 let radius = f64::from(radius);
                 let (x, y) = (x + radius * cos, y + radius * sin);
-                (x.clamp(0.0, width), y.clamp(0.0, height))
+                let inside = |at: f64, border: &Range<f64>| at.clamp(border.start, border.end);
+                (inside(x, &border_x), inside(y, &border_y))
             };
             (0..=72).map(corner).collect()
         };
@@ -291,6 +292,7 @@ impl<'m, 'a> Map<'m, 'a> {
             curve(chart, ends.to_vec(), line(color, width_px.max(1.5)))
         };
 
+        let (width, height) = room(run);
         let below = height * 0.03;
         let (marks, items) = match say {
             Detail::Paths => (&[][..], &[][..]),
@@ -321,8 +323,9 @@ impl<'m, 'a> Map<'m, 'a> {
             }
             let top = mark.outline.label_place();
             // At a wall, only the inside has room for a label.
-            let x = f64::from(top.x).clamp(width * 0.06, width * 0.94);
-            let y = (f64::from(top.y) + below).min(height - below);
+            let (left, right) = (border_x.start + width * 0.06, border_x.start + width * 0.94);
+            let x = f64::from(top.x).clamp(left, right);
+            let y = (f64::from(top.y) + below).min(border_y.end - below);
             label(&mark.label, (x, y))?;
         }
         for item in items {

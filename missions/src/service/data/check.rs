@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use glam::Vec2;
-use scenario::limits::{check_known, closed};
+use scenario::limits::check_known;
 use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::Places;
 

@@ -5,7 +5,6 @@ use crate::waste::data::BehaviorKind;
 use crate::waste::data::WasteSection;
 use std::sync::Arc;
 
-use glam::Vec2;
 use proto::mission::items::Locations;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
