@@ -144,6 +144,10 @@ step_ms = 500
 room = { x_m = -50000, y_m = -50000, width_m = 100000, height_m = 100000 }
 body = { speed_m_s = 30, push_m_s = 30, turn_deg_s = 360 }
 obstacles = [{ x_m = -10000, y_m = -20000, width_m = 5, height_m = 40000 }]
+robots = [
+    { name = 'r1', start = { x_m = -5000, y_m = 0 } },
+    { name = 'r2', start = { x_m = 40000, y_m = -40000 } },
+]
 [service]
 costs = 'path'
 reach_m = 30
@@ -152,10 +156,6 @@ points = [
     { kind = 'a', x_m = -49000, y_m = 49000 },
     { kind = 'a', x_m = -20000, y_m = 0 },
     { kind = 'a', x_m = 49000, y_m = -49000, deliver_to = [0, 0] },
-]
-robots = [
-    { name = 'r1', start = { x_m = -5000, y_m = 0 } },
-    { name = 'r2', start = { x_m = 40000, y_m = -40000 } },
 ]
 ",
 ];

@@ -40,34 +40,38 @@ fn translated(mut scenario: Scenario, [x_m, y_m]: [f32; 2]) -> Scenario {
     scenario
 }
 
-/// Returns the points that are done and those that have expired.
-fn outcomes(run: &Run) -> [Vec<&str>; 2] {
-    ["done", "expired"].map(|kind| {
-        let events = run.events.iter().filter(|event| event.kind == kind);
-        let mut points: Vec<&str> = events.map(|event| event.subject.as_str()).collect();
-        points.sort_unstable();
-        points
+/// Returns the events without their details, which contain places.
+fn events(run: &Run) -> Vec<[String; 5]> {
+    let rows = run.events.iter();
+    rows.map(|row| {
+        let time = row.t_ms.to_string();
+        let texts = [&row.kind, &row.robot, &row.subject, &row.reason].map(ToString::to_string);
+        let [kind, robot, subject, reason] = texts;
+        [time, kind, robot, subject, reason]
     })
+    .collect()
 }
 
-/// Rounding differs by the frame, so that robots turn and arrive a moment earlier or later. What is done is the same.
+/// From 8 to 16 m and from -16 to -8 m, numbers of single precision have the same distances. All positions are then rounded
+/// alike, so that all events are the same.
 #[test]
-fn a_translated_scenario_has_the_same_outcome() {
-    let mut different = Vec::new();
+fn a_translated_scenario_has_the_same_events() {
     for (name, instance) in CLASSES {
         for number in 0..INSTANCES {
             let mut chance = ChaCha8Rng::seed_from_u64(number);
             let scenario = parse(&instance(number, &mut chance));
-            let moved = translated(scenario.clone(), [-16.0, 8.0]);
-            let [here, there] = [scenario, moved].map(|scenario| run(scenario, number));
-            laws::check(&there);
-            laws::check_energy(&there);
-            if outcomes(&here) != outcomes(&there) {
-                different.push(format!("{name} {number}"));
-            }
+            let [here, there] = [[8.0, 8.0], [-16.0, -16.0]].map(|by| {
+                let moved = run(translated(scenario.clone(), by), number);
+                laws::check(&moved);
+                laws::check_energy(&moved);
+                moved
+            });
+            let [here, there] = [events(&here), events(&there)];
+            let first = here.iter().zip(&there).find(|(here, there)| here != there);
+            assert_eq!(first, None, "{name} {number}");
+            assert_eq!(here.len(), there.len(), "{name} {number}");
         }
     }
-    assert!(different.is_empty(), "{different:?}");
 }
 
 /// A room of 100 km around (0, 0), with windows, a delivery and a wall, in steps of 10 m.
@@ -77,6 +81,11 @@ step_ms = 500
 room = { x_m = -50000, y_m = -50000, width_m = 100000, height_m = 100000 }
 body = { speed_m_s = 20, push_m_s = 20, turn_deg_s = 360 }
 obstacles = [{ x_m = -10000, y_m = -20000, width_m = 5, height_m = 40000 }]
+robots = [
+    { name = 'r1', start = { x_m = -5000, y_m = 0 } },
+    { name = 'r2', start = { x_m = 40000, y_m = 40000 } },
+    { name = 'r3', start = { x_m = -49000, y_m = 0 } },
+]
 [service]
 costs = 'path'
 reach_m = 20
@@ -86,11 +95,6 @@ points = [
     { kind = 'a', x_m = 49000, y_m = 49000 },
     { kind = 'a', x_m = -49000, y_m = -49000, deliver_to = [0, 0] },
     { kind = 'a', x_m = -20000, y_m = 0 },
-]
-robots = [
-    { name = 'r1', start = { x_m = -5000, y_m = 0 } },
-    { name = 'r2', start = { x_m = 40000, y_m = 40000 } },
-    { name = 'r3', start = { x_m = -49000, y_m = 0 } },
 ]
 ";
 
