@@ -3,10 +3,10 @@
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
+use super::Scenario;
 use super::error::Problem;
 use super::limits::{LONGEST_M, NumberRange, above_zero, closed};
 use super::path::KeyPath;
-use super::{Body, Scenario};
 
 /// The border: a rectangle. All coordinates of a run are in its frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -171,12 +171,10 @@ pub(super) fn check_resolution(scenario: &Scenario) -> Result<(), Problem> {
         return problem(key, format!("the radius is {radius_m} m"), remedy);
     }
     let step_s = scenario.step_ms as f32 / 1000.0;
-    let speed_m_s = |body: Body| body.speed_m_s.min(body.push_m_s);
     for (index, robot) in scenario.robots.iter().enumerate() {
-        let speed_m_s = speed_m_s(scenario.body_of(robot));
+        let speed_m_s = scenario.body_of(robot).speed_m_s;
         if speed_m_s * step_s < least_m {
-            let is_own = robot.speed_m_s.is_some() || robot.push_m_s.is_some();
-            let key = if is_own {
+            let key = if robot.speed_m_s.is_some() {
                 KeyPath::new(["robots"]).index(index).key("speed_m_s")
             } else {
                 KeyPath::new(["body", "speed_m_s"])
@@ -235,10 +233,10 @@ mod tests {
         let refusal = check_resolution(&scenario).unwrap_err().to_string();
         assert_eq!(
             refusal,
-            "body.speed_m_s: a step is 0.01 m, and coordinates of 100000 m have a resolution of 0.0078125 m; use a \
+            "body.speed_m_s: a step is 0.025 m, and coordinates of 100000 m have a resolution of 0.0078125 m; use a \
              speed or step_ms for steps of at least 0.078125 m"
         );
-        (scenario.body.speed_m_s, scenario.body.push_m_s) = (10.0, 10.0);
+        scenario.body.speed_m_s = 10.0;
         check_resolution(&scenario).unwrap();
         scenario.body.radius_m = 0.05;
         let refusal = check_resolution(&scenario).unwrap_err().to_string();

@@ -139,11 +139,11 @@ obstacles = [{ x_m = -58, y_m = 34, width_m = 1, height_m = 1 }]
 ",
     "
 name = 'far'
-limit_s = 6000
+limit_s = 12000
 step_ms = 500
 room = { x_m = -50000, y_m = -50000, width_m = 100000, height_m = 100000 }
 body = { speed_m_s = 30, push_m_s = 30, turn_deg_s = 360 }
-obstacles = [{ x_m = -10000, y_m = -20000, width_m = 5, height_m = 40000 }]
+obstacles = [{ x_m = 20000, y_m = 0, width_m = 5, height_m = 30000 }]
 robots = [
     { name = 'r1', start = { x_m = -5000, y_m = 0 } },
     { name = 'r2', start = { x_m = 40000, y_m = -40000 } },
