@@ -30,7 +30,6 @@ impl Default for Room {
     }
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref)] // serde passes a reference.
 fn is_zero(at_m: &f32) -> bool {
     *at_m == 0.0
 }

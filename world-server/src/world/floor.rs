@@ -291,7 +291,7 @@ impl Floor {
         &self.sensors
     }
 
-    /// Returns the border.
+    /// Returns the border of the run.
     #[must_use]
     pub fn room(&self) -> &Room {
         &self.space.room
