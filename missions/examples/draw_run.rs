@@ -8,6 +8,7 @@ use glam::Vec2;
 use missions::Registry;
 use proto::view::{Mark, MarkOutline, MarkRole};
 use run_log::{EventRow, PoseRow, RunLog};
+use scenario::Room;
 use scenario::mission::FigureValue;
 use scenario::mission::columns::display_name as in_words;
 use world_server::simulation::Simulation;
@@ -42,12 +43,12 @@ fn main() -> anyhow::Result<()> {
 /// Converts room coordinates, with y up, to pixels, with y down.
 #[derive(Clone, Copy)]
 struct Pixels {
-    room_height_m: f32,
+    room: Room,
 }
 
 impl Pixels {
     fn of(self, at: Vec2) -> Vec2 {
-        Vec2::new(at.x, self.room_height_m - at.y) * SCALE
+        Vec2::new(at.x - self.room.x_m, self.room.high().y - at.y) * SCALE
     }
 }
 
@@ -55,7 +56,7 @@ fn draw(log: &RunLog) -> anyhow::Result<String> {
     let setup = &log.run.setup;
     let scenario = &setup.scenario;
     let pixels = Pixels {
-        room_height_m: scenario.room.height_m,
+        room: scenario.room,
     };
     let size = scenario.room.size() * SCALE;
     let full = size + Vec2::new(2.0 * MARGIN, 2.0 * MARGIN + LEGEND);

@@ -12,10 +12,12 @@ const TOUCH_M: f64 = 1e-6;
 pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
     let radius = f64::from(scenario.body.radius_m);
     let diameter = 2.0 * radius;
+    let (low, high) = (scenario.room.low(), scenario.room.high());
     let (width, height) = (
         f64::from(scenario.room.width_m),
         f64::from(scenario.room.height_m),
     );
+    let touch_m = TOUCH_M.max(scenario.room.resolution_m().into());
     let solid = scenario.body.robot_penetrability <= Obstacle::SOLID;
     // Absent robots do not occupy space and join when there is room.
     let count = scenario.robots.iter().filter(|robot| !robot.absent).count();
@@ -47,10 +49,12 @@ pub(super) fn check_places(scenario: &Scenario) -> Result<(), Problem> {
         let Some(start) = &robot.start else { continue };
         let at = KeyPath::new(["robots"]).index(index).key("start");
         let (x, y) = (f64::from(start.x_m), f64::from(start.y_m));
-        for (key, given, place, size) in
-            [("x_m", start.x_m, x, width), ("y_m", start.y_m, y, height)]
-        {
-            if place - radius < -TOUCH_M || place + radius > size + TOUCH_M {
+        for (key, given, low, high) in [
+            ("x_m", start.x_m, low.x, high.x),
+            ("y_m", start.y_m, low.y, high.y),
+        ] {
+            let (place, low, high) = (f64::from(given), f64::from(low), f64::from(high));
+            if place - radius < low - touch_m || place + radius > high + touch_m {
                 let radius = scenario.body.radius_m;
                 let what = format!("{given} puts '{}' into a wall", robot.name);
                 let remedy = format!("keep body.radius_m, {radius} m, away from both walls");

@@ -26,6 +26,7 @@ mod radio;
 mod reading;
 mod resolve;
 pub mod rng;
+mod room;
 mod roster;
 mod setup;
 mod statement;
@@ -62,6 +63,7 @@ pub use profile::{LearnedTimes, LearnedTimesByTask, Profile};
 pub use properties::{ParameterFile, SkippedKey};
 pub use radio::{Fading, Radio, Walls};
 pub use resolve::Resolved;
+pub use room::Room;
 pub use roster::Roster;
 pub use setup::{Setup, SetupFile};
 pub use toml_file::TomlFile;
@@ -222,33 +224,6 @@ impl Scenario {
             if robot.skills.is_none() && !self.skills.is_empty() {
                 robot.skills = Some(self.skills.clone());
             }
-        }
-    }
-}
-
-/// The border: a rectangle from (0, 0) to (width, height).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Room {
-    /// Extent in x, m.
-    pub width_m: f32,
-    /// Extent in y, m.
-    pub height_m: f32,
-}
-
-impl Room {
-    /// Returns the upper right corner, m. The lower left one is the origin.
-    #[must_use]
-    pub fn size(&self) -> Vec2 {
-        Vec2::new(self.width_m, self.height_m)
-    }
-}
-
-impl Default for Room {
-    fn default() -> Self {
-        Self {
-            width_m: 12.0,
-            height_m: 9.0,
         }
     }
 }

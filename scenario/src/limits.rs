@@ -65,8 +65,10 @@ pub const fn whole(from: i64, to: i64, unit: &'static str) -> NumberRange {
 
 /// The longest time, s.
 pub const LONGEST_S: f64 = 1e9;
-/// The greatest length, and the greatest coordinate of a place outside the room, m.
+/// The greatest length of bodies, ranges and objects, m.
 pub const LONGEST_M: f64 = 1e3;
+/// The greatest extent of a room, and the greatest coordinate, m. The resolution of coordinates is 8 mm there.
+pub const FARTHEST_M: f64 = 1e5;
 
 /// The range of lengths, m.
 pub const LENGTH: NumberRange = above_zero(LONGEST_M, "m");

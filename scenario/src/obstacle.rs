@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::Problem;
-use super::limits::{NumberRange, PENETRABILITY, above, above_zero, closed};
+use super::limits::{FARTHEST_M, NumberRange, PENETRABILITY, above, above_zero, closed};
 use super::path::KeyPath;
 
 /// A rectangle on the floor that blocks, slows down or speeds up robots.
@@ -44,8 +44,8 @@ impl Obstacle {
 
     /// Rejects a place, a size or a penetrability out of range.
     pub(super) fn check(&self, at: &KeyPath) -> Result<(), Problem> {
-        const PLACE: NumberRange = closed(-1e4, 1e4, "m");
-        const SIZE: NumberRange = above_zero(1e4, "m");
+        const PLACE: NumberRange = closed(-FARTHEST_M, FARTHEST_M, "m");
+        const SIZE: NumberRange = above_zero(2.0 * FARTHEST_M, "m");
         PLACE.check(at.key("x_m"), self.x_m)?;
         PLACE.check(at.key("y_m"), self.y_m)?;
         SIZE.check(at.key("width_m"), self.width_m)?;

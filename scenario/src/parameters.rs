@@ -87,8 +87,8 @@ impl fmt::Display for ParameterRange {
             Self::Above(from, to) => write!(f, "{}", above(*from, *to, "")),
             Self::Within(from, to) => write!(f, "{}", closed(*from, *to, "")),
             Self::Whole(from, to) => write!(f, "{}", whole(*from, *to, "")),
-            Self::X => f.write_str("from 0 to the room's width"),
-            Self::Y => f.write_str("from 0 to the room's height"),
+            Self::X => f.write_str("an x coordinate in the room"),
+            Self::Y => f.write_str("a y coordinate in the room"),
             Self::Name => f.write_str("a unique name"),
             Self::List(least, most) => write!(f, "a list of {least} to {most} tables"),
             Self::Flag => f.write_str("true or false"),
@@ -152,8 +152,8 @@ impl ParameterSpec {
             ParameterRange::Above(from, to) => above(from, to, self.unit),
             ParameterRange::Within(from, to) => closed(from, to, self.unit),
             ParameterRange::Whole(from, to) => whole(from, to, self.unit),
-            ParameterRange::X => closed(0.0, room.width_m.into(), "m"),
-            ParameterRange::Y => closed(0.0, room.height_m.into(), "m"),
+            ParameterRange::X => room.range_x(),
+            ParameterRange::Y => room.range_y(),
             _ => return None,
         })
     }

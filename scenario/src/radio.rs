@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Problem;
-use crate::limits::{LENGTH, above_zero, closed};
+use crate::limits::{FARTHEST_M, LENGTH, above_zero, closed};
 
 /// Properties of the radio of all robots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -56,7 +56,7 @@ impl Radio {
     /// Rejects numbers out of range.
     pub(super) fn check(&self) -> Result<(), Problem> {
         if let Some(range_m) = self.range_m {
-            above_zero(1e4, "m").check(["radio", "range_m"], range_m)?;
+            above_zero(2.0 * FARTHEST_M, "m").check(["radio", "range_m"], range_m)?;
         }
         let Some(fading) = &self.fading else {
             return Ok(());

@@ -6,14 +6,15 @@ use super::alliance::BehaviorSection;
 use super::catalog::Catalog;
 use super::error::Problem;
 use super::limits::{
-    DEMAND, LENGTH, NumberRange, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE, above_zero,
-    check_known, check_name, check_names, closed,
+    DEMAND, FARTHEST_M, LENGTH, NumberRange, PENETRABILITY, POWER, SPEED, TIME, TURN_RATE,
+    above_zero, check_known, check_name, check_names, closed,
 };
 use super::path::KeyPath;
 use super::{Robot, Scenario};
 use crate::fault::RandomFaults;
 use crate::ids::TaskId;
 use crate::names::RESERVED;
+use crate::room::check_resolution;
 
 /// The maximum number of robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
 pub const MAX_ROBOTS: usize = 10_000;
@@ -32,10 +33,9 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
         return Err(Problem::at(at, what, "state it once"));
     }
 
-    let (room, body, sensors) = (&scenario.room, &scenario.body, &scenario.sensors);
+    scenario.room.check(FARTHEST_M)?;
+    let (body, sensors) = (&scenario.body, &scenario.sensors);
     for (section, key, range, number) in [
-        ("room", "width_m", LENGTH, room.width_m),
-        ("room", "height_m", LENGTH, room.height_m),
         ("body", "radius_m", LENGTH, body.radius_m),
         ("body", "speed_m_s", SPEED, body.speed_m_s),
         ("body", "push_m_s", SPEED, body.push_m_s),
@@ -66,6 +66,7 @@ pub(super) fn validate(scenario: &Scenario, catalog: &Catalog) -> Result<(), Pro
     scenario.radio.check()?;
     mission(scenario, catalog)?;
     robots(scenario, catalog)?;
+    check_resolution(scenario)?;
     obstacles(scenario)?;
     tasks(scenario, catalog)?;
     faults(scenario, catalog)?;
@@ -140,9 +141,8 @@ fn robots(scenario: &Scenario, catalog: &Catalog) -> Result<(), Problem> {
         has_a_behavior(robot, catalog, &at)?;
         let Some(start) = &robot.start else { continue };
         let at = at.key("start");
-        let inside = |size: f32| closed(0.0, size.into(), "m");
-        inside(scenario.room.width_m).check(at.key("x_m"), start.x_m)?;
-        inside(scenario.room.height_m).check(at.key("y_m"), start.y_m)?;
+        scenario.room.range_x().check(at.key("x_m"), start.x_m)?;
+        scenario.room.range_y().check(at.key("y_m"), start.y_m)?;
         closed(-360.0, 360.0, "deg").check(at.key("heading_deg"), start.heading_deg)?;
     }
     Ok(())

@@ -9,9 +9,10 @@ use alliance_tests::harness::{Arguments, Lab, join};
 use alliance_tests::runs::{allocators, builtin, parse, vocabulary};
 use alliance_tests::testkit::loss_and_kill;
 use analysis::random_mission::faults::{RandomFaults, timeline};
+use proto::tick::Outcome;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use run_log::RunFile;
+use run_log::{RunFile, RunOutcome};
 
 /// Returns `all` if the environment requests the full test, otherwise `some`.
 fn amount(all: u64, some: u64) -> u64 {
@@ -126,6 +127,49 @@ fn all_properties_of_points_have_the_same_bytes() {
         let done = run.result.mission.get("done").count();
         assert!(done >= 3, "{allocator}: {:?}", run.result.mission);
         lab.assert_repeated("many");
+    }
+}
+
+/// The default mission in a room with negative coordinates, and points of work in a room of 100 km.
+const FRAMES: [&str; 2] = [
+    "
+name = 'moved'
+room = { x_m = -64, y_m = 32, width_m = 12, height_m = 9 }
+obstacles = [{ x_m = -58, y_m = 34, width_m = 1, height_m = 1 }]
+",
+    "
+name = 'far'
+limit_s = 12000
+step_ms = 500
+room = { x_m = -50000, y_m = -50000, width_m = 100000, height_m = 100000 }
+body = { speed_m_s = 30, push_m_s = 30, turn_deg_s = 360 }
+obstacles = [{ x_m = 20000, y_m = 0, width_m = 5, height_m = 30000 }]
+robots = [
+    { name = 'r1', start = { x_m = -5000, y_m = 0 } },
+    { name = 'r2', start = { x_m = 40000, y_m = -40000 } },
+]
+[service]
+costs = 'path'
+reach_m = 30
+kinds = [{ name = 'a', work_s = { min = 20, max = 40 } }]
+points = [
+    { kind = 'a', x_m = -49000, y_m = 49000 },
+    { kind = 'a', x_m = -20000, y_m = 0 },
+    { kind = 'a', x_m = 49000, y_m = -49000, deliver_to = [0, 0] },
+]
+",
+];
+
+#[test]
+fn rooms_with_an_origin_have_the_same_bytes() {
+    for text in FRAMES {
+        let lab = Lab::new();
+        lab.write("s.toml", parse(text).to_toml().unwrap());
+        let run = check(&lab, "s.toml --log full");
+        assert_eq!(run.outcome, RunOutcome::Ended(Outcome::Complete), "{text}");
+        lab.assert_repeated("many");
+        lab.run("export many --svg end --out pictures").expect(0);
+        assert_eq!(lab.names("pictures").len(), 1, "{text}");
     }
 }
 

@@ -22,8 +22,11 @@ impl MissionWorld for Drill {
 
     /// Robots start at the middle of the left wall.
     fn start_area(scenario: &Scenario) -> [Vec2; 2] {
-        let middle = scenario.room.height_m / 2.0;
-        [Vec2::new(0.0, middle - 1.5), Vec2::new(0.6, middle + 1.5)]
+        let (left, middle) = (scenario.room.x_m, scenario.room.middle().y);
+        [
+            Vec2::new(left, middle - 1.5),
+            Vec2::new(left + 0.6, middle + 1.5),
+        ]
     }
 
     fn act(&mut self, _: RobotId, _: &Action, _: &mut Floor, _: &mut StepEvents) {}

@@ -6,6 +6,8 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use scenario::Problem;
+use scenario::limits::check_known;
 use terminal::stderr_line;
 use world_server::mission_args::Known;
 
@@ -15,6 +17,7 @@ use super::data::{ALLOCATOR, ComparisonData, allocators, blocks, first_run, name
 use super::figures::figures;
 use super::hypotheses::{check, judge};
 use super::memory;
+use super::metrics::Metric;
 use super::page::Page;
 use super::power::remarks;
 use super::tables::{LATEX, NamedTable, latex, tables};
@@ -23,8 +26,9 @@ use crate::exit_status;
 use crate::figures::canvas::Sheet;
 use crate::figures::files;
 use crate::new_file::write_atomically;
+use crate::sweep::best_known::{BestKnown, read as read_best_known};
 use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
-use crate::sweep::execution::{Arguments, PlanCommand, counted, jobs_or_cores};
+use crate::sweep::execution::{Arguments, PlanCommand, counted, jobs_or_cores, read_text};
 use crate::sweep::journal::Header;
 use crate::sweep::plan::{Plan, setup};
 use crate::sweep::results::{figures_of, results_table};
@@ -125,17 +129,44 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
         objectives.push(OwnFigure::new(setup.catalog.mission.vocabulary().objective));
     }
     memory::check(largest, jobs, design.runs().unwrap_or_default())?;
-    let comparison = Comparison {
+    let mut comparison = Comparison {
         question: plan.question.clone(),
         hypotheses: plan.hypotheses.clone(),
         axes,
         objectives,
+        best_known: Vec::new(),
     };
+    let data = ComparisonData::of(design, &comparison, &[]);
+    if let Some(file) = &plan.best_known {
+        comparison.best_known = best_known(file, &data)?;
+    }
     check(
         &plan.hypotheses,
         &ComparisonData::of(design, &comparison, &[]),
     )?;
     Ok(Some(comparison))
+}
+
+/// Reads the best known values for the blocks of a comparison.
+fn best_known(file: &Path, data: &ComparisonData) -> anyhow::Result<Vec<BestKnown>> {
+    let (name, text) = (file.display().to_string(), read_text(file)?);
+    let rows = read_best_known(&name, &text, &data.columns)?;
+    for (line, row) in &rows {
+        let at = || format!("{name}:{line}");
+        let mut blocks = data.blocks.iter();
+        if !blocks.any(|block| row.fits(&data.columns, &block.settings)) {
+            let what = "the plan has no run with these values";
+            let remedy = "see the columns of `--dry-run`, or remove the row";
+            return Err(Problem::with_source(at(), what, remedy).into());
+        }
+        let metrics: Vec<String> = data.metrics.iter().map(Metric::name).collect();
+        if let Some(stated) = &row.metric {
+            let known = metrics.iter().map(String::as_str);
+            let checked = check_known(["metric"], "there is no metric", stated, known);
+            checked.map_err(|problem| Problem::with_source(at(), problem.to_string(), ""))?;
+        }
+    }
+    Ok(rows.into_iter().map(|(_, row)| row).collect())
 }
 
 /// Writes and shows the results. Returns `true` if no run failed.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::metrics::Metric;
 use crate::distinct;
+use crate::sweep::best_known::BestKnown;
 use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
 use crate::sweep::design::{Design, FAULTS, Factor, MISSION};
 use crate::sweep::results::figures_of;
@@ -148,6 +149,10 @@ impl ComparisonData {
         let mut metrics = Metric::ALL.to_vec();
         let own: BTreeSet<&OwnFigure> = comparison.objectives.iter().flatten().collect();
         metrics.extend(own.into_iter().cloned().map(Metric::Own));
+        metrics.extend(further_figures(rows).map(Metric::Own));
+        if !comparison.best_known.is_empty() {
+            metrics.push(Metric::Gap);
+        }
         for kind in kinds {
             metrics.push(Metric::MessagesOf(kind.clone()));
             metrics.push(Metric::BytesOf(kind.clone()));
@@ -181,6 +186,8 @@ impl ComparisonData {
         let cells = data.blocks.iter_mut().flat_map(|block| &mut block.cells);
         cells.for_each(AllocatorCell::find_constant);
         data.find_regret();
+        let seeds: Vec<u64> = (0..seeds).map(|run| design.seed(run)).collect();
+        data.find_gaps(&comparison.best_known, &seeds);
         data
     }
 
@@ -196,6 +203,39 @@ impl ComparisonData {
                 let pairs = cell.values[par2].iter().zip(&best);
                 let regrets = pairs.map(|(value, best)| Some((*value)? - (*best)?));
                 cell.values[regret] = regrets.collect();
+            }
+        }
+    }
+}
+
+impl ComparisonData {
+    /// Sets the gaps to the best known values, for these seeds.
+    fn find_gaps(&mut self, best_known: &[BestKnown], seeds: &[u64]) {
+        let Some(gap) = self.metrics.iter().position(|known| *known == Metric::Gap) else {
+            return;
+        };
+        for block in &mut self.blocks {
+            for (place, seed) in seeds.iter().enumerate() {
+                let mut fitting = best_known.iter().filter(|row| {
+                    row.seed.is_none_or(|stated| stated == *seed)
+                        && row.fits(&self.columns, &block.settings)
+                });
+                let Some(row) = fitting.next() else {
+                    continue;
+                };
+                let is_its = |metric: &Metric| match &row.metric {
+                    Some(name) => metric.name() == *name,
+                    None => *metric == block.primary,
+                };
+                let Some(of) = self.metrics.iter().position(is_its) else {
+                    continue;
+                };
+                let sign = self.metrics[of].sign();
+                for cell in &mut block.cells {
+                    let value = cell.values[of][place];
+                    cell.values[gap][place] =
+                        value.map(|value| sign * (value - row.best) / row.best.abs());
+                }
             }
         }
     }
@@ -218,6 +258,30 @@ impl AllocatorCell {
             }
         }
     }
+}
+
+/// Returns the further figures of missions with values and teams, if a run has them.
+fn further_figures(rows: &[Row]) -> impl Iterator<Item = OwnFigure> {
+    let figures = [
+        ("value_collected", true, "Value of the work that was done."),
+        ("value_lost", false, "Value of the work that expired."),
+        (
+            "deadlocks",
+            false,
+            "Number of times that all robots only waited for each other.",
+        ),
+    ];
+    let has = |name: &str| {
+        let mut found = rows.iter().filter_map(figures_of);
+        found.any(|figures| figures.mission.get(name).number().is_some())
+    };
+    let figures = figures.into_iter().filter(move |(name, ..)| has(name));
+    figures.map(|(name, more_is_better, meaning)| OwnFigure {
+        name: name.to_owned(),
+        figure: name.to_owned(),
+        more_is_better,
+        meaning: meaning.to_owned(),
+    })
 }
 
 /// Checks whether a run has no faults, or at least one of them had an effect.
@@ -354,6 +418,7 @@ pub(super) mod tests {
             hypotheses: Vec::new(),
             axes: Vec::new(),
             objectives: Vec::new(),
+            best_known: Vec::new(),
         }
     }
 
@@ -476,6 +541,54 @@ pub(super) mod tests {
         assert_eq!(data.blocks[0].primary, Metric::Par2);
         assert_eq!(data.blocks[2].primary, Metric::Own(own));
         assert_eq!(data.mean(2, 0, &data.blocks[2].primary), Some(2.0));
+    }
+
+    #[test]
+    fn figures_of_values_are_metrics_if_a_run_has_them() {
+        let design = design("seeds = 1\n[grid]\nallocator = ['alliance', 'nearest']\n");
+        let mut rows = [row(0, Some(5.0)), row(1, Some(5.0))];
+        if let RunResult::Ended(figures) = &mut rows[1].end {
+            figures.mission.add("value_lost", 3.0);
+        }
+        let data = ComparisonData::of(&design, &comparison(), &rows);
+        let own = data
+            .metrics
+            .iter()
+            .filter(|metric| matches!(metric, Metric::Own(_)));
+        let [lost] = own.collect::<Vec<_>>()[..] else {
+            panic!("{:?}", data.metrics)
+        };
+        assert_eq!(
+            (lost.name(), data.mean(0, 1, lost)),
+            ("value_lost".to_owned(), Some(3.0))
+        );
+    }
+
+    /// By hand: 121 s is 10 % worse than 110 s. The figure `seen` of the second mission is 0.9, 0.7 and 0.5, and more is
+    /// better, so that 0.7 is worse than 1.0 by 30 %.
+    #[test]
+    fn a_gap_is_the_relative_difference_to_the_best_known_value() {
+        let row = |mission: &str, seed, best| BestKnown {
+            settings: [("mission".to_owned(), mission.to_owned())].into(),
+            seed,
+            metric: None,
+            best,
+        };
+        let comparison = Comparison {
+            best_known: vec![row("near", Some(2), 110.0), row("far", None, 1.0)],
+            ..far_by(&own("seen", "seen"))
+        };
+        let data = data_with(|_, _, _| Some(121.0), 3, &comparison);
+        let gap = data.metric_index(&Metric::Gap);
+        assert_eq!(data.metrics[gap], Metric::Gap);
+        let near = &data.blocks[0].cells[1].values[gap];
+        let far = &data.blocks[3].cells[1].values[gap];
+        let found = |value: Option<f64>| value.map(|value| (1000.0 * value).round());
+        assert_eq!(
+            near.iter().map(|value| found(*value)).collect::<Vec<_>>(),
+            [None, Some(100.0), None]
+        );
+        assert_eq!(found(far[0]), Some(300.0));
     }
 
     #[test]

@@ -30,12 +30,14 @@ pub enum Metric {
     Detection,
     Takeover,
     Lateness,
+    /// The relative difference to the best known value that the plan states.
+    Gap,
     /// The figure by which a mission ranks its runs.
     Own(OwnFigure),
 }
 
 impl Metric {
-    /// All metrics except those of single kinds of broadcast and of single missions.
+    /// All metrics except those of single kinds of broadcast, of single missions and of best known values.
     pub const ALL: [Self; 17] = [
         Self::Completion,
         Self::Makespan,
@@ -85,6 +87,7 @@ impl Metric {
             Self::Detection => "detection_s",
             Self::Takeover => "takeover_s",
             Self::Lateness => "lateness_s",
+            Self::Gap => "gap",
             Self::Own(own) => own.name.as_str(),
         };
         name.to_owned()
@@ -182,6 +185,9 @@ impl Metric {
                 "Time from the crash or stop of a robot at an exclusive task until another robot activates the task; mean over the run."
             }
             Self::Lateness => "Greatest lateness of a recurring task.",
+            Self::Gap => {
+                "Relative difference to the best known value of the plan: 0.05 is worse by 5 %, and below 0 is better."
+            }
             Self::Own(own) => &own.meaning,
         }
     }
@@ -202,7 +208,8 @@ impl Metric {
         if self.more_is_better() { -1.0 } else { 1.0 }
     }
 
-    /// Returns the value for a run, or `None` without one. [`Metric::Regret`] needs a second run and is always `None`.
+    /// Returns the value for a run, or `None` without one. [`Metric::Regret`] needs a second run and [`Metric::Gap`] a best
+    /// known value, so that both are always `None`.
     #[must_use]
     pub fn of(&self, figures: &Figures, measures: &ComparisonMeasures) -> Option<f64> {
         let is_complete = figures.outcome == Outcome::Complete;
@@ -214,7 +221,7 @@ impl Metric {
             Self::Par2 if is_complete => Some(seconds),
             Self::Par2 => Some(2.0 * measures.limit_s),
             Self::Expired => figures.expired.map(|count| count as f64),
-            Self::Regret => None,
+            Self::Regret | Self::Gap => None,
             Self::Messages => Some(figures.messages_sent as f64),
             Self::Bytes => Some(figures.bytes_sent as f64),
             Self::MessagesOf(kind) => Some(sent(kind).messages as f64),

@@ -20,11 +20,12 @@ use crate::sweep::execution::{counted, shell_quoted};
 use crate::sweep::statistics::Interval;
 
 /// The columns of the tables by block after the primary metric: heading, metric and number of decimals.
-const SHOWN: [(&str, Metric, usize); 13] = [
+const SHOWN: [(&str, Metric, usize); 14] = [
     ("PAR2, s", Metric::Par2, 1),
     ("makespan, s", Metric::Makespan, 1),
     ("expired", Metric::Expired, 1),
     ("regret, s", Metric::Regret, 1),
+    ("gap, %", Metric::Gap, 2),
     ("messages", Metric::Messages, 0),
     ("kB", Metric::Bytes, 1),
     ("distance, m", Metric::Distance, 1),
@@ -124,13 +125,20 @@ impl Page<'_> {
     fn block(&self, number: usize) -> Markup {
         let block = &self.data.blocks[number];
         let best = best(self.data, number);
-        let shown: Vec<_> = SHOWN
+        let own = self.data.metrics.iter().filter_map(|metric| match metric {
+            Metric::Own(own) => Some((own.name.as_str(), metric, 2)),
+            _ => None,
+        });
+        let shown = SHOWN
             .iter()
-            .filter(|(_, metric, _)| {
-                *metric != block.primary && !self.data.are_equal(number, metric)
-            })
             .map(|(head, metric, digits)| (*head, metric, *digits))
-            .collect();
+            .chain(own)
+            .filter(|(_, metric, _)| {
+                **metric != block.primary
+                    && self.data.metrics.contains(metric)
+                    && !self.data.are_equal(number, metric)
+            });
+        let shown: Vec<_> = shown.collect();
         html! {
             details open[number == 0] data-about=[about(&[("mission", block.mission.clone()), ("faults", block.faults.clone())])] {
                 summary { (block.name()) }
@@ -177,6 +185,7 @@ impl Page<'_> {
     fn value(&self, block: usize, rival: usize, metric: &Metric, digits: usize) -> Markup {
         let scale = match metric {
             Metric::Bytes | Metric::Energy => 1000.0,
+            Metric::Gap => 0.01,
             _ => 1.0,
         };
         let Some((mean, interval)) = self.estimate(block, rival, metric) else {

@@ -41,6 +41,7 @@ pub struct Slab {
 pub fn border(setup: &Setup) -> [Slab; 4] {
     let room = &setup.scenario.room;
     let (width, height) = (f64::from(room.width_m), f64::from(room.height_m));
+    let (left, bottom) = (f64::from(room.x_m), f64::from(room.y_m));
     let outside = WALL / 2.0;
     let along = (width + 2.0 * WALL, WALL);
     let across = (WALL, height);
@@ -50,7 +51,10 @@ pub fn border(setup: &Setup) -> [Slab; 4] {
         ((-outside, height / 2.0), across),
         ((width + outside, height / 2.0), across),
     ]
-    .map(|(center, size)| Slab { center, size })
+    .map(|((x, y), size)| Slab {
+        center: (left + x, bottom + y),
+        size,
+    })
 }
 
 /// Returns the color, the opacity and the height, m, of a rectangle on the floor: a block, or a patch that robots can

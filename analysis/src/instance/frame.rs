@@ -3,7 +3,7 @@
 use std::fmt;
 
 use scenario::Problem;
-use scenario::limits::{LENGTH, LONGEST_M};
+use scenario::limits::{FARTHEST_M, LONGEST_M};
 
 use super::model::{Floor, Instance, Robot, Task};
 use super::source::{LengthUnit, Loaded, Source};
@@ -29,6 +29,8 @@ impl Frame {
         scale: 1.0,
         shift: [0.0, 0.0],
         room: Floor {
+            x_m: 0.0,
+            y_m: 0.0,
             width_m: 0.0,
             height_m: 0.0,
         },
@@ -51,14 +53,14 @@ impl Frame {
         let least = [0, 1].map(|axis| bound(axis, f64::INFINITY, f64::min));
         let most = [0, 1].map(|axis| bound(axis, f64::NEG_INFINITY, f64::max));
         let extent = (most[0] - least[0]).max(most[1] - least[1]);
-        let fits = |scale: f64| extent * scale + 2.0 * MARGIN_M <= LONGEST_M;
+        let fits = |scale: f64| extent * scale + 2.0 * MARGIN_M <= FARTHEST_M;
         let scale = match scale {
             Some(scale) if fits(scale) => scale,
             Some(scale) => {
                 let what = format!("the places extend over {} m", readable(extent * scale));
                 let remedy = format!(
                     "use at most {}",
-                    readable((LONGEST_M - 2.0 * MARGIN_M) / extent)
+                    readable((FARTHEST_M - 2.0 * MARGIN_M) / extent)
                 );
                 return Err(Problem::with_source("--scale", what, remedy));
             }
@@ -76,23 +78,32 @@ impl Frame {
                 scale
             }
         };
-        // A frame that fits as it is stays as it is.
-        let shift_of = |axis: usize| {
+        // Returns shift, lower and upper end of an axis.
+        let axis = |axis: usize| {
             let (least, most) = (least[axis] * scale, most[axis] * scale);
-            if least >= MARGIN_M && most + MARGIN_M <= LONGEST_M {
+            let shift = if least - MARGIN_M >= -FARTHEST_M && most + MARGIN_M <= FARTHEST_M {
                 0.0
             } else {
                 round(MARGIN_M - least).ceil()
-            }
+            };
+            let (least, most) = (least + shift, most + shift);
+            // A small room begins at 0 if possible.
+            let from = if least >= MARGIN_M && most + MARGIN_M <= LONGEST_M {
+                0.0
+            } else {
+                round(least - MARGIN_M).floor().max(-FARTHEST_M)
+            };
+            (shift, from, round(most + MARGIN_M).ceil().min(FARTHEST_M))
         };
-        let shift = [shift_of(0), shift_of(1)];
-        let size = |axis: usize| round(most[axis] * scale + shift[axis] + MARGIN_M).ceil();
+        let [x, y] = [axis(0), axis(1)];
         Ok(Self {
             scale,
-            shift,
+            shift: [x.0, y.0],
             room: Floor {
-                width_m: size(0).min(LONGEST_M),
-                height_m: size(1).min(LONGEST_M),
+                x_m: x.1,
+                y_m: y.1,
+                width_m: x.2 - x.1,
+                height_m: y.2 - y.1,
             },
         })
     }
@@ -108,21 +119,21 @@ impl Frame {
             let what = "the file or the map states the room";
             return Err(Problem::with_source("--scale", what, "leave it out"));
         }
-        let size = |extent: f64, key: &str| {
-            let checked = LENGTH.check(["room", key], extent);
-            checked.map_err(|problem| Problem::with_source(source.name, problem.to_string(), ""))
-        };
-        size(room.width_m, "width_m")?;
-        size(room.height_m, "height_m")?;
+        let checked = room.as_room().check(FARTHEST_M);
+        checked.map_err(|problem| Problem::with_source(source.name, problem.to_string(), ""))?;
+        let (right, top) = (room.x_m + room.width_m, room.y_m + room.height_m);
         let outside = |line: usize, [x, y]: [f64; 2]| {
-            let is_inside = (0.0..=room.width_m).contains(&x) && (0.0..=room.height_m).contains(&y);
+            let is_inside = (room.x_m..=right).contains(&x) && (room.y_m..=top).contains(&y);
             if is_inside {
                 return Ok(());
             }
-            let what = format!(
+            let mut what = format!(
                 "({x}, {y}) m lies outside the room of {} × {} m",
                 room.width_m, room.height_m
             );
+            if (room.x_m, room.y_m) != (0.0, 0.0) {
+                what += &format!(" at ({}, {}) m", room.x_m, room.y_m);
+            }
             Err(source.error(line, what, "move it into the room"))
         };
         for (index, task) in loaded.instance.tasks.iter().enumerate() {

@@ -109,6 +109,8 @@ pub fn instance(scenario: &Scenario, seed: u64, starts: &[[f64; 2]]) -> Result<E
             robot_penetrability: Some(readable(scenario.body.robot_penetrability)),
             reach_m: Some(readable(section.reach_m)),
             room: Some(Floor {
+                x_m: readable(scenario.room.x_m),
+                y_m: readable(scenario.room.y_m),
                 width_m: readable(scenario.room.width_m),
                 height_m: readable(scenario.room.height_m),
             }),

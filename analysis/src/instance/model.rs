@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use scenario::Obstacle;
+use scenario::{Obstacle, Room};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -31,7 +31,7 @@ pub struct Instance {
     /// The maximum distance from which a robot can work on a task, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reach_m: Option<f64>,
-    /// The floor from (0, 0). Absent: a floor around all places, which an import may shift and scale.
+    /// The floor. Absent: a floor around all places, which an import shifts and scales if no room contains them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub room: Option<Floor>,
     /// The tasks, in the order of the points p0, p1, … of a scenario.
@@ -47,14 +47,33 @@ pub struct Instance {
     pub result: Option<RunResult>,
 }
 
-/// A rectangular floor with a corner at the origin.
+/// A rectangular floor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Floor {
+    /// The x coordinate of the lower left corner, m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub x_m: f64,
+    /// The y coordinate of the lower left corner, m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub y_m: f64,
     /// Extent in x, m.
     pub width_m: f64,
     /// Extent in y, m.
     pub height_m: f64,
+}
+
+impl Floor {
+    /// Returns the floor in the precision of a scenario.
+    #[must_use]
+    pub fn as_room(&self) -> Room {
+        Room {
+            x_m: self.x_m as f32,
+            y_m: self.y_m as f32,
+            width_m: self.width_m as f32,
+            height_m: self.height_m as f32,
+        }
+    }
 }
 
 /// A task at a place.

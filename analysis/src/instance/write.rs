@@ -7,12 +7,12 @@ use std::fmt::Write as _;
 use missions::service::data::MAX_KINDS;
 use scenario::limits::LONGEST_S;
 use scenario::names::is_name;
-use scenario::{Body, Problem};
+use scenario::{Body, Problem, Scenario};
 use toml::{Table, Value};
 
 use super::frame::Frame;
 use super::kinds::{Point, Points, WorkKind, dropped, points};
-use super::model::{Instance, Robot, Task};
+use super::model::{Floor, Instance, Robot, Task};
 use super::properties::{Context, PROPERTIES};
 use super::source::Loaded;
 
@@ -67,13 +67,11 @@ pub fn scenario(loaded: &Loaded, frame: &Frame, title: &str) -> Result<Written, 
     }
     file.value("name", Value::String(name(&instance.name)));
     file.value("limit_s", Value::Float(limit_s(instance, &points, frame)));
-    file.value(
-        "room",
-        table([
-            ("width_m", frame.room.width_m),
-            ("height_m", frame.room.height_m),
-        ]),
-    );
+    file.value("room", Value::Table(room(&frame.room)));
+    let least_ms = step_ms(instance, frame);
+    if least_ms != Scenario::default().step_ms {
+        file.value("step_ms", Value::Integer(least_ms as i64));
+    }
     if let Some(body) = body(instance, frame) {
         file.value("body", body);
     }
@@ -262,6 +260,30 @@ fn reach_m(instance: &Instance, kinds: &[WorkKind], frame: &Frame) -> f64 {
     let radius_m = f64::from(Body::default().radius_m);
     let reach_m = radius_m / (PI / f64::from(most)).sin() + ROOM_M;
     REACH_M.max((reach_m * 100.0).ceil() / 100.0)
+}
+
+/// Returns the table of a room. Coordinates of 0 are the default.
+fn room(floor: &Floor) -> Table {
+    let mut room = numbers([("x_m", floor.x_m), ("y_m", floor.y_m)]);
+    room.retain(|_, place| place.as_float() != Some(0.0));
+    room.extend(numbers([
+        ("width_m", floor.width_m),
+        ("height_m", floor.height_m),
+    ]));
+    room
+}
+
+/// Returns the length of a step, ms: the default, or the first longer one whose steps exceed the resolution of the
+/// room's coordinates.
+fn step_ms(instance: &Instance, frame: &Frame) -> u64 {
+    let default = f64::from(Body::default().speed_m_s);
+    let own = instance.robots.iter().filter_map(|robot| robot.speed_m_s);
+    let slowest = own.fold(instance.speed_m_s.unwrap_or(default), f64::min);
+    let slowest_m_s = frame.length(slowest);
+    let least_m = f64::from(frame.room.as_room().least_step_m());
+    let suffices = |step_ms: &u64| slowest_m_s * *step_ms as f64 / 1000.0 >= least_m;
+    let steps = [Scenario::default().step_ms, 100, 200];
+    steps.into_iter().find(suffices).unwrap_or(500)
 }
 
 /// Returns the stated time limit, or the time after which one robot has done all tasks one after another, s. Obstacles

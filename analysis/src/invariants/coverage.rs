@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use glam::Vec2;
 use pathfinding::grid::Grid;
 use proto::control::Phase;
-use scenario::Scenario;
 use scenario::fault::{ActuatorMode, Fault, FaultGroup};
 use scenario::mission::expected_properties::ExpectedProperties;
+use scenario::{Room, Scenario};
 
 use super::solids::distance;
 use super::{RobotState, WorldState, is_delivered};
@@ -66,7 +66,10 @@ pub fn is_within_reach(
 }
 
 /// The grid positions where the center of a body fits.
-struct Map(Grid);
+struct Map {
+    grid: Grid,
+    room: Room,
+}
 
 impl Map {
     fn of(scenario: &Scenario, state: &WorldState) -> Self {
@@ -74,7 +77,6 @@ impl Map {
         let count = |size_m: f32| (size_m / GRID_M) as usize + 1;
         let radius_m = scenario.body.radius_m;
         let wide_m = radius_m * (1.0 + CLEARANCE_RADII);
-        let size = Vec2::new(room.width_m, room.height_m);
         let robots = state.robots.iter().enumerate();
         let bodies =
             robots.filter(|&(rank, robot)| robot.present && !is_operational(scenario, state, rank));
@@ -82,16 +84,20 @@ impl Map {
         let is_free = |at: Vec2| {
             let mut solid = state.rectangles.iter().filter(|rectangle| rectangle.solid);
             let mut bodies = bodies.iter();
-            at.min(size - at).min_element() >= wide_m
+            room.to_border_m(at) >= wide_m
                 && solid.all(|rectangle| distance(rectangle, at) >= wide_m)
                 && bodies.all(|body| body.distance(at) >= radius_m + wide_m)
         };
         let mut grid = Grid::new(count(room.width_m), count(room.height_m));
         grid.fill();
-        for place in grid.clone().iter().filter(|place| !is_free(point(*place))) {
+        for place in grid
+            .clone()
+            .iter()
+            .filter(|place| !is_free(point(&room, *place)))
+        {
             grid.remove_vertex(place);
         }
-        Self(grid)
+        Self { grid, room }
     }
 
     fn reaches_all(
@@ -108,7 +114,7 @@ impl Map {
         let reached = self.flood(robot.pose.position, near_m);
         let reaches = |target: Vec2, within_m: f32| {
             let mut places = reached.iter();
-            places.any(|place| point(*place).distance(target) <= within_m)
+            places.any(|place| point(&self.room, *place).distance(target) <= within_m)
         };
         let items = state.items.iter();
         let mut left = items.filter(|item| !is_delivered(promises, item));
@@ -120,10 +126,10 @@ impl Map {
     /// Returns all positions reachable from `from`.
     fn flood(&self, from: Vec2, near_m: f32) -> BTreeSet<(usize, usize)> {
         let mut reached = BTreeSet::new();
-        let starts = self.0.iter();
-        for start in starts.filter(|place| point(*place).distance(from) <= near_m) {
+        let starts = self.grid.iter();
+        for start in starts.filter(|place| point(&self.room, *place).distance(from) <= near_m) {
             if !reached.contains(&start) {
-                reached.extend(self.0.bfs_reachable(start, |_| true));
+                reached.extend(self.grid.bfs_reachable(start, |_| true));
             }
         }
         reached
@@ -131,6 +137,6 @@ impl Map {
 }
 
 /// Returns the position of a grid point, m.
-fn point((column, row): (usize, usize)) -> Vec2 {
-    GRID_M * Vec2::new(column as f32, row as f32)
+fn point(room: &Room, (column, row): (usize, usize)) -> Vec2 {
+    room.low() + GRID_M * Vec2::new(column as f32, row as f32)
 }

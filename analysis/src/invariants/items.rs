@@ -102,9 +102,8 @@ fn check_carrier(
 }
 
 fn check_place(scenario: &Scenario, id: usize, item: &Item) -> Result<(), String> {
-    let (room, at) = (scenario.room, item.position);
-    let inside = |value: f32, size: f32| (-ROUNDING_M..=size + ROUNDING_M).contains(&value);
-    if inside(at.x, room.width_m) && inside(at.y, room.height_m) {
+    let at = item.position;
+    if scenario.room.to_border_m(at) >= -ROUNDING_M {
         Ok(())
     } else {
         Err(format!("item-{id} lies outside the border, at {at}"))

@@ -13,6 +13,8 @@ use super::{Rectangle, RobotState, WorldState};
 
 /// Tolerance for rounding, m. Bodies stop 1 mm before contact, or half of that at a grazing angle.
 const ROUNDING_M: f32 = 1e-4;
+/// The tolerance in rooms far from (0, 0), as a multiple of the resolution of coordinates. Two bodies move in two axes.
+const RESOLUTIONS: f32 = 4.0;
 
 #[derive(Clone, Debug, Default)]
 pub struct Solids {
@@ -25,6 +27,7 @@ impl Solids {
     /// Checks all bodies after a tick. The error describes the violation.
     pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
         let radius_m = scenario.body.radius_m;
+        let rounding_m = ROUNDING_M.max(RESOLUTIONS * scenario.room.resolution_m());
         let name = |rank: usize| scenario.robots[rank].name.as_str();
         let bodies: Vec<(usize, &RobotState)> = state
             .robots
@@ -35,21 +38,20 @@ impl Solids {
         let mut covered = BTreeMap::new();
         for &(rank, body) in &bodies {
             let at = body.pose.position;
-            let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
-            let to_border_m = at.min(size - at).min_element();
-            if to_border_m < radius_m - ROUNDING_M {
+            let to_border_m = scenario.room.to_border_m(at);
+            if to_border_m < radius_m - rounding_m {
                 let deep_m = radius_m - to_border_m;
                 return Err(format!("{} is {deep_m} m in the border", name(rank)));
             }
             for rectangle in state.rectangles.iter().filter(|rectangle| rectangle.solid) {
                 let way_m = distance(rectangle, at);
-                if way_m >= radius_m - ROUNDING_M {
+                if way_m >= radius_m - rounding_m {
                     continue;
                 }
                 let key = (rank, rectangle.id);
                 let before_m = self.covered.get(&key).copied();
                 let is_new = !self.known.contains(&rectangle.id);
-                let leaves = before_m.is_some_and(|before_m| way_m >= before_m - ROUNDING_M);
+                let leaves = before_m.is_some_and(|before_m| way_m >= before_m - rounding_m);
                 if !is_new && !leaves {
                     let (robot, obstacle, deep_m) = (name(rank), rectangle.id, radius_m - way_m);
                     return Err(match before_m {
@@ -65,7 +67,7 @@ impl Solids {
             for (place, &(rank, body)) in bodies.iter().enumerate() {
                 for &(other, teammate) in &bodies[..place] {
                     let way_m = body.pose.position.distance(teammate.pose.position);
-                    if way_m < 2.0 * radius_m - ROUNDING_M {
+                    if way_m < 2.0 * radius_m - rounding_m {
                         let deep_m = 2.0 * radius_m - way_m;
                         let (one, other) = (name(other), name(rank));
                         return Err(format!("{one} and {other} overlap by {deep_m} m"));

@@ -33,11 +33,11 @@ pub struct Drawing<'r> {
 impl<'r> Drawing<'r> {
     #[must_use]
     pub fn new(setup: &'r Setup, end: SimTime, sheet: Sheet) -> Self {
-        let room = &setup.scenario.room;
-        let room_m = (f64::from(room.width_m), f64::from(room.height_m));
+        let room = setup.scenario.room;
+        let [room_width, room_height] = room.size().to_array().map(f64::from);
         let width = sheet.width_px - 2.0 * MARGIN_PX;
-        let scale = (width / room_m.0).min(HIGHEST * width / room_m.1);
-        let left = (sheet.width_px - scale * room_m.0) / 2.0;
+        let scale = (width / room_width).min(HIGHEST * width / room_height);
+        let left = (sheet.width_px - scale * room_width) / 2.0;
         let robots = setup.scenario.robots.iter();
         Self {
             setup,
@@ -46,7 +46,7 @@ impl<'r> Drawing<'r> {
             colors: colors(robots.map(|robot| robot.name.as_str())),
             projection: Projection {
                 scale,
-                room_m,
+                room,
                 corner: (left, HEAD_PX),
             },
         }
@@ -54,7 +54,7 @@ impl<'r> Drawing<'r> {
 
     /// Returns the height of the layout, px.
     fn height_px(&self) -> f64 {
-        (self.projection.room().bottom + FOOT_PX).round()
+        (self.projection.extent().bottom + FOOT_PX).round()
     }
 
     /// Returns the position of a point of the room, m, in the picture, px.
@@ -77,7 +77,7 @@ impl<'r> Drawing<'r> {
         let title = format!("{} at {}", self.setup.scenario.name, scene.view.now);
         let view_box = format!("0 0 {} {}", n(width), n(height));
         let head = head(self.setup, &scene.view, self.end, width);
-        let foot = foot(&scene.view, (self.projection.room().bottom, width));
+        let foot = foot(&scene.view, (self.projection.extent().bottom, width));
         let svg = html! {
             svg xmlns="http://www.w3.org/2000/svg" width=(shown_width) height=(shown_height) viewBox=(view_box)
                 role="img" font-family="sans-serif" {
@@ -119,11 +119,11 @@ impl<'r> Drawing<'r> {
                 at: *at,
             })
             .collect();
-        let mut taken = Taken::new(p.room());
+        let mut taken = Taken::new(p.extent());
         let scale = floor::scale(p, &mut taken);
         let names = names(&robots, radius, &mut taken);
         let labels = floor::mark_labels(p, &view.marks, &mut taken);
-        let room = p.room();
+        let room = p.extent();
         let (width, height) = (n(room.right - room.left), n(room.bottom - room.top));
         let (left, top) = (n(room.left), n(room.top));
         html! {

@@ -27,11 +27,11 @@ pub const LABEL_PX: f64 = 11.0;
 const SCALE_PX: f64 = 40.0;
 
 pub fn ground(p: &Projection) -> Markup {
-    rectangle(&p.room(), &css(FLOOR), None)
+    rectangle(&p.extent(), &css(FLOOR), None)
 }
 
 pub fn wall(p: &Projection) -> Markup {
-    let room = p.room();
+    let room = p.extent();
     let outside = Extent {
         left: room.left - 1.5,
         top: room.top - 1.5,
@@ -166,7 +166,7 @@ fn ring(at: Point, radius: f64, color: RGBColor, share: f64) -> Markup {
 
 /// Writes the labels of the marks where there is room: the name with the work that is left, or else the name.
 pub fn mark_labels(p: &Projection, marks: &[Mark], taken: &mut Taken) -> Markup {
-    let room = p.room();
+    let room = p.extent();
     let mut labels = Vec::new();
     let has_label = |mark: &&Mark| {
         // Among many marks, small ones have no labels.
@@ -338,7 +338,7 @@ pub fn items(p: &Projection, view: &View, body_m: f32) -> Markup {
 pub fn scale(p: &Projection, taken: &mut Taken) -> Markup {
     let length_m = round_length(SCALE_PX / p.scale);
     let width = p.scale * length_m;
-    let room = p.room();
+    let room = p.extent();
     let (x, y) = (room.right - width - 12.0, room.bottom - 10.0);
     let middle = (x + width / 2.0, y - 9.0);
     let letters = TextLabel::CENTERED.sized(LABEL_PX).colored(QUIET_TEXT);

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::Vec2;
 use maud::{Markup, html};
 use plotters::style::RGBColor;
+use scenario::Room;
 
 use crate::figures::canvas::TextLabel;
 use crate::figures::palette::{FLOOR, css};
@@ -23,7 +24,7 @@ pub type Point = (f64, f64);
 pub struct Projection {
     /// The scale, px per m.
     pub scale: f64,
-    pub room_m: (f64, f64),
+    pub room: Room,
     /// The upper left corner of the room, px.
     pub corner: Point,
 }
@@ -36,21 +37,22 @@ impl Projection {
 
     #[must_use]
     pub fn point(&self, at: Vec2) -> Point {
+        let from_low = at - self.room.low();
         (
-            self.corner.0 + self.length(at.x),
-            self.corner.1 + self.scale * self.room_m.1 - self.length(at.y),
+            self.corner.0 + self.length(from_low.x),
+            self.corner.1 + self.length(self.room.height_m) - self.length(from_low.y),
         )
     }
 
     /// Returns the extent of the room.
     #[must_use]
-    pub fn room(&self) -> Extent {
+    pub fn extent(&self) -> Extent {
         let (left, top) = self.corner;
         Extent {
             left,
             top,
-            right: left + self.scale * self.room_m.0,
-            bottom: top + self.scale * self.room_m.1,
+            right: left + self.length(self.room.width_m),
+            bottom: top + self.length(self.room.height_m),
         }
     }
 }

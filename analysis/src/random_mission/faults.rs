@@ -289,9 +289,10 @@ impl Dice<'_> {
     /// Draws a place within the border, m.
     fn place(&mut self) -> (f32, f32) {
         let room = self.scenario.room;
-        let mut along = |size_m: f32| self.between(0.0, f64::from(size_m)) as f32;
-        let (x_m, y_m) = (along(room.width_m), along(room.height_m));
-        (x_m.min(room.width_m), y_m.min(room.height_m))
+        let (low, high) = (room.low(), room.high());
+        let mut along = |low: f32, high: f32| self.between(low.into(), high.into()) as f32;
+        let (x_m, y_m) = (along(low.x, high.x), along(low.y, high.y));
+        (x_m.min(high.x), y_m.min(high.y))
     }
 
     /// Draws a fault that reduces a skill of a robot, if the robot has any.

@@ -43,6 +43,7 @@ pub fn obstacles(scenario: &Scenario, count: u32, rng: &mut ChaCha8Rng) -> Vec<O
                 3 => (left, room.height_m - height),
                 _ => (left, low),
             };
+            let (left, low) = (room.x_m + left, room.y_m + low);
             let candidate = [left, low, left + width, low + height];
             let clear = |others: &[Rectangle], least: f32| {
                 others.iter().all(|other| gap(&candidate, other) >= least)
@@ -95,10 +96,7 @@ mod tests {
     fn corridors_are_kept_in_any_room_and_a_small_one_stays_empty() {
         for seed in 0..200 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let room = Room {
-                width_m: rng.random_range(2.0..14.0),
-                height_m: rng.random_range(2.0..14.0),
-            };
+            let room = Room::of_size(rng.random_range(2.0..14.0), rng.random_range(2.0..14.0));
             let scenario = Scenario {
                 room,
                 ..default_scenario()

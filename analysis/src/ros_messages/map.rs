@@ -56,10 +56,10 @@ fn grid(room: Room, obstacles: &[Obstacle]) -> OccupancyGrid {
     for row in 0..height {
         for column in 0..width {
             let is_border = row == 0 || row == height - 1 || column == 0 || column == width - 1;
-            let center = |index: u32| (index as f32 - 0.5) * cell_m;
+            let center = |from: f32, index: u32| from + (index as f32 - 0.5) * cell_m;
             data.push(match is_border {
                 true => OCCUPIED,
-                false => occupancy(obstacles, center(column), center(row)),
+                false => occupancy(obstacles, center(room.x_m, column), center(room.y_m, row)),
             });
         }
     }
@@ -68,7 +68,7 @@ fn grid(room: Room, obstacles: &[Obstacle]) -> OccupancyGrid {
             resolution: cell_m,
             width,
             height,
-            origin: pose(point(-cell_m, -cell_m, 0.0), 0.0),
+            origin: pose(point(room.x_m - cell_m, room.y_m - cell_m, 0.0), 0.0),
             ..MapMetaData::default()
         },
         data,
@@ -104,10 +104,7 @@ mod tests {
 
     #[test]
     fn solid_obstacles_and_the_border_are_occupied() {
-        let room = Room {
-            width_m: 0.2,
-            height_m: 0.1,
-        };
+        let room = Room::of_size(0.2, 0.1);
         let obstacles = [0.0, 0.5, 1.0, 2.0].into_iter().zip(0_u8..);
         let obstacles = obstacles.map(|(value, index)| obstacle(f32::from(index) * 0.05, value));
         let map = grid(room, &obstacles.collect::<Vec<_>>());
@@ -121,12 +118,28 @@ mod tests {
 
     #[test]
     fn a_large_room_has_large_cells() {
-        let room = Room {
-            width_m: 1000.0,
-            height_m: 10.0,
-        };
-        let map = grid(room, &[]);
+        let map = grid(Room::of_size(1000.0, 10.0), &[]);
         assert_eq!((map.info.width, map.info.height), (1002, 12));
         assert!((map.info.resolution - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_map_of_a_frame_with_an_origin_lies_there() {
+        let room = Room {
+            x_m: -2.0,
+            y_m: 1.0,
+            ..Room::of_size(0.2, 0.1)
+        };
+        let block = Obstacle {
+            y_m: 1.0,
+            ..obstacle(-1.95, 0.0)
+        };
+        let map = grid(room, &[block]);
+        assert_eq!(
+            map.data.chunks(6).nth(1),
+            Some(&[100, 0, 100, 0, 0, 100][..])
+        );
+        let at = &map.info.origin.position;
+        assert!((at.x + 2.05).abs() < 1e-6 && (at.y - 0.95).abs() < 1e-6);
     }
 }

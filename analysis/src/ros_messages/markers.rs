@@ -90,7 +90,7 @@ impl MarkerTopic {
     fn draw_room(&self, scene: &mut Layers) {
         let room = &self.setup.scenario.room;
         let floor = scene.add("room", MAP_FRAME, Marker::CUBE);
-        floor.pose.position = point(room.width_m / 2.0, room.height_m / 2.0, -1.5 * FLAT);
+        floor.pose.position = point(room.middle().x, room.middle().y, -1.5 * FLAT);
         floor.scale = size(room.width_m, room.height_m, FLAT);
         floor.color = color(FLOOR, 1.0);
         for wall in look::border(&self.setup) {

@@ -5,6 +5,7 @@ use scenario::fault::{Fault, LinkEnd};
 use scenario::mission::data::Objective;
 use serde::{Deserialize, Serialize};
 
+use super::best_known::BestKnown;
 use super::plan::hypothesis::Hypothesis;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,6 +18,9 @@ pub struct Comparison {
     /// The figure that ranks the runs of each block's mission, in block order. `None`: they are ranked by PAR2.
     #[serde(default)]
     pub objectives: Vec<Option<OwnFigure>>,
+    /// The best known values; the first one that fits a run counts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub best_known: Vec<BestKnown>,
 }
 
 /// A figure of run.json by which a mission ranks its runs ([`Objective::Figure`]).

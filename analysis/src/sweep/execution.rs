@@ -350,14 +350,16 @@ pub fn read_text(file: &Path) -> anyhow::Result<String> {
 /// Reads a plan. Files that it names are relative to its folder.
 pub fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan> {
     let folder = file.parent().unwrap_or(Path::new(""));
-    Plan::parse(&file.display().to_string(), text, |name| {
+    let mut plan = Plan::parse(&file.display().to_string(), text, |name| {
         // Files are relative to the plan, not to the working directory.
         let source = match known.vocabulary.builtin(name) {
             Some(_) => name.to_owned(),
             None => folder.join(name).display().to_string(),
         };
         read_scenario(&source, known)
-    })
+    })?;
+    plan.best_known = plan.best_known.map(|best_known| folder.join(best_known));
+    Ok(plan)
 }
 
 fn known_rows(folder: &Path, header: &Header) -> anyhow::Result<RowsByRun> {

@@ -7,6 +7,7 @@
 //! - `task` executes a plan for any command. [`crate::compare`] also requests `measures` of each run and stores a `comparison`.
 //! - `page` is the summary, and `command` the command line.
 
+pub(crate) mod best_known;
 pub mod command;
 pub(crate) mod comparison;
 pub(crate) mod design;

@@ -1,9 +1,11 @@
 //! The laws of service with task properties, for every allocator on random instances.
 //!
 //! - `instances`: the instances of each class. `laws`: the laws, from the log of a run.
+//! - `frames`: rooms with an origin, and rooms of 100 km.
 
 #![allow(clippy::unwrap_used)] // Clippy exempts test functions only, not their helpers.
 
+mod frames;
 mod instances;
 mod laws;
 
@@ -29,11 +31,15 @@ struct Run {
     log: RunLog,
 }
 
-/// Runs a scenario to its end, and checks the invariants of the mission after each tick.
-fn run(text: &str, seed: u64) -> Run {
+fn parse(text: &str) -> Scenario {
     let vocabulary = Registry::built_in().vocabulary();
     let scenario = Scenario::parse("s.toml", text, &vocabulary);
-    let scenario = scenario.unwrap_or_else(|error| panic!("{error}\n{text}"));
+    scenario.unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+/// Runs a scenario to its end.
+fn run(scenario: Scenario, seed: u64) -> Run {
+    let vocabulary = Registry::built_in().vocabulary();
     let resolved = Setup::resolve(scenario.clone(), seed, None);
     let setup = resolved.unwrap_or_else(|error| panic!("{error}")).setup;
     let team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
@@ -63,7 +69,7 @@ const CLASSES: [(&str, Instance); 7] = [
 /// Runs an instance and checks the laws. Returns the number of points that are done, and the hash.
 fn check(text: &str, number: u64) -> (u64, Option<String>) {
     let checked = std::panic::catch_unwind(|| {
-        let run = run(text, number);
+        let run = run(parse(text), number);
         laws::check(&run);
         laws::check_energy(&run);
         let done = run.log.run.result.mission.get("done").count();
@@ -132,7 +138,7 @@ fn paths() {
 fn a_lone_robot_does_all() {
     for number in 0..INSTANCES {
         let text = instances::lone(number, &mut ChaCha8Rng::seed_from_u64(number));
-        let run = run(&text, number);
+        let run = run(parse(&text), number);
         laws::check(&run);
         let mission = &run.log.run.result.mission;
         let [done, total] = ["done", "total"].map(|name| mission.get(name).count());

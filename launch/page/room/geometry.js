@@ -1,6 +1,16 @@
 // Geometry of the room in m and of the canvas in CSS pixels.
 
+/** The largest magnification of a room up to 1,000 m. */
 const MAX_ZOOM = 40;
+/** The least extent of the visible part of a larger room, m. */
+const LEAST_SHOWN_M = 25;
+/** The least scale, px per m, while the canvas has no size. */
+const LEAST_SCALE = 1e-4;
+
+/** Returns the coordinates of the lower left corner of the room, m. A scenario omits those that are 0. */
+export function lowerLeft({ x_m = 0, y_m = 0 }) {
+  return [x_m, y_m];
+}
 
 /** The visible part of the room: a magnification and a center. */
 export class Lens {
@@ -17,12 +27,14 @@ export class Lens {
   /** Shows the whole room. */
   reset() {
     this.zoom = 1;
-    this.center = { x: this.#room.width_m / 2, y: this.#room.height_m / 2 };
+    const [x, y] = lowerLeft(this.#room);
+    this.center = { x: x + this.#room.width_m / 2, y: y + this.#room.height_m / 2 };
   }
 
   /** Magnifies by a factor. `point` of the room, m, keeps its place on the canvas. */
   magnify(factor, point) {
-    const zoom = Math.max(1, Math.min(MAX_ZOOM, this.zoom * factor));
+    const most = Math.max(MAX_ZOOM, Math.max(this.#room.width_m, this.#room.height_m) / LEAST_SHOWN_M);
+    const zoom = Math.max(1, Math.min(most, this.zoom * factor));
     if (zoom === 1) return this.reset();
     const share = this.zoom / zoom;
     this.zoom = zoom;
@@ -31,15 +43,16 @@ export class Lens {
 
   /** Moves a point of the room, m, to the middle. */
   lookAt({ x, y }) {
-    const within = (value, most) => Math.max(0, Math.min(most, value));
-    this.center = { x: within(x, this.#room.width_m), y: within(y, this.#room.height_m) };
+    const [left, bottom] = lowerLeft(this.#room);
+    const within = (value, from, size) => Math.max(from, Math.min(from + size, value));
+    this.center = { x: within(x, left, this.#room.width_m), y: within(y, bottom, this.#room.height_m) };
   }
 }
 
 /** Projection of the room onto a canvas, to scale, with a margin, through a lens. */
 export class Projection {
   constructor(room, width_px, height_px, margin_px, lens) {
-    const all = Math.max(1, Math.min((width_px - 2 * margin_px) / room.width_m, (height_px - 2 * margin_px) / room.height_m));
+    const all = Math.max(LEAST_SCALE, Math.min((width_px - 2 * margin_px) / room.width_m, (height_px - 2 * margin_px) / room.height_m));
     this.scale = all * lens.zoom;
     this.left = width_px / 2 - this.scale * lens.center.x;
     this.bottom = height_px / 2 + this.scale * lens.center.y;

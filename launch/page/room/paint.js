@@ -4,6 +4,7 @@ import { isDone, labelOf, shareLeft } from "../model/marks.js";
 import { trail } from "../model/trail.js";
 import { kindColor, themeColor } from "../ui/colors.js";
 import { percent } from "../ui/words.js";
+import { lowerLeft } from "./geometry.js";
 
 /** An obstacle up to this penetrability is solid. */
 const SOLID = 0.1;
@@ -43,7 +44,8 @@ export function readPalette(tasks) {
 
 export function paintFloor(c, p, room, palette) {
   c.fillStyle = palette.floor;
-  c.fillRect(p.x(0), p.y(room.height_m), p.scale * room.width_m, p.scale * room.height_m);
+  const [left, bottom] = lowerLeft(room);
+  c.fillRect(p.x(left), p.y(bottom + room.height_m), p.scale * room.width_m, p.scale * room.height_m);
 }
 
 /** Discs below this radius, px, are drawn as rings, which stay visible around a robot. The arc is the share that is left. */
@@ -171,7 +173,8 @@ function labelPlace(p, outline) {
 export function paintBorder(c, p, room, palette) {
   c.strokeStyle = palette.ink;
   c.lineWidth = 3;
-  c.strokeRect(p.x(0) - 1.5, p.y(room.height_m) - 1.5, p.scale * room.width_m + 3, p.scale * room.height_m + 3);
+  const [left, bottom] = lowerLeft(room);
+  c.strokeRect(p.x(left) - 1.5, p.y(bottom + room.height_m) - 1.5, p.scale * room.width_m + 3, p.scale * room.height_m + 3);
 }
 
 /** The least length of the scale bar, px. */
@@ -188,7 +191,8 @@ function scaleLength(px_per_m) {
 export function paintScale(c, p, room, palette) {
   const length_m = scaleLength(p.scale);
   const width = p.scale * length_m;
-  const [x, y] = [p.x(room.width_m) - width - 12, p.y(0) - 12];
+  const [left, bottom] = lowerLeft(room);
+  const [x, y] = [p.x(left + room.width_m) - width - 12, p.y(bottom) - 12];
   c.strokeStyle = palette["ink-2"];
   c.lineWidth = 1.5;
   c.beginPath();
@@ -452,8 +456,9 @@ export function paintLabel(c, p, room, x, y, gap, { lines, side, mustShow }, tak
   const width = Math.max(...lines.map((line, index) => measure(c, line, size, index === 0))) + 6;
   const canvas = c.canvas;
   // Labels stay within the walls, because text across a wall is illegible.
-  const [west, east] = [Math.max(0, p.x(0)), Math.min(canvas.clientWidth, p.x(room.width_m))];
-  const [north, south] = [Math.max(0, p.y(room.height_m)), Math.min(canvas.clientHeight, p.y(0))];
+  const [fromX, fromY] = lowerLeft(room);
+  const [west, east] = [Math.max(0, p.x(fromX)), Math.min(canvas.clientWidth, p.x(fromX + room.width_m))];
+  const [north, south] = [Math.max(0, p.y(fromY + room.height_m)), Math.min(canvas.clientHeight, p.y(fromY))];
   const most = { left: east - width, top: south - height };
   const inside = Math.max(west, Math.min(x - width / 2, most.left));
   const boxes = [

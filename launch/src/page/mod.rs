@@ -64,7 +64,7 @@ mod tests {
     use std::process::Command;
 
     /// The curves, the faults, marks, skills, columns and events of a mission, the end of a run, cut links, and the
-    /// player of a log.
+    /// player of a log, and the projection of the room.
     #[test]
     fn the_tests_of_the_page_succeed() {
         for file in [
@@ -80,6 +80,7 @@ mod tests {
             "faults",
             "embedded",
             "late_events",
+            "geometry",
         ] {
             super::node(&mut Command::new("node"), &format!("{file}.test.js"));
         }

@@ -7,7 +7,7 @@ use missions::{observe, push};
 use proto::mission::SensorReading;
 use proto::mission::items::{ItemsReading, MAX_SENSED_ITEMS, Zone};
 use proto::readings::{Hit, Readings};
-use scenario::Setup;
+use scenario::{Room, Setup};
 
 use super::external_agent::{ExternalAgent, Mate};
 
@@ -74,11 +74,9 @@ fn squash(seconds: f64) -> f32 {
 /// Writes the observation at level `decide`: the robot, its sets and its teammates. All robots have space for `sets`
 /// sets.
 pub fn decide(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup, sets: usize) {
-    let room = room(setup);
+    let room = setup.scenario.room;
     let now_s = agent.now.as_secs_f64();
-    let position = agent
-        .position
-        .map(|position| 2.0 * position / room - Vec2::ONE);
+    let position = agent.position.map(|position| shares(&room, position));
     row.flag("position.works", position.is_some());
     row.number("position.x", position.map(|position| position.x));
     row.number("position.y", position.map(|position| position.y));
@@ -106,7 +104,7 @@ pub fn decide(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup, sets: usi
 
 /// Writes the nearest teammates with a received heartbeat. Teammates without a position come last.
 fn teammates(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup) {
-    let part_m = room(setup).max_element();
+    let part_m = setup.scenario.room.size().max_element();
     let mut nearest: [Option<(f32, Mate)>; MATES] = [None; MATES];
     let mut count = 0;
     for mate in agent.mates.iter().flatten() {
@@ -145,9 +143,9 @@ fn teammates(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup) {
 
 /// Writes the observation at level `drive`: the sensor readings and the teammates.
 pub fn drive(row: &mut Row<'_>, readings: &Readings, agent: &ExternalAgent, setup: &Setup) {
-    let (room, sensors) = (room(setup), &setup.scenario.sensors);
+    let (room, sensors) = (setup.scenario.room, &setup.scenario.sensors);
     let pose = readings.pose;
-    let position = pose.map(|pose| 2.0 * pose.position / room - Vec2::ONE);
+    let position = pose.map(|pose| shares(&room, pose.position));
     row.flag("position.works", pose.is_some());
     row.number("position.x", position.map(|position| position.x));
     row.number("position.y", position.map(|position| position.y));
@@ -226,7 +224,7 @@ fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
                 row.offset(
                     || format!("target{place}"),
                     offset,
-                    room(setup).max_element(),
+                    setup.scenario.room.size().max_element(),
                 );
             }
         }
@@ -237,7 +235,7 @@ fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
             row.offset(
                 || "bar".to_owned(),
                 bar.map(|bar| bar.near_end),
-                room(setup).max_element(),
+                setup.scenario.room.size().max_element(),
             );
             row.number("bar.lead", bar.map(|bar| bar.lead_m));
             let is_left = bar.map(|bar| f32::from(bar.end == push::bar::BarEnd::Left));
@@ -265,6 +263,7 @@ fn items(row: &mut Row<'_>, sensed: &ItemsReading, range_m: f32) {
     row.flag("holding", sensed.holding == Some(true));
 }
 
-fn room(setup: &Setup) -> Vec2 {
-    Vec2::new(setup.scenario.room.width_m, setup.scenario.room.height_m)
+/// Returns a place in units of half the room's extents: from -1 to 1 in the room.
+fn shares(room: &Room, place: Vec2) -> Vec2 {
+    2.0 * (place - room.low()) / room.size() - Vec2::ONE
 }

@@ -197,8 +197,8 @@ impl FaultArgument {
     pub fn numbers(&self, room: Room) -> Option<NumberRange> {
         let (_, unit) = self.stem_and_unit();
         Some(match self.range {
-            FaultRange::X => closed(0.0, room.width_m.into(), unit),
-            FaultRange::Y => closed(0.0, room.height_m.into(), unit),
+            FaultRange::X => room.range_x(),
+            FaultRange::Y => room.range_y(),
             FaultRange::Item => whole(0, u32::MAX.into(), unit),
             FaultRange::Whole(from, to) => whole(from.into(), to.into(), unit),
             FaultRange::Within(from, to) => closed(from, to, unit),

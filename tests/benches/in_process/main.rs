@@ -2,18 +2,20 @@
 //!
 //! The reference is the world alone: the same bodies, sensors and physics without controllers, radio and log.
 //!
-//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]` or `allocators`; results: BENCHMARKS.md.
+//! `cargo bench -p alliance-tests --bench in_process [-- robots/100]`, `allocators` or `points`; results: BENCHMARKS.md.
 
 // A benchmark uses the real clock and stops at the first error.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 #[path = "../lockstep/figures.rs"]
 mod figures;
+mod points;
 mod subject;
 
 use std::time::Duration;
 
 use alliance_tests::runs::allocators;
+use missions::service::data::CostMeasure;
 use run_log::LogLevel;
 use scenario::Scenario;
 
@@ -76,6 +78,22 @@ fn main() {
                 let mut run = Run::new(setup(robots, allocator), LogLevel::Off);
                 steps(robots, |ticks| run.time(ticks))
             });
+        }
+    }
+    for (class, change) in points::CLASSES {
+        for costs in [CostMeasure::Line, CostMeasure::Path] {
+            // Costs by path differ only with walls.
+            if costs == CostMeasure::Path && !["walls", "all"].contains(&class) {
+                continue;
+            }
+            measure(
+                format!("points/{class}, costs by {costs:?}").to_lowercase(),
+                &|| {
+                    let setup = points::setup(class, change, costs);
+                    let mut run = Run::new(setup, LogLevel::Off);
+                    steps(points::ROBOTS, |ticks| run.time(ticks))
+                },
+            );
         }
     }
     println!("\nthousand robot-steps per second and core\n");

@@ -12,7 +12,7 @@ from page import Row, Section, verdict
 SEEDS = 24
 # The rule of which one run is repeated by --check.
 QUICK = "greedy"
-# The scale: a unit of SPACE is half a metre here, because rooms are limited to 1,000 m. Times are the same.
+# The scale: a unit of SPACE is half a metre here. Times are the same.
 SCALE = 0.5
 # The rules of SPACE, and the same rules here.
 RULES = {"CBBA": "cbba", "greedy": "first-come", "GRAPE": "grape", "CBAA": "cbaa"}
@@ -135,7 +135,7 @@ def sections(found):
             "The repository inmo-jang/space-simulator (commit 2b2187b): 93 runs of its code, executed for this "
             "project. Its published samples (greedy 13,413 s, GRAPE 15,578 s) lie outside all of these runs.",
             "10 robots, 100 points and three bursts of 25, work of U(6, 60) s, speed 0.25 units/s, radio and "
-            f"sight 500 units, done within 10 units. Rooms have at most 1,000 m, so that a unit is {SCALE} m; "
+            f"sight 500 units, done within 10 units. A unit is {SCALE} m here; "
             "times stay the same. Three things differ. Robots here do not accelerate. They see the seven nearest "
             "points at a time. They drive around while they know of no point. The figures are mean ± standard "
             "deviation, distances in units. p: two-sample Kolmogorov–Smirnov tests of end times and distances. A "

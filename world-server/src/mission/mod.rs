@@ -188,7 +188,8 @@ pub trait MissionWorld: CloneWorld + Any + Send {
     where
         Self: Sized,
     {
-        [Vec2::ZERO, Vec2::new(1.0, scenario.room.height_m)]
+        let low = scenario.room.low();
+        [low, low + Vec2::new(1.0, scenario.room.height_m)]
     }
 
     /// Returns the preferred places for these robots, used if enough of them are free, m. The default is none.

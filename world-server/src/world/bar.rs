@@ -3,6 +3,7 @@
 use glam::Vec2;
 use parry2d::query::Ray;
 use proto::view::MarkOutline;
+use scenario::Room;
 use scenario::ids::RobotId;
 
 use super::grid::Grid;
@@ -171,9 +172,9 @@ pub(super) struct Bars {
 }
 
 impl Bars {
-    pub fn new(size: Vec2, bars: Vec<Bar>) -> Self {
+    pub fn new(room: &Room, bars: Vec<Bar>) -> Self {
         let reach_m = bars.iter().map(Bar::reach_m).fold(0.0, f32::max);
-        let mut centers = Grid::new(size, reach_m, bars.len());
+        let mut centers = Grid::new(room, reach_m, bars.len());
         for (index, bar) in bars.iter().enumerate() {
             centers.insert(index, bar.center());
         }

@@ -81,7 +81,7 @@ impl Floor {
             return Err(ChangeError::Present);
         }
         let start = self.robots[robot.index()].start;
-        let place = nearest_place(start.position, self.space.size, |place| {
+        let place = nearest_place(start.position, &self.space.room, |place| {
             self.is_free(robot, place)
         });
         let place = place.ok_or(ChangeError::NoRoom)?;
@@ -101,7 +101,7 @@ impl Floor {
         body.vicinity = NeighborCache::default();
         body.unchanged.invalidate();
         body.jumps += 1;
-        self.drift.record_jump(self.space.size);
+        self.drift.record_jump(&self.space.room);
         self.update_indexes(robot, to);
         self.invalidate_readings_around_body(to, 0.0);
     }

@@ -4,7 +4,7 @@ use glam::Vec2;
 use proto::readings::Pose;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
-use scenario::{Body, Radio, Robot as RobotSpec, Scenario, Sensors};
+use scenario::{Body, Radio, Robot as RobotSpec, Room, Scenario, Sensors};
 
 use super::battery::Battery;
 use super::grid::Grid;
@@ -137,7 +137,7 @@ impl Floor {
         let robots: Vec<Robot> = robots.collect();
         let space = Space::new(scenario, bars);
         let sensed_m = 3.0 * body.radius_m + scenario.sensors.avoidance_range_m;
-        let mut bodies = Grid::new(space.size, sensed_m, robots.len());
+        let mut bodies = Grid::new(&space.room, sensed_m, robots.len());
         for (rank, robot) in robots.iter().enumerate() {
             if robot.present {
                 bodies.insert(rank, robot.position());
@@ -145,7 +145,7 @@ impl Floor {
         }
         let range = scenario.radio.range_m.map(|range_m| {
             let places = robots.iter().map(Robot::position);
-            RadioRange::new(space.size, range_m, places)
+            RadioRange::new(&space.room, range_m, places)
         });
         Self {
             radio: scenario.radio,
@@ -158,7 +158,7 @@ impl Floor {
             has_energy: scenario.energy.is_some(),
             robots,
             bodies,
-            drift: Drift::new(space.size),
+            drift: Drift::new(&space.room),
             space,
         }
     }
@@ -291,10 +291,10 @@ impl Floor {
         &self.sensors
     }
 
-    /// Returns the upper right corner of the room, m; the lower left corner is (0, 0).
+    /// Returns the border of the run.
     #[must_use]
-    pub fn size(&self) -> Vec2 {
-        self.space.size
+    pub fn room(&self) -> &Room {
+        &self.space.room
     }
 
     /// Returns everything solid except the bodies: the walls, the solid rectangles and the bars.
@@ -362,6 +362,6 @@ impl Floor {
 
     /// Returns the first place for which `will_do` holds, in rings of growing radius round the center.
     pub fn nearest_place(&self, center: Vec2, will_do: impl Fn(Vec2) -> bool) -> Option<Vec2> {
-        nearest_place(center, self.space.size, will_do)
+        nearest_place(center, &self.space.room, will_do)
     }
 }

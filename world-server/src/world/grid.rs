@@ -3,6 +3,7 @@
 //! The lists of all cells share one array, so a moving entry allocates no memory. Results depend only on places and ids.
 
 use glam::{UVec2, Vec2};
+use scenario::Room;
 
 /// The end mark of a list.
 const NONE: u32 = u32::MAX;
@@ -12,6 +13,8 @@ const MOST_CELLS: f32 = 1_048_576.0;
 
 #[derive(Clone, Debug)]
 pub struct Grid {
+    /// The lower left corner of the first cell, m.
+    low: Vec2,
     cell_m: f32,
     cells: UVec2,
     /// The first id of each cell's list.
@@ -33,7 +36,8 @@ impl Grid {
     /// Creates an empty grid for `count` ids and searches up to `reach_m`. A cell holds one entry on average, and few searches
     /// need more than two by two cells.
     #[must_use]
-    pub fn new(size: Vec2, reach_m: f32, count: usize) -> Self {
+    pub fn new(room: &Room, reach_m: f32, count: usize) -> Self {
+        let size = room.size();
         let area = size.x * size.y;
         let least = (area / MOST_CELLS).max(area / count.max(1) as f32);
         // A very narrow room has a small area and many cells in a row.
@@ -41,6 +45,7 @@ impl Grid {
         let cell_m = (2.0 * reach_m).max(least.sqrt()).max(narrow_m);
         let cells = (size / cell_m).ceil().as_uvec2().max(UVec2::ONE);
         Self {
+            low: room.low(),
             cell_m,
             cells,
             first: vec![NONE; cells.element_product() as usize],
@@ -131,7 +136,9 @@ impl Grid {
     /// Returns the cell of a point; outside the room, the nearest cell.
     fn coordinates(&self, at: Vec2) -> UVec2 {
         // Casts saturate.
-        (at / self.cell_m).as_uvec2().min(self.cells - UVec2::ONE)
+        ((at - self.low) / self.cell_m)
+            .as_uvec2()
+            .min(self.cells - UVec2::ONE)
     }
 }
 
@@ -217,6 +224,7 @@ mod tests {
     use super::*;
 
     const SIZE: Vec2 = Vec2::new(7.0, 3.0);
+    const ROOM: Room = Room::of_size(SIZE.x, SIZE.y);
 
     fn point() -> impl Strategy<Value = Vec2> {
         (-1.0..8.0_f32, -1.0..4.0_f32).prop_map(|(x, y)| Vec2::new(x, y))
@@ -231,7 +239,7 @@ mod tests {
             cell_m in 0.1..5.0_f32,
             count in 0..50_usize,
         ) {
-            let mut grid = Grid::new(SIZE, cell_m, count);
+            let mut grid = Grid::new(&ROOM, cell_m, count);
             let mut there: [Option<Vec2>; 12] = [None; 12];
             for (id, to) in moves {
                 match (there[id], to) {
@@ -267,7 +275,7 @@ mod tests {
     fn entries_of_a_cell_are_ordered_by_id() {
         let at = Vec2::new(0.5, 0.5);
         for ids in [[0, 1, 2], [2, 1, 0], [1, 2, 0]] {
-            let mut grid = Grid::new(SIZE, 0.5, 3);
+            let mut grid = Grid::new(&ROOM, 0.5, 3);
             for id in ids {
                 grid.insert(id, at);
             }
@@ -280,7 +288,7 @@ mod tests {
 
     #[test]
     fn a_huge_room_has_larger_cells() {
-        let grid = Grid::new(Vec2::splat(1e6), 1.0, usize::MAX);
+        let grid = Grid::new(&Room::of_size(1e6, 1e6), 1.0, usize::MAX);
         assert!(grid.first.len() < 1_100_000);
     }
 }

@@ -44,7 +44,7 @@ impl Floor {
             let actual_m_s = speed_m_s * factor.unwrap_or(1.0);
             if way_m + actual_m_s * left_s <= edge_m {
                 // The room limits every way, and an infinite way has no end point.
-                return (way_m + actual_m_s * left_s).min(self.space.size.x + self.space.size.y);
+                return (way_m + actual_m_s * left_s).min(self.space.room.size().element_sum());
             }
             left_s -= (edge_m - way_m) / actual_m_s;
             way_m = edge_m;
@@ -70,7 +70,7 @@ impl Floor {
     }
 
     fn penetrability_at(&self, point: Vec2, robot: RobotId, alone: bool) -> f32 {
-        if point.cmplt(Vec2::ZERO).any() || point.cmpgt(self.space.size).any() {
+        if !self.space.room.contains(point) {
             return 0.0;
         }
         if self

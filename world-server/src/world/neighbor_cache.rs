@@ -4,6 +4,7 @@
 use std::cell::Cell;
 
 use glam::Vec2;
+use scenario::Room;
 use scenario::ids::RobotId;
 
 use super::Floor;
@@ -57,11 +58,11 @@ pub(super) struct Drift {
 }
 
 impl Drift {
-    pub fn new(size: Vec2) -> Self {
+    pub fn new(room: &Room) -> Self {
         Self {
             total_m: 0.0,
             step_m: 0.0,
-            rounding_m: size.max_element() * f32::EPSILON,
+            rounding_m: room.farthest_m() * f32::EPSILON,
         }
     }
 
@@ -79,8 +80,8 @@ impl Drift {
     }
 
     /// Records that a body was placed elsewhere, which invalidates the cached distances of all bodies.
-    pub fn record_jump(&mut self, size: Vec2) {
-        self.total_m += f64::from(size.x + size.y);
+    pub fn record_jump(&mut self, room: &Room) {
+        self.total_m += f64::from(room.size().element_sum());
     }
 }
 

@@ -1,6 +1,7 @@
 //! The robots within radio range of each other.
 
 use glam::Vec2;
+use scenario::Room;
 use scenario::ids::RobotId;
 
 use super::Floor;
@@ -19,8 +20,8 @@ pub(super) struct RadioRange {
 }
 
 impl RadioRange {
-    pub fn new(size: Vec2, range_m: f32, places: impl ExactSizeIterator<Item = Vec2>) -> Self {
-        let mut grid = Grid::new(size, range_m, places.len());
+    pub fn new(room: &Room, range_m: f32, places: impl ExactSizeIterator<Item = Vec2>) -> Self {
+        let mut grid = Grid::new(room, range_m, places.len());
         for (rank, place) in places.enumerate() {
             grid.insert(rank, place);
         }

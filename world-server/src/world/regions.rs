@@ -20,6 +20,8 @@ const SOLID: u32 = 0;
 /// up to 0.7 steps on each side; a step is half a radius, or more in huge rooms.
 #[derive(Clone, Debug)]
 pub struct Regions {
+    /// The place of the first grid point, m.
+    low: Vec2,
     step_m: f32,
     columns: usize,
     rows: usize,
@@ -40,6 +42,7 @@ impl Regions {
         let step_m = (radius_m / 2.0).max((room.width_m * room.height_m / MOST_POINTS).sqrt());
         let count = |size_m: f32| (size_m / step_m) as usize + 1;
         let mut found = Self {
+            low: room.low(),
             step_m,
             columns: count(room.width_m),
             rows: count(room.height_m),
@@ -75,7 +78,8 @@ impl Regions {
         let index = |at_m: f32, count: usize| {
             (at_m.max(0.0) / self.step_m).min(count as f32 - 1.0) as usize
         };
-        let (low, high) = (place - within_m, place + within_m);
+        let from_low = place - self.low;
+        let (low, high) = (from_low - within_m, from_low + within_m);
         let rows = index(low.y, self.rows)..=index(high.y, self.rows);
         let points = rows.flat_map(|row| {
             let columns = index(low.x, self.columns)..=index(high.x, self.columns);
@@ -96,7 +100,7 @@ impl Regions {
 
     fn place(&self, point: usize) -> Vec2 {
         let (column, row) = (point % self.columns, point / self.columns);
-        self.step_m * Vec2::new(column as f32, row as f32)
+        self.low + self.step_m * Vec2::new(column as f32, row as f32)
     }
 
     /// Gives a number to all points that are connected to `first`.
@@ -134,10 +138,7 @@ mod tests {
             height_m: 4.0 - gap_m,
             penetrability: 0.0,
         };
-        let room = Room {
-            width_m: 8.0,
-            height_m: 4.0,
-        };
+        let room = Room::of_size(8.0, 4.0);
         let scenario = Scenario {
             obstacles: vec![wall],
             room,

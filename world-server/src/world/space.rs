@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 use proto::readings::Pose;
-use scenario::{Body, Obstacle, Scenario};
+use scenario::{Body, Obstacle, Room, Scenario};
 
 use super::bar::Bars;
 use super::{Bar, Component, ComponentId, ObstacleId, Outline, Penetrability, SKIN_M, Shape};
@@ -18,8 +18,7 @@ const DIRECTIONS: i32 = 16;
 
 #[derive(Clone, Debug)]
 pub(super) struct Space {
-    /// The upper right corner of the room, m; the lower left corner is (0, 0).
-    pub size: Vec2,
+    pub room: Room,
     rectangles: Vec<Component>,
     pub bars: Bars,
     /// The id of the next rectangle. No id is used twice.
@@ -28,10 +27,10 @@ pub(super) struct Space {
 
 impl Space {
     pub fn new(scenario: &Scenario, bars: Vec<Bar>) -> Self {
-        let size = Vec2::new(scenario.room.width_m, scenario.room.height_m);
+        let room = scenario.room;
         let mut space = Self {
-            size,
-            bars: Bars::new(size, bars),
+            room,
+            bars: Bars::new(&room, bars),
             rectangles: Vec::with_capacity(scenario.obstacles.len()),
             next_id: ObstacleId(0),
         };
@@ -72,17 +71,18 @@ impl Space {
     /// Returns the four sides of the border: left, right, lower, upper.
     pub fn walls(&self) -> [Outline; 4] {
         let wall = |normal, offset_m| Outline::Wall { normal, offset_m };
+        let (low, high) = (self.room.low(), self.room.high());
         [
-            wall(Vec2::X, 0.0),
-            wall(Vec2::NEG_X, -self.size.x),
-            wall(Vec2::Y, 0.0),
-            wall(Vec2::NEG_Y, -self.size.y),
+            wall(Vec2::X, low.x),
+            wall(Vec2::NEG_X, -high.x),
+            wall(Vec2::Y, low.y),
+            wall(Vec2::NEG_Y, -high.y),
         ]
     }
 
     /// Checks whether any side of the border is within reach of a point.
     pub fn is_near_border(&self, point: Vec2, reach_m: f32) -> bool {
-        point.min(self.size - point).min_element() <= reach_m
+        self.room.to_border_m(point) <= reach_m
     }
 
     /// Checks whether certainly nothing is within reach of a point.
@@ -149,7 +149,7 @@ impl Space {
             return true;
         }
         let step_m = RING_M.min(reach_m / 10.0);
-        let farthest_m = reach_m.min(self.size.x + self.size.y);
+        let farthest_m = reach_m.min(self.room.size().element_sum());
         // The factor keeps rounding from losing the last ring.
         let rings = (1.001 * farthest_m / step_m) as u32;
         self.fits(place, 0.0, -ROUNDING_M)
@@ -199,10 +199,10 @@ pub fn directions_around(heading_rad: f32) -> impl Iterator<Item = Vec2> {
 /// Returns the same as [`Floor::nearest_place`](super::Floor::nearest_place).
 pub(super) fn nearest_place(
     center: Vec2,
-    size: Vec2,
+    room: &Room,
     will_do: impl Fn(Vec2) -> bool,
 ) -> Option<Vec2> {
-    let rings = ((size.x + size.y) / RING_M) as u32;
+    let rings = (room.size().element_sum() / RING_M) as u32;
     let mut places = (0..=rings).flat_map(|ring| {
         directions_around(0.0).map(move |direction| center + direction * (ring as f32 * RING_M))
     });

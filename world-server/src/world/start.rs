@@ -116,7 +116,8 @@ fn default_places(
     count: usize,
 ) -> Vec<Vec2> {
     let radius_m = scenario.body.radius_m;
-    let first_x = ((min.x + max.x) / 2.0).max(radius_m + 2.0 * SKIN_M);
+    let room = &space.room;
+    let first_x = ((min.x + max.x) / 2.0).max(room.x_m + (radius_m + 2.0 * SKIN_M));
     let (area_y, area_height_m) = ((min.y + max.y) / 2.0, max.y - min.y);
 
     let even = (0..count).map(|index| max.y - area_height_m * (index as f32 + 0.5) / count as f32);
@@ -134,11 +135,11 @@ fn default_places(
     let mut most = places;
     for (middle_y, height_m, pitch_radii) in [
         (area_y, area_height_m, 2.5),
-        (space.size.y / 2.0, space.size.y, 2.5),
-        (space.size.y / 2.0, space.size.y, 2.05),
+        (room.middle().y, room.height_m, 2.5),
+        (room.middle().y, room.height_m, 2.05),
     ] {
         let pitch_m = pitch_radii * radius_m;
-        let columns = ((space.size.x - first_x) / pitch_m) as i32;
+        let columns = ((room.high().x - first_x) / pitch_m) as i32;
         let rows = ((height_m - 2.0 * radius_m) / pitch_m) as i32 + 1;
         let grid = (0..=columns).flat_map(|column| {
             let x = first_x + column as f32 * pitch_m;

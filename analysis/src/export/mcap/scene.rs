@@ -132,7 +132,8 @@ impl SceneTopics {
         let scenario = &self.setup.scenario;
         let (width, height) = (scenario.room.width_m, scenario.room.height_m);
         let (width, height) = (f64::from(width), f64::from(height));
-        let center = vector(width / 2.0, height / 2.0, -1.5 * FLAT);
+        let middle = scenario.room.middle();
+        let center = vector(middle.x, middle.y, -1.5 * FLAT);
         let floor = cube(at(center), vector(width, height, FLAT), color(FLOOR, 1.0));
         let walls = look::border(&self.setup).map(|wall| {
             let center = vector(wall.center.0, wall.center.1, HEIGHT / 2.0);

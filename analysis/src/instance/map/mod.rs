@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use image::{ImageFormat, ImageReader};
-use scenario::limits::{NumberRange, above_zero, closed};
+use scenario::limits::{FARTHEST_M, NumberRange, above_zero, closed};
 use scenario::{Obstacle, Problem, decode_text};
 use serde::Deserialize;
 use serde_saphyr::Spanned;
@@ -160,25 +160,33 @@ impl OccupancyMap {
     pub fn put_under(&self, instance: &mut Instance) -> String {
         let size = |cells: usize| cells as f64 * self.resolution_m;
         let found = rectangles(&self.solid);
-        let [x, y] = self.origin;
-        let note = format!(
-            "map: {} solid cells of {} m, {} of them unknown, are {} rectangles; places are shifted by ({}, {}) m",
+        let mut note = format!(
+            "map: {} solid cells of {} m, {} of them unknown, are {} rectangles",
             self.solid.count(),
             self.resolution_m,
             self.unknown,
             found.len(),
-            0.0 - x,
-            0.0 - y
         );
+        let sizes = [self.solid.width(), self.solid.height()].map(size);
+        let is_near = |(from, size): (f64, f64)| from >= -FARTHEST_M && from + size <= FARTHEST_M;
+        let is_near = self.origin.into_iter().zip(sizes).all(is_near);
+        // A scenario has no coordinates beyond the limit.
+        let [x, y] = if is_near { [0.0; 2] } else { self.origin };
+        if !is_near {
+            note += &format!("; places are shifted by ({}, {}) m", 0.0 - x, 0.0 - y);
+        }
+        let [left, bottom] = [self.origin[0] - x, self.origin[1] - y];
         instance.room = Some(Floor {
-            width_m: size(self.solid.width()),
-            height_m: size(self.solid.height()),
+            x_m: left,
+            y_m: bottom,
+            width_m: sizes[0],
+            height_m: sizes[1],
         });
         instance
             .obstacles
             .extend(found.into_iter().map(|each| Obstacle {
-                x_m: size(each.column) as f32,
-                y_m: size(each.row) as f32,
+                x_m: (left + size(each.column)) as f32,
+                y_m: (bottom + size(each.row)) as f32,
                 width_m: size(each.columns) as f32,
                 height_m: size(each.rows) as f32,
                 penetrability: 0.0,

@@ -26,7 +26,7 @@ fn frame_of(text: &str, options: &Options) -> (Vec<[f32; 2]>, [f32; 2], f32, Str
 }
 
 #[test]
-fn places_are_shifted_and_scaled_only_as_far_as_needed() {
+fn places_stay_where_a_room_contains_them() {
     let default = Options::default();
     let of = |first, second| frame_of(&two(first, second), &default);
     let same = "frame: 1 unit of length is 1 m; places are not shifted";
@@ -42,20 +42,36 @@ fn places_are_shifted_and_scaled_only_as_far_as_needed() {
     let (at, room, speed, note) = of([-30.5, 2.0], [20.0, 6.0]);
     assert_eq!(
         (at, room, speed),
-        (vec![[1.5, 2.0], [52.0, 6.0]], [53.0, 7.0], 0.5)
+        (vec![[-30.5, 2.0], [20.0, 6.0]], [53.0, 7.0], 0.5)
     );
-    assert_eq!(
-        note,
-        "frame: 1 unit of length is 1 m; places are shifted by (32, 0) m"
-    );
+    assert_eq!(note, same);
     // Coordinates of a national grid, and a frame of 40 km.
     let (at, room, speed, note) = of([565_000.0, 5_930_000.0], [605_000.0, 5_931_000.0]);
-    assert_eq!(at, [[1.0, 1.0], [401.0, 11.0]]);
-    assert_eq!((room, speed), ([402.0, 12.0], 0.005));
+    assert_eq!(at, [[1.0, 1.0], [40_001.0, 1001.0]]);
+    assert_eq!((room, speed), ([40_002.0, 1002.0], 0.5));
     assert_eq!(
         note,
-        "frame: 1 unit of length is 0.01 m, and speeds are scaled alike; places are shifted by (-5649, -59299) m"
+        "frame: 1 unit of length is 1 m; places are shifted by (-564999, -5929999) m"
     );
+    let (at, room, speed, note) = of([-300_000.0, 0.0], [300_000.0, 7.0]);
+    assert_eq!(at, [[-30_000.0, 0.0], [30_000.0, 0.7]]);
+    assert_eq!((room, speed), ([60_002.0, 3.0], 0.05));
+    assert_eq!(
+        note,
+        "frame: 1 unit of length is 0.1 m, and speeds are scaled alike; places are not shifted"
+    );
+}
+
+/// The steps of a robot exceed the resolution of coordinates.
+#[test]
+fn large_rooms_have_long_steps() {
+    let step_ms = |second| {
+        let converted = import("two.csv", &two([0.0, 0.0], second), &Options::default()).unwrap();
+        converted.scenario.step_ms
+    };
+    assert_eq!(step_ms([900.0, 900.0]), 50);
+    assert_eq!(step_ms([40_000.0, 900.0]), 100);
+    assert_eq!(step_ms([99_998.0, 900.0]), 200);
 }
 
 #[test]
@@ -81,11 +97,11 @@ fn a_stated_scale_is_used() {
     };
     let (at, _, speed, _) = frame_of(&two([4.0, 4.0], [8.0, 6.0]), &options);
     assert_eq!((at, speed), (vec![[2.0, 2.0], [4.0, 3.0]], 0.25));
-    let far = two([0.0, 0.0], [3000.0, 6.0]);
+    let far = two([0.0, 0.0], [300_000.0, 6.0]);
     let refused = import("two.csv", &far, &options).unwrap_err();
     assert_eq!(
         refused.to_string(),
-        "--scale: the places extend over 1500 m; use at most 0.332666"
+        "--scale: the places extend over 150000 m; use at most 0.333326"
     );
 }
 
@@ -115,12 +131,13 @@ fn the_walls_of_a_map_are_obstacles_exact_to_a_cell() {
     let converted = import("two.csv", &two([0.0, 0.0], [5.0, 1.0]), &options).unwrap();
     let scenario = &converted.scenario;
     assert_eq!(scenario.room.size().to_array(), [10.0, 6.0]);
-    assert_eq!(places(scenario), [[3.0, 2.0], [8.0, 3.0]]);
+    assert_eq!(scenario.room.low().to_array(), [-3.0, -2.0]);
+    assert_eq!(places(scenario), [[0.0, 0.0], [5.0, 1.0]]);
     assert!(scenario.obstacles.len() <= 6, "{:?}", scenario.obstacles);
     let map = hall();
     for row in 0..12 {
         for column in 0..20 {
-            let (x_m, y_m) = (0.5 * column as f32 + 0.25, 0.5 * row as f32 + 0.25);
+            let (x_m, y_m) = (0.5 * column as f32 - 2.75, 0.5 * row as f32 - 1.75);
             let is_solid = scenario
                 .obstacles
                 .iter()
@@ -134,7 +151,7 @@ fn the_walls_of_a_map_are_obstacles_exact_to_a_cell() {
     }
     assert_eq!(
         converted.written.notes[1],
-        "map: 67 solid cells of 0.5 m, 0 of them unknown, are 5 rectangles; places are shifted by (3, 2) m"
+        "map: 67 solid cells of 0.5 m, 0 of them unknown, are 5 rectangles"
     );
 }
 

@@ -154,6 +154,13 @@ fn room(run: &RunFigures<'_>) -> (f64, f64) {
     (room.width_m.into(), room.height_m.into())
 }
 
+/// Returns the ranges of x and y, m.
+fn border(run: &RunFigures<'_>) -> [Range<f64>; 2] {
+    let room = &run.history.setup.scenario.room;
+    let (low, high) = (room.low(), room.high());
+    [low.x.into()..high.x.into(), low.y.into()..high.y.into()]
+}
+
 fn legend(run: &RunFigures<'_>) -> Legend<'static> {
     let mut places = run.history.robots.iter().flat_map(|robot| &robot.track);
     let mut entries = match places.any(|place| place.carrying) {
@@ -196,6 +203,7 @@ impl<'m, 'a> Map<'m, 'a> {
         (width_px, height_px): (f64, f64),
         say: Detail,
     ) -> DrawResult<Self> {
+        let border = border(run);
         let (width, height) = room(run);
         let (left, right, bottom, labels) = match say {
             Detail::Paths => (EDGE_PX, EDGE_PX, 0.0, 0),
@@ -209,8 +217,8 @@ impl<'m, 'a> Map<'m, 'a> {
             bottom,
         };
         let axes = Axes {
-            x: (0.0..width, "x in m"),
-            y: (0.0..height, if labels > 0 { "y in m" } else { "" }),
+            x: (border[0].clone(), "x in m"),
+            y: (border[1].clone(), if labels > 0 { "y in m" } else { "" }),
             y_labels: labels,
         };
         let chart = chart(panel, frame, &axes)?;
@@ -244,13 +252,13 @@ impl<'m, 'a> Map<'m, 'a> {
 
     pub(super) fn scene(&self, scene: &Scene<'_>) -> DrawResult {
         let (run, area, chart, say) = (self.run, self.area, &self.chart, self.say);
-        let (width, height) = room(run);
+        let [border_x, border_y] = border(run);
         let plot = chart.plotting_area();
         let rectangle = |x: Range<f64>, y: Range<f64>, color: RGBColor, opacity: f64| {
-            let inside = |value: f64, most: f64| value.clamp(0.0, most);
+            let inside = |value: f64, border: &Range<f64>| value.clamp(border.start, border.end);
             let corners = [
-                (inside(x.start, width), inside(y.start, height)),
-                (inside(x.end, width), inside(y.end, height)),
+                (inside(x.start, &border_x), inside(y.start, &border_y)),
+                (inside(x.end, &border_x), inside(y.end, &border_y)),
             ];
             plot.draw(&Rectangle::new(corners, color.mix(opacity).filled()))
         };
@@ -267,7 +275,8 @@ impl<'m, 'a> Map<'m, 'a> {
                 let (x, y) = (f64::from(center.x), f64::from(center.y));
                 let radius = f64::from(radius);
                 let (x, y) = (x + radius * cos, y + radius * sin);
-                (x.clamp(0.0, width), y.clamp(0.0, height))
+                let inside = |at: f64, border: &Range<f64>| at.clamp(border.start, border.end);
+                (inside(x, &border_x), inside(y, &border_y))
             };
             (0..=72).map(corner).collect()
         };
@@ -283,6 +292,7 @@ impl<'m, 'a> Map<'m, 'a> {
             curve(chart, ends.to_vec(), line(color, width_px.max(1.5)))
         };
 
+        let (width, height) = room(run);
         let below = height * 0.03;
         let (marks, items) = match say {
             Detail::Paths => (&[][..], &[][..]),
@@ -313,8 +323,9 @@ impl<'m, 'a> Map<'m, 'a> {
             }
             let top = mark.outline.label_place();
             // At a wall, only the inside has room for a label.
-            let x = f64::from(top.x).clamp(width * 0.06, width * 0.94);
-            let y = (f64::from(top.y) + below).min(height - below);
+            let (left, right) = (border_x.start + width * 0.06, border_x.start + width * 0.94);
+            let x = f64::from(top.x).clamp(left, right);
+            let y = (f64::from(top.y) + below).min(border_y.end - below);
             label(&mark.label, (x, y))?;
         }
         for item in items {
@@ -328,8 +339,20 @@ impl<'m, 'a> Map<'m, 'a> {
             rectangle(x, y, FAINT, opacity)?;
         }
         let [x, y] = [
-            [0.0, width, width, 0.0, 0.0],
-            [0.0, 0.0, height, height, 0.0],
+            [
+                border_x.start,
+                border_x.end,
+                border_x.end,
+                border_x.start,
+                border_x.start,
+            ],
+            [
+                border_y.start,
+                border_y.start,
+                border_y.end,
+                border_y.end,
+                border_y.start,
+            ],
         ];
         curve(chart, x.into_iter().zip(y).collect(), line(INK, 2.0))
     }

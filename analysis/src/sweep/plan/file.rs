@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::path::PathBuf;
 
 use scenario::Preset;
 use scenario::fault::Faults;
@@ -29,6 +30,7 @@ pub(super) struct PlanFile {
     pub(super) check: bool,
     pub(super) missions: BTreeMap<String, MissionFile>,
     pub(super) question: Option<String>,
+    pub(super) best_known: Option<PathBuf>,
     pub(super) hypotheses: BTreeMap<String, Claim>,
     pub(super) tune: Option<SearchSettings>,
 }

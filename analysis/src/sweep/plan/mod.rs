@@ -13,6 +13,8 @@ pub mod space;
 mod tests;
 pub mod tuning;
 
+use std::path::PathBuf;
+
 use anyhow::Context;
 use missions::Registry;
 use scenario::mission::registry::Mission;
@@ -45,6 +47,8 @@ pub struct Plan {
     pub measures: bool,
     /// The question that the plan states.
     pub question: Option<String>,
+    /// The file of best known values for a comparison.
+    pub best_known: Option<PathBuf>,
     pub hypotheses: Vec<Hypothesis>,
     /// The settings of `alliance tune`.
     pub tuning: Option<SearchSettings>,
@@ -193,6 +197,7 @@ impl Plan {
             check: contents.check,
             measures: false,
             question: contents.question,
+            best_known: contents.best_known,
             hypotheses,
             tuning: contents.tune,
         })

@@ -22,15 +22,15 @@ pub enum Area {
 impl Area {
     #[must_use]
     pub fn from_scenario(scenario: &Scenario) -> Self {
-        let size = scenario.room.size();
+        let room = scenario.room;
         match ObserveSection::from_scenario(scenario).region {
             Region::Disc => Self::Disc {
-                center: size / 2.0,
-                radius_m: size.min_element() / 2.0,
+                center: room.middle(),
+                radius_m: room.size().min_element() / 2.0,
             },
             Region::Room => Self::Rectangle {
-                min: Vec2::ZERO,
-                max: size,
+                min: room.low(),
+                max: room.high(),
             },
         }
     }

@@ -27,10 +27,7 @@ pub(super) fn family(robots: usize, targets: usize) -> Scenario {
         description: format!(
             "{robots} robots, {targets} moving targets: the region grows with the team."
         ),
-        room: Room {
-            width_m: side_m,
-            height_m: side_m,
-        },
+        room: Room::of_size(side_m, side_m),
         body: scenario::Body {
             speed_m_s: SPEED_M_S,
             ..default.body

@@ -169,7 +169,7 @@ impl MissionWorld for Observe {
 
     /// Shows the region, the targets, and each robot's range with lines to its targets.
     fn add_to_view(&self, floor: &Floor, view: &mut View) {
-        let shown_m = SHOWN_M.max(SHOWN * floor.size().max_element());
+        let shown_m = SHOWN_M.max(SHOWN * floor.room().size().max_element());
         if let Area::Disc { center, radius_m } = self.constants.area {
             view.mark(Mark::disc(
                 "region".to_owned(),

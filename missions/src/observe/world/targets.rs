@@ -79,8 +79,7 @@ impl Targets {
             }
         };
         let all: Vec<Target> = (0..section.n).map(target).collect();
-        let size = scenario.room.size();
-        let mut grid = Grid::new(size, section.range_m, all.len());
+        let mut grid = Grid::new(&scenario.room, section.range_m, all.len());
         for (number, target) in all.iter().enumerate() {
             grid.insert(number, target.at);
         }

@@ -20,9 +20,9 @@ use proto::readings::Pose;
 use proto::team::{Broadcast, Bulletin, BulletinKind};
 use robot_agent::allocator::OwnBehavior;
 use robot_agent::mission::{ControllerInput, MissionController, Perception, StepOutput};
-use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
+use scenario::{Room, Setup};
 
 use crate::geometry::direction;
 
@@ -43,7 +43,7 @@ const FARTHER_M: f32 = 0.5;
 #[derive(Clone, Debug)]
 pub struct Pusher {
     section: Arc<PushSection>,
-    room: Vec2,
+    room: Room,
     push_m_s: f32,
     known: Vec<BarKnowledge>,
     attempts: Attempts,
@@ -70,7 +70,7 @@ impl Pusher {
             .iter()
             .map(|&bar| BarKnowledge::new(bar as u16, section.bars[bar].pose()));
         Self {
-            room: scenario.room.size(),
+            room: scenario.room,
             push_m_s: scenario.body_of(&scenario.robots[robot.index()]).push_m_s,
             known: known.collect(),
             attempts: Attempts::new(bars.len(), SimTime(scenario.step_ms)),
@@ -103,8 +103,7 @@ impl Pusher {
             position,
             heading_rad,
         } = report.pose;
-        let is_in_room = position.cmpge(Vec2::ZERO).all() && position.cmple(self.room).all();
-        is_in_room && heading_rad.abs() <= std::f32::consts::FRAC_PI_2
+        self.room.contains(position) && heading_rad.abs() <= std::f32::consts::FRAC_PI_2
     }
 
     fn receive(&mut self, mut message: BarReport) {

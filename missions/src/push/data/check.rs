@@ -2,6 +2,7 @@
 
 use std::f32::consts::SQRT_2;
 
+use scenario::limits::LONGEST_M;
 use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::{Bar, Outline};
 
@@ -11,6 +12,7 @@ use crate::coverage::uncovered_tasks;
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = PushSection::of(scenario);
     let at = KeyPath::new(["push"]);
+    scenario.room.check(LONGEST_M)?;
     sizes(scenario, section, &at)?;
     for (index, bar) in section.bars.iter().enumerate() {
         let at = at.key("bars").index(index);
@@ -18,19 +20,20 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         let half_m = section.length_m / 2.0 + width_m;
         let radius_m = scenario.body.radius_m;
         let room = scenario.room;
-        let fits = bar.y_m >= half_m && bar.y_m <= room.height_m - half_m;
+        let (low, high) = (room.low(), room.high());
+        let fits = bar.y_m >= low.y + half_m && bar.y_m <= high.y - half_m;
         if !fits {
             let what = format!("a bar of {} m does not fit there", section.length_m);
             let remedy = format!("it must be at least {} m from the border", readable(half_m));
             return Err(Problem::at(at.key("y_m"), what, remedy));
         }
-        let least_m = width_m + 2.0 * radius_m;
+        let least_m = low.x + (width_m + 2.0 * radius_m);
         if bar.x_m.is_nan() || bar.x_m < least_m {
             let what = format!("no robot of radius {radius_m} m fits behind the bar");
             let remedy = format!("write at least {}", readable(least_m));
             return Err(Problem::at(at.key("x_m"), what, remedy));
         }
-        let most_m = room.width_m - width_m - section.skew_m;
+        let most_m = high.x - width_m - section.skew_m;
         if !(bar.goal_x_m > bar.x_m && bar.goal_x_m <= most_m) {
             let what = format!("{} cannot be reached from {}", bar.goal_x_m, bar.x_m);
             let remedy = format!(

@@ -35,10 +35,10 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
         columns,
         rows: least.div_ceil(columns),
     };
-    let room = Room {
-        width_m: LANE_M.0 * lanes.columns as f32,
-        height_m: LANE_M.1 * lanes.rows as f32,
-    };
+    let room = Room::of_size(
+        LANE_M.0 * lanes.columns as f32,
+        LANE_M.1 * lanes.rows as f32,
+    );
     let corner = |lane: usize| {
         let (column, row) = lanes.column_and_row(lane);
         (column as f32 * LANE_M.0, (row as f32 + 0.5) * LANE_M.1)

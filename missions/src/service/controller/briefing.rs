@@ -1,9 +1,9 @@
 //! The initial knowledge of robots.
 
 use glam::Vec2;
-use scenario::Setup;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
+use scenario::{Room, Setup};
 
 use crate::geometry::is_possible_place;
 use crate::service::bus::PointFact;
@@ -23,8 +23,7 @@ pub(super) struct Briefing {
     pub sight_m: f32,
     pub step_s: f32,
     pub kinds: Vec<KindParameters>,
-    /// The upper right corner of the room, m. The lower left is (0, 0).
-    pub room: Vec2,
+    pub room: Room,
     pub step: SimTime,
     pub slots: Slots,
     pub chargers: Vec<Vec2>,
@@ -64,7 +63,7 @@ impl Briefing {
             sight_m: section.sight_m,
             step_s: scenario.step_ms as f32 / 1000.0,
             kinds: kinds.collect(),
-            room: scenario.room.size(),
+            room: scenario.room,
             step: SimTime(scenario.step_ms),
             slots: Slots::new(section),
             chargers: section.chargers.iter().map(Charger::place).collect(),
@@ -99,7 +98,7 @@ impl Briefing {
     pub fn is_plausible(&self, fact: &PointFact, now: SimTime) -> bool {
         usize::from(fact.point) < self.most_points
             && usize::from(fact.kind) < self.kinds.len()
-            && is_possible_place(fact.at)
+            && (is_possible_place(fact.at) || self.room.contains(fact.at))
             && (0.0..1e7).contains(&fact.left_s)
             && self.is_round_plausible(fact, now)
     }

@@ -129,7 +129,7 @@ impl ServiceController {
         let ahead = direction(pose.heading_rad);
         for fact in points {
             let at = pose.position + ahead.rotate(fact.at);
-            let at = at.clamp(Vec2::ZERO, self.briefing.room);
+            let at = at.clamp(self.briefing.room.low(), self.briefing.room.high());
             self.learn(PointFact { at, ..*fact }, input.now);
         }
         self.miss(points, pose.position, input.now);
@@ -267,7 +267,7 @@ impl ServiceController {
         if !goes {
             return Actuation::default();
         }
-        let to = self.wander.next(position, near_m, self.briefing.room, now);
+        let to = self.wander.next(position, near_m, &self.briefing.room, now);
         self.driver.drive_to(to, near_m / 2.0, readings, now)
     }
 
@@ -483,7 +483,7 @@ pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
     let points = data::points(scenario, setup.seed);
     let row = |(robot, rank): (&scenario::Robot, u16)| {
         let skills = briefing.skills(RobotId(rank), setup);
-        let door = Vec2::new(0.0, briefing.room.y / 2.0);
+        let door = briefing.room.at(Vec2::new(0.0, 0.5));
         let start = robot.start.map_or(door, |start| start.position());
         let speed_m_s = scenario.body_of(robot).speed_m_s;
         let cost_ms = |(number, point): (u16, &data::PointSpec)| {

@@ -3,6 +3,7 @@
 use glam::Vec2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use scenario::Room;
 use scenario::ids::RobotId;
 use scenario::rng::{Purpose, robot_stream};
 use scenario::time::SimTime;
@@ -36,9 +37,9 @@ impl Wander {
     }
 
     /// Returns the current destination. Draws a new place in the room, m, if the last one was reached or given up.
-    pub fn next(&mut self, position: Vec2, near_m: f32, room: Vec2, now: SimTime) -> Vec2 {
+    pub fn next(&mut self, position: Vec2, near_m: f32, room: &Room, now: SimTime) -> Vec2 {
         if !self.is_driving(position, near_m, now) {
-            self.to = room * Vec2::new(self.rng.random(), self.rng.random());
+            self.to = room.at(Vec2::new(self.rng.random(), self.rng.random()));
             self.until = now + PATIENCE;
         }
         self.to

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use glam::Vec2;
-use scenario::limits::{check_known, closed};
+use scenario::limits::check_known;
 use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::Places;
 
@@ -224,8 +224,8 @@ fn check_point(
     }
     if let Some([x_m, y_m]) = point.deliver_to {
         let at = at.key("deliver_to");
-        closed(0.0, scenario.room.width_m.into(), "m").check(at.index(0), x_m)?;
-        closed(0.0, scenario.room.height_m.into(), "m").check(at.index(1), y_m)?;
+        scenario.room.range_x().check(at.index(0), x_m)?;
+        scenario.room.range_y().check(at.index(1), y_m)?;
         if point.has_needs() {
             let what = "robots that work together carry nothing";
             return Err(Problem::at(at, what, "omit needs or deliver_to"));

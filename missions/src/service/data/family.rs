@@ -31,10 +31,10 @@ const STARTS_APART_M: f32 = 1.0;
 pub(super) fn family(robots: usize, points: usize) -> Scenario {
     let districts = Districts::new(robots.div_ceil(ROBOTS).max(points.div_ceil(POINTS)));
     let one = Room::default();
-    let room = Room {
-        width_m: one.width_m * districts.columns as f32,
-        height_m: one.height_m * districts.rows as f32,
-    };
+    let room = Room::of_size(
+        one.width_m * districts.columns as f32,
+        one.height_m * districts.rows as f32,
+    );
     let corner = |district: usize| {
         let (column, row) = districts.column_and_row(district);
         (column as f32 * one.width_m, row as f32 * one.height_m)

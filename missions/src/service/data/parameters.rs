@@ -2,12 +2,13 @@
 
 use scenario::ParameterDefault::{Flag, Number, Required, Text, Whole, Words};
 use scenario::ParameterRange::{Above, Choice, List, Name, Other, Within, X, Y};
+use scenario::limits::LONGEST_S;
 use scenario::{ParameterRange, ParameterSpec};
 
 use super::{MAX_KINDS, MAX_POINTS};
 
-/// The longest time that a key accepts, s.
-const LONGEST_S: f64 = 1e6;
+/// The longest work of a point, s.
+const LONGEST_WORK_S: f64 = 1e6;
 /// The shortest duration, s. The run measures times in whole milliseconds.
 const SHORTEST_S: f64 = 0.001;
 
@@ -25,6 +26,10 @@ pub(super) fn all() -> Vec<ParameterSpec> {
         |key, default, about| ParameterSpec::new(key, "m", Number(default), about, Above(0.0, 1e3));
     let time = |key, default, about| {
         let range = Within(SHORTEST_S, LONGEST_S);
+        ParameterSpec::new(key, "s", default, about, range)
+    };
+    let work = |key, default, about| {
+        let range = Within(SHORTEST_S, LONGEST_WORK_S);
         ParameterSpec::new(key, "s", default, about, range)
     };
     let later = |key, about| {
@@ -106,8 +111,8 @@ pub(super) fn all() -> Vec<ParameterSpec> {
             "work of a point for a robot of skill 1, drawn from a range",
             Other("a table of min and max"),
         ),
-        time("kinds.work_s.min", Required, "minimum"),
-        time("kinds.work_s.max", Required, "maximum"),
+        work("kinds.work_s.min", Required, "minimum"),
+        work("kinds.work_s.max", Required, "maximum"),
         ParameterSpec::new(
             "kinds.workers",
             "",
@@ -141,7 +146,7 @@ pub(super) fn all() -> Vec<ParameterSpec> {
         place("points.x_m", X),
         place("points.y_m", Y),
         later("points.arrival_s", "arrival time"),
-        time(
+        work(
             "points.work_s",
             Words("drawn as for its kind"),
             "work for a robot of skill 1",

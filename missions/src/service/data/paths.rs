@@ -20,8 +20,10 @@ pub(super) const MOST_OBSTACLES: usize = 100;
 /// The range of the number of places whose distances are stored. Within it, there is room for each point and its
 /// delivery. Robots that see points with errors ask for further places. One place too many removes all others.
 const MOST_PLACES: RangeInclusive<usize> = 4096..=16_384;
-/// The distance by which a robot may be nearer to an obstacle than its radius, m. It covers rounding.
+/// The least distance by which a robot may be nearer to an obstacle than its radius, m. It covers rounding.
 const ROUNDING_M: f32 = 1e-3;
+/// The same distance in rooms far from (0, 0), as a multiple of the resolution of coordinates.
+const ROUNDING: f32 = 4.0;
 /// The tangent of 22.5°, half the angle of a side of an octagon.
 const OCTAGON: f32 = 0.414_213_57;
 /// The units of a meter in sums of distances. Whole numbers have a total order.
@@ -103,6 +105,8 @@ impl Wall {
 #[derive(Debug)]
 pub struct Paths {
     radius_m: f32,
+    /// The distance by which a robot may be nearer to an obstacle than its radius, m.
+    rounding_m: f32,
     walls: Vec<Wall>,
     nodes: Vec<Vec2>,
     /// The nodes that each node is connected with, and the distances, in units of [`PER_M`].
@@ -125,6 +129,7 @@ impl Paths {
         let places = 2 * ServiceSection::of(scenario).kinds_of_points().count();
         let mut paths = Self {
             radius_m,
+            rounding_m: ROUNDING_M.max(ROUNDING * scenario.room.resolution_m()),
             walls: solid.map(Wall::new).collect(),
             nodes: Vec::new(),
             edges: Vec::new(),
@@ -132,12 +137,11 @@ impl Paths {
             most_places: places.clamp(*MOST_PLACES.start(), *MOST_PLACES.end()),
             to_places: RwLock::new(HashMap::new()),
         };
-        let room = scenario.room.size();
+        let room = scenario.room;
         let side_m = radius_m * OCTAGON;
         let around = [(radius_m, side_m), (side_m, radius_m)];
         let is_free = |place: &Vec2| {
-            let to_border_m = place.min(room - *place).min_element();
-            to_border_m >= radius_m - ROUNDING_M && paths.has_room(*place)
+            room.to_border_m(*place) >= radius_m - paths.rounding_m && paths.has_room(*place)
         };
         let corners = paths.walls.iter().flat_map(Wall::corners);
         let places = corners.flat_map(|(corner, outward)| {
@@ -151,7 +155,7 @@ impl Paths {
     }
 
     fn has_room(&self, place: Vec2) -> bool {
-        let least_m = self.radius_m - ROUNDING_M;
+        let least_m = self.radius_m - self.rounding_m;
         self.walls
             .iter()
             .all(|wall| wall.distance(place) >= least_m)
@@ -168,7 +172,7 @@ impl Paths {
         let is_near = |wall: &&Wall| wall.low.cmple(high).all() && wall.high.cmpge(low).all();
         self.walls.iter().filter(is_near).all(|wall| {
             let ends_m = wall.distance(from).min(wall.distance(to));
-            let least_m = self.radius_m.min(ends_m) - ROUNDING_M;
+            let least_m = self.radius_m.min(ends_m) - self.rounding_m;
             let distance_m = wall.distance_to_segment(from, to);
             distance_m >= least_m && (distance_m > 0.0 || ends_m == 0.0)
         })
@@ -269,10 +273,7 @@ mod tests {
         let mut scenario = parse(
             "[service]\n[[service.kinds]]\nname = 'a'\nwork_s = { min = 1, max = 1 }\n[[service.random]]\nn = 1\n",
         );
-        scenario.room = Room {
-            width_m: 12.0,
-            height_m: 9.0,
-        };
+        scenario.room = Room::of_size(12.0, 9.0);
         let obstacle = |[x_m, y_m, width_m, height_m]: &[f32; 4]| Obstacle {
             x_m: *x_m,
             y_m: *y_m,

@@ -75,8 +75,8 @@ impl Interval {
 
 /// Returns a place for a drawn point; `None` if obstacles leave none.
 pub(super) fn free_place(scenario: &Scenario, places: &Places) -> Option<Vec2> {
-    let size = scenario.room.size();
-    places.any([Vec2::ZERO, size], |place| places.can_stand(place))
+    let room = scenario.room;
+    places.any([room.low(), room.high()], |place| places.can_stand(place))
 }
 
 /// Returns all initial points of a run, by number. A place at which no robot can stand is drawn again.
@@ -104,20 +104,20 @@ pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
         point.has_terms = true;
     }
     let places = Places::of(scenario);
-    let size = scenario.room.size();
+    let (low, size) = (scenario.room.low(), scenario.room.size());
     let margin = (scenario.body.radius_m + MARGIN_M).min(size.min_element() / 2.0);
     for batch in &section.random {
         let mut at_s = batch.at_s;
         for kind in kinds.by_ref().take(batch.n.into()) {
             let mut draws = (0..MAX_TRIES).map(|_| {
                 let share = Vec2::new(rng.random(), rng.random());
-                margin + share * (size - 2.0 * margin)
+                low + (margin + share * (size - 2.0 * margin))
             });
             let at = draws.find(|at| places.can_stand(*at));
             // The check of the scenario guarantees that a free place exists.
             let at = at
                 .or_else(|| free_place(scenario, &places))
-                .unwrap_or(size / 2.0);
+                .unwrap_or(scenario.room.middle());
             if batch.rate_hz > 0.0 {
                 // The random number is below 1, so the logarithm is finite.
                 at_s -= libm::log(1.0 - rng.random::<f64>()) / batch.rate_hz;

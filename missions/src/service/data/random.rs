@@ -41,8 +41,9 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
     let periodic = kinds.iter().any(|kind| kind.period_s.is_some());
     // A robot must be able to stand at each point.
     let radius_m = f64::from(scenario.body.radius_m);
-    let along = |size_m: f32| radius_m..f64::from(size_m) - radius_m;
-    let (along_x, along_y) = (along(scenario.room.width_m), along(scenario.room.height_m));
+    let (low, high) = (scenario.room.low(), scenario.room.high());
+    let along = |low: f32, high: f32| f64::from(low) + radius_m..f64::from(high) - radius_m;
+    let (along_x, along_y) = (along(low.x, high.x), along(low.y, high.y));
     let points = (0..dice.0.random_range(0..6)).map(|_| Point {
         kind: dice.name_of(&kinds),
         x_m: dice.between(along_x.clone()) as f32,

@@ -352,7 +352,7 @@ impl MissionWorld for Service {
     fn new(setup: &Setup, floor: &Floor) -> Self {
         let specs = data::points(&setup.scenario, setup.seed);
         let constants = Arc::new(Constants::new(setup, &specs, floor));
-        let points = Points::new(&constants.section, specs, floor.size());
+        let points = Points::new(&constants.section, specs, floor.room());
         Self {
             robots: vec![Robot::default(); floor.robot_count()],
             workers_on: vec![0; points.len()],

@@ -6,6 +6,7 @@ use arrayvec::ArrayVec;
 use glam::Vec2;
 use proto::tick::Outcome;
 use proto::view::{Mark, MarkRole, View, Work};
+use scenario::Room;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
@@ -186,11 +187,11 @@ impl Point {
 }
 
 impl Points {
-    pub fn new(section: &ServiceSection, specs: Vec<PointSpec>, size: Vec2) -> Self {
+    pub fn new(section: &ServiceSection, specs: Vec<PointSpec>, room: &Room) -> Self {
         let until = section.duration_s.map(SimTime::from_secs_f64);
         let cell_m = section.sight_m.max(0.5);
         let mut points = Self {
-            open: Grid::new(size, cell_m, specs.len()),
+            open: Grid::new(room, cell_m, specs.len()),
             points: Vec::with_capacity(specs.len()),
             open_of_kind: vec![0; section.kinds.len()],
             kept: section.kinds.iter().map(|kind| kind.kept).collect(),

@@ -5,7 +5,6 @@ use crate::waste::data::BehaviorKind;
 use crate::waste::data::WasteSection;
 use std::sync::Arc;
 
-use glam::Vec2;
 use proto::mission::items::Locations;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -74,8 +73,8 @@ impl Briefing {
         };
         let own_spills: Vec<u16> = own_behaviors.iter().filter_map(own_spill).collect();
         let border = Locations {
-            min: Vec2::ZERO,
-            max: scenario.room.size(),
+            min: scenario.room.low(),
+            max: scenario.room.high(),
         };
         Self {
             robot,

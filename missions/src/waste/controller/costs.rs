@@ -138,9 +138,10 @@ fn center((min, max): (Vec2, Vec2)) -> Vec2 {
 pub fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
     let (scenario, catalog) = (&setup.scenario, &setup.catalog);
     let waste = WasteSection::of(scenario);
+    let room = scenario.room;
     let site = Vec2::new(
-        waste.report_site.width_m.min(scenario.room.width_m) / 2.0,
-        scenario.room.height_m / 2.0,
+        room.x_m + waste.report_site.width_m.min(room.width_m) / 2.0,
+        room.middle().y,
     );
     let deposits: Vec<Vec2> = waste
         .deposits()

@@ -1,7 +1,7 @@
 //! Checks of `[waste]`.
 
 use glam::Vec2;
-use scenario::limits::{FRACTION, LENGTH, TIME, TIME_OR_ZERO, check_names, closed};
+use scenario::limits::{FRACTION, LENGTH, LONGEST_M, TIME, TIME_OR_ZERO, check_names, closed};
 use scenario::{KeyPath, Obstacle, Problem, Scenario};
 use world_server::world::Places;
 
@@ -14,6 +14,8 @@ pub(super) const MAX_ITEMS: u32 = 1000;
 pub(crate) const MAX_ITEMS_TOTAL: u32 = 200_000;
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
+    // The robots' maps of the floor have no room for more.
+    scenario.room.check(LONGEST_M)?;
     let waste = WasteSection::of(scenario);
     let at = KeyPath::new(["waste"]);
     let spills = at.key("spills");

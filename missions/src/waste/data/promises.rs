@@ -59,11 +59,11 @@ pub(super) fn kept_free(scenario: &Scenario) -> Vec<[Vec2; 2]> {
         let center = spot.in_room(&room);
         [center - free_m, center + free_m]
     });
-    let middle_m = room.height_m / 2.0;
+    let middle_m = room.middle().y;
     let half_m = free_m.max(waste.report_site.height_m / 2.0);
     let site = [
-        Vec2::new(0.0, middle_m - half_m),
-        Vec2::new(free_m.max(SITE_FREE_M), middle_m + half_m),
+        Vec2::new(room.x_m, middle_m - half_m),
+        Vec2::new(room.x_m + free_m.max(SITE_FREE_M), middle_m + half_m),
     ];
     squares.chain([site]).collect()
 }

@@ -55,10 +55,13 @@ impl WasteSection {
 /// and is cut off at the border.
 pub(in crate::waste) fn report_site(scenario: &Scenario) -> [Vec2; 2] {
     let (room, site) = (scenario.room, WasteSection::of(scenario).report_site);
-    let (center_y, half_height) = (room.height_m / 2.0, site.height_m.min(room.height_m) / 2.0);
+    let (center_y, half_height) = (room.middle().y, site.height_m.min(room.height_m) / 2.0);
     [
-        Vec2::new(0.0, center_y - half_height),
-        Vec2::new(site.width_m.min(room.width_m), center_y + half_height),
+        Vec2::new(room.x_m, center_y - half_height),
+        Vec2::new(
+            room.x_m + site.width_m.min(room.width_m),
+            center_y + half_height,
+        ),
     ]
 }
 
@@ -76,7 +79,7 @@ impl Spot {
     /// Returns the place in a given room, m.
     #[must_use]
     pub fn in_room(self, room: &Room) -> Vec2 {
-        room.size() * Vec2::new(self.x_fraction, self.y_fraction)
+        room.at(Vec2::new(self.x_fraction, self.y_fraction))
     }
 }
 

@@ -61,7 +61,7 @@ pub(super) fn unit_s(scenario: &Scenario, body: &Body, kind: BehaviorKind) -> f6
         }
         BehaviorKind::ReportProgress => {
             let half = Vec2::new(0.0, waste.report_site.height_m / 2.0);
-            let low = Vec2::new(0.0, room.y / 2.0) - half;
+            let low = scenario.room.at(Vec2::new(0.0, 0.5)) - half;
             let high = low + Vec2::new(waste.report_site.width_m, waste.report_site.height_m);
             let to_site = |from: Vec2| from.clamp(low, high).distance(from);
             let spills = waste.spills.iter();

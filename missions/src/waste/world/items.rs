@@ -82,7 +82,7 @@ impl WasteFloor {
         let deposits = deposits.map(|spot| (Zone::Target, spot, waste.deposit.radius_m));
         let zone_reach_m = waste.spill_radius_m.max(waste.deposit.radius_m);
         let discs: Vec<_> = deposits.chain(spills).collect();
-        let mut zone_centers = Grid::new(floor.size(), zone_reach_m, discs.len());
+        let mut zone_centers = Grid::new(floor.room(), zone_reach_m, discs.len());
         let zones = discs.into_iter().enumerate();
         let zones = zones.map(|(index, (zone, spot, radius_m))| {
             let center = spot.in_room(&scenario.room);
@@ -96,7 +96,7 @@ impl WasteFloor {
         let mut new = Self {
             items: Vec::new(),
             hash: 0,
-            floor: Grid::new(floor.size(), sensed_m, places.len()),
+            floor: Grid::new(floor.room(), sensed_m, places.len()),
             counts: ItemCounts::default(),
             item_radius_m: waste.item_radius_m,
             zones,
@@ -363,7 +363,7 @@ fn places_of_items(scenario: &Scenario, seed: u64, floor: &Floor) -> Vec<Vec2> {
     let will_do = |place: Vec2| floor.can_be_gripped(place, waste.item_radius_m, |_| true);
     let mut places = Vec::new();
     for spill in &waste.spills {
-        let center = floor.size() * Vec2::new(spill.x_fraction, spill.y_fraction);
+        let center = spill.spot().in_room(floor.room());
         for _ in 0..spill.items {
             places.push(place_in_spill(center, radius_m, floor, &mut rng, will_do));
         }
@@ -383,7 +383,7 @@ fn place_in_spill(
     tries
         .find(|place| will_do(*place))
         .or_else(|| floor.nearest_place(center, will_do))
-        .unwrap_or_else(|| center.clamp(Vec2::ZERO, floor.size()))
+        .unwrap_or_else(|| center.clamp(floor.room().low(), floor.room().high()))
 }
 
 /// Draws a uniformly distributed point in the unit disc by rejection.

@@ -1,13 +1,15 @@
 //! The fault `obstacle`.
 
+use glam::Vec2;
+
 use super::Target;
 use crate::fault::Fault;
 use crate::fault::checker::{Checked, Checker};
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
-use crate::limits::LONGEST_M;
+use crate::limits::FARTHEST_M;
 use crate::{Obstacle, Problem};
 
-const ANYWHERE: FaultRange = FaultRange::Within(-LONGEST_M, LONGEST_M);
+const ANYWHERE: FaultRange = FaultRange::Within(-FARTHEST_M, FARTHEST_M);
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {
     spec: FaultSpec {
@@ -16,8 +18,8 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
         arguments: &[
             FaultArgument::at("x_m", "Lower left corner: x, m", ANYWHERE),
             FaultArgument::at("y_m", "Lower left corner: y, m", ANYWHERE),
-            FaultArgument::at("width_m", "Extent in x, m", FaultRange::Above(LONGEST_M)),
-            FaultArgument::at("height_m", "Extent in y, m", FaultRange::Above(LONGEST_M)),
+            FaultArgument::at("width_m", "Extent in x, m", FaultRange::Above(FARTHEST_M)),
+            FaultArgument::at("height_m", "Extent in y, m", FaultRange::Above(FARTHEST_M)),
             FaultArgument::at(
                 "penetrability",
                 "Speed factor on the rectangle: solid up to 0.1, slower below 1, faster above 1",
@@ -52,24 +54,22 @@ fn check(fault: &Fault, checker: &Checker<'_>) -> Checked {
         return Ok(());
     };
     let room = checker.scenario.room;
-    let along = |from: f32, size: f32, room: f32| {
-        (
-            from + size >= 0.0 && from <= room,
-            from <= 0.0 && from + size >= room,
-        )
-    };
-    let (meets_x, fills_x) = along(rectangle.x_m, rectangle.width_m, room.width_m);
-    let (meets_y, fills_y) = along(rectangle.y_m, rectangle.height_m, room.height_m);
-    let what = if !(meets_x && meets_y) {
+    let low = Vec2::new(rectangle.x_m, rectangle.y_m);
+    let high = low + Vec2::new(rectangle.width_m, rectangle.height_m);
+    let meets = high.cmpge(room.low()) & low.cmple(room.high());
+    let what = if !meets.all() {
         "the obstacle is outside the room"
-    } else if fills_x && fills_y {
+    } else if low.cmple(room.low()).all() && high.cmpge(room.high()).all() {
         "the obstacle fills the room"
     } else {
         return Ok(());
     };
-    let remedy = format!(
+    let mut remedy = format!(
         "the room is {} m wide and {} m high",
         room.width_m, room.height_m
     );
+    if room.low() != Vec2::ZERO {
+        remedy += &format!(", from ({}, {})", room.x_m, room.y_m);
+    }
     Err(Problem::at(["fault", "obstacle"], what, remedy))
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Target;
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
-use crate::limits::LONGEST_M;
+use crate::limits::FARTHEST_M;
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {
     spec: FaultSpec {
@@ -14,7 +14,7 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
         arguments: &[FaultArgument::at(
             "range_m",
             "Maximum distance between the robots' centers, m",
-            FaultRange::Above(LONGEST_M),
+            FaultRange::Above(FARTHEST_M),
         )],
     },
     group: FaultGroup::Radio,

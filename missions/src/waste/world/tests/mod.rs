@@ -275,10 +275,7 @@ fn items_of_a_spill_under_obstacles_move_to_reachable_places() {
     let full = world(|scenario| {
         robots(&[(1.0, 1.0, 0.0)])(scenario);
         WasteSection::of_mut(scenario).spills[0].items = 3;
-        scenario.room = Room {
-            width_m: 2.0,
-            height_m: 2.0,
-        };
+        scenario.room = Room::of_size(2.0, 2.0);
         scenario.obstacles = vec![solid(1.21, 0.0, 1.0, 2.0), solid(0.0, 1.21, 2.0, 1.0)];
     });
     assert_eq!(full.item_counts().total(), 3);

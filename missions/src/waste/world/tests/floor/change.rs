@@ -280,7 +280,7 @@ proptest! {
             prop_assert_eq!(&carried, &carriers.collect::<Vec<_>>());
             prop_assert!(carried.iter().all(|(_, robot)| world.is_present(*robot)));
             for item in world.items() {
-                let inside = item.position.cmpge(Vec2::ZERO).all() && item.position.cmple(world.size()).all();
+                let inside = world.room().contains(item.position);
                 prop_assert!(inside, "{item:?}");
             }
             let ids = ids(&world);

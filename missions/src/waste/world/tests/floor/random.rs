@@ -34,7 +34,7 @@ pub(super) fn setups() -> impl Strategy<Value = Setup> {
         |((width_m, height_m), obstacles, step_ms, (count, radius_m, speed_m_s), seed)| {
             let mut setup = default_setup(seed);
             let scenario = &mut setup.scenario;
-            scenario.room = Room { width_m, height_m };
+            scenario.room = Room::of_size(width_m, height_m);
             let obstacles = obstacles.into_iter();
             scenario.obstacles = obstacles
                 .map(|(x, y, w, h, p)| rectangle(x, y, w, h, p))
@@ -177,7 +177,7 @@ proptest! {
             prop_assert_eq!(counts.delivered, delivered);
             prop_assert_eq!(world.is_complete(), delivered == 24);
             for (id, item) in world.items().iter().enumerate() {
-                let size = world.size();
+                let size = world.room().size();
                 prop_assert!(item.position.cmpge(Vec2::ZERO).all() && item.position.cmple(size).all());
                 // An item falls on no solid, unless no other place existed at the start.
                 if events.iter().any(|event| event.kind == EventKind::Mission("dropped") && event.subject == format!("item-{id}")) {
@@ -214,7 +214,7 @@ proptest! {
             for (rank, actuation) in (0..).zip(&mut actuations) {
                 *actuation = actuation.filter(|_| (rank + target) % 4 == 0);
             }
-            let (robot, at) = (RobotId(target % robots), Vec2::new(x, y) * world.size());
+            let (robot, at) = (RobotId(target % robots), Vec2::new(x, y) * world.room().size());
             match change {
                 0 => { let _ = world.move_robot(robot, at, None); }
                 1 => { world.remove_robot(robot); }

@@ -20,7 +20,7 @@ fn team(count: usize, width_m: f32, height_m: f32) -> Scenario {
     };
     Scenario {
         robots: (0..count).map(robot).collect(),
-        room: Room { width_m, height_m },
+        room: Room::of_size(width_m, height_m),
         ..default_scenario()
     }
 }
