@@ -1,12 +1,13 @@
 //! `alliance run --in-process`: world and agents in one process without sockets, with the same log as a run by processes.
 
 use missions::Registry;
+use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use analysis::interrupted::InterruptFlag;
 use analysis::invariants::{Invariants, replayed};
-use in_process::Team;
+use in_process::{Team, threads_for};
 use proto::program_build;
 use proto::tick::Outcome;
 use run_log::recorder::Folder;
@@ -28,8 +29,8 @@ const INTERVAL: Duration = Duration::from_millis(200);
 /// The number of ticks between two readings of the clock. A reading costs as much as a small tick.
 const TICKS_PER_CLOCK_READING: u64 = 64;
 
-/// Runs the mission to its end or to the first violated invariant. Returns `true` if the mission is complete and nothing is violated.
-pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<u8> {
+/// Runs the mission on at most `jobs` threads to its end or to the first violated invariant. Returns the exit status.
+pub fn run(plan: &RunPlan, log: LogLevel, check: bool, jobs: NonZeroUsize) -> anyhow::Result<u8> {
     panics::set_process_name(format!(
         "alliance run (mission {}, allocator {})",
         plan.setup.catalog.mission.name(),
@@ -61,6 +62,9 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<u8> {
                 })?
         }
     };
+    let threads = threads_for(plan.setup.scenario.robots.len(), jobs.get());
+    team.use_threads(threads)?;
+    let mut team = team.into_background(threads > 1)?;
     let mut violation = violation.map(anyhow::Error::from);
     let outcome = loop {
         let outcome = team.tick()?;

@@ -24,12 +24,15 @@ const BATCH_TICKS: usize = 64;
 /// The maximum number of robot steps in a batch. They fit into the second-level cache and occupy a core only for a short time.
 const BATCH_STEPS: usize = 192;
 
+/// The maximum numbers of batches and of robot steps in the queue. The steps of a large team need much memory.
 const WAITING: usize = 8;
+const WAITING_STEPS: usize = 4_096;
 
 /// The writer of a run's log, on a separate thread if that is faster.
 pub struct BackgroundRecorder<S> {
     names: Names,
-    news: Vec<EventLine>,
+    /// The events of the latest tick; `None` if they are not collected.
+    news: Option<Vec<EventLine>>,
     /// Ticks that have not been handed over, and the number of ticks in a batch.
     waiting: Vec<OwnedRecord>,
     batch: usize,
@@ -53,11 +56,26 @@ struct Batch {
 
 impl<S: Sink + Send + 'static> BackgroundRecorder<S> {
     /// Starts a recorder, on a separate thread for a full or compact log.
+    ///
+    /// # Errors
+    /// Returns [`RecordError::Thread`].
     pub fn new(recorder: Recorder<S>) -> Result<Self, RecordError> {
+        Ok(Self {
+            news: Some(Vec::new()),
+            ..Self::without_events(recorder, true)?
+        })
+    }
+
+    /// Starts a recorder that does not collect events, on a separate thread only if `is_threaded`.
+    ///
+    /// # Errors
+    /// Returns [`RecordError::Thread`].
+    pub fn without_events(recorder: Recorder<S>, is_threaded: bool) -> Result<Self, RecordError> {
         let names = Names::of(recorder.encoder.setup());
         let robots = recorder.encoder.setup().scenario.robots.len();
-        let work = if recorder.encoder.level().has_every_tick() {
-            let (queue, batches) = sync_channel(WAITING);
+        let work = if is_threaded && recorder.encoder.level().has_every_tick() {
+            let waiting = (WAITING_STEPS / robots.max(1)).clamp(1, WAITING);
+            let (queue, batches) = sync_channel(waiting);
             let handle = thread::Builder::new()
                 .name("recorder".to_owned())
                 .spawn(move || write(recorder, &batches))
@@ -68,7 +86,7 @@ impl<S: Sink + Send + 'static> BackgroundRecorder<S> {
         };
         Ok(Self {
             names,
-            news: Vec::new(),
+            news: None,
             waiting: Vec::new(),
             batch: (BATCH_STEPS / robots.max(1)).clamp(1, BATCH_TICKS),
             work: Some(work),
@@ -77,7 +95,7 @@ impl<S: Sink + Send + 'static> BackgroundRecorder<S> {
 
     /// Returns the events of the latest tick as rows of events.csv.
     pub fn take_events(&mut self) -> Vec<EventLine> {
-        mem::take(&mut self.news)
+        self.news.as_mut().map(mem::take).unwrap_or_default()
     }
 
     /// Requests that everything recorded so far is written soon.
@@ -127,7 +145,9 @@ impl<S: Sink + Send + 'static> BackgroundRecorder<S> {
 
 impl<S: Sink + Send + 'static> Record for BackgroundRecorder<S> {
     fn record(&mut self, record: &TickRecord<'_>) -> Result<(), RecordError> {
-        self.news = encode::events(&self.names, record);
+        if let Some(news) = &mut self.news {
+            *news = encode::events(&self.names, record);
+        }
         match &mut self.work {
             Some(Work::Here(recorder)) => recorder.record(record),
             Some(Work::Thread { .. }) => {
