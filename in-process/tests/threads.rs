@@ -1,5 +1,7 @@
 //! A team on several threads has the same bytes as on one, with faults of messages, devices and processes.
 
+#![allow(clippy::unwrap_used)] // Clippy exempts test functions only, not their helpers.
+
 use in_process::{Team, joins_of, threads_for};
 use missions::Registry;
 use run_log::{LogLevel, MemoryLog};
