@@ -1,5 +1,6 @@
 //! One group of robots that are sent a tick, step and report together.
 
+use proto::team::Broadcast;
 use robot_agent::agent::{Agent, Workspace};
 use scenario::ids::{RobotId, Tick};
 use world_server::barrier::Verdict;
@@ -9,11 +10,16 @@ use crate::run::{Run, Seat, Workspaces};
 
 /// The number of robots that run through sensing, perception, thinking, acting and reporting together. Each of these steps runs a
 /// lot of code, which stays in the cache for the whole group.
-const TOGETHER: usize = 32;
+pub(super) const TOGETHER: usize = 32;
 
 impl Run {
     /// Steps the next group of robots. Returns `false` if no robot is left.
     pub(super) fn step_group(&mut self, inputs: &TickInputs) -> bool {
+        if let Some(mut crew) = self.take_crew(inputs) {
+            let any = self.step_team(&mut crew);
+            self.crew = Some(crew);
+            return any;
+        }
         // With external inputs, all robots that can be sent the tick form one group, because the inputs take effect after that.
         let is_undisturbed = inputs.leave_reports_alone();
         let most = if is_undisturbed { TOGETHER } else { usize::MAX };
@@ -122,42 +128,51 @@ impl Run {
 
     /// Passes the broadcasts and reports of the group to the team and to the world.
     fn report(&mut self) {
-        let tick = self.simulation.tick();
         let mut dismissed = Vec::new();
-        let Workspaces(spaces) = &mut self.spaces;
-        for (&robot, space) in self.asked.iter().zip(&mut *spaces) {
+        let asked = std::mem::take(&mut self.asked);
+        let Workspaces(mut spaces) = std::mem::take(&mut self.spaces);
+        for (&robot, space) in asked.iter().zip(&mut spaces) {
             if matches!(self.seats[robot.index()], Seat::Empty) {
                 continue;
-            }
-            if let Some(traffic) = &mut self.traffic {
-                traffic.add(&space.broadcasts);
             }
             if let Some(Some(command)) = self.driven.get(robot.index()) {
                 command.apply_to(&mut space.report.actuation);
             }
-            if self.simulation.has_external_controller(robot) {
-                for broadcast in &space.broadcasts {
-                    self.simulation.keep_broadcast(broadcast.clone());
-                }
-            }
-            if self.simulation.records_allocation_messages() {
-                for broadcast in &space.broadcasts {
-                    self.simulation.keep_allocation_message(broadcast);
-                }
-            }
-            self.broadcasts.send(
-                tick,
-                robot,
-                &mut space.broadcasts,
-                &mut space.used_broadcasts,
-            );
+            self.send(robot, &mut space.broadcasts, &mut space.used_broadcasts);
             if self.simulation.report(&space.report) == Verdict::Malformed {
                 dismissed.push(robot);
             }
         }
+        (self.asked, self.spaces) = (asked, Workspaces(spaces));
         // Without its controller the robot counts as crashed, as in a run by processes.
         for robot in dismissed {
             self.end_agent(robot);
         }
+    }
+
+    /// Passes a robot's broadcasts of the tick to the team, and to the world if it records them. Broadcasts that can no longer
+    /// be received move to `used`.
+    #[inline]
+    pub(super) fn send(
+        &mut self,
+        robot: RobotId,
+        broadcasts: &mut Vec<Broadcast>,
+        used: &mut Vec<Broadcast>,
+    ) {
+        if let Some(traffic) = &mut self.traffic {
+            traffic.add(broadcasts);
+        }
+        if self.simulation.has_external_controller(robot) {
+            for broadcast in &*broadcasts {
+                self.simulation.keep_broadcast(broadcast.clone());
+            }
+        }
+        if self.simulation.records_allocation_messages() {
+            for broadcast in &*broadcasts {
+                self.simulation.keep_allocation_message(broadcast);
+            }
+        }
+        let tick = self.simulation.tick();
+        self.broadcasts.send(tick, robot, broadcasts, used);
     }
 }

@@ -6,13 +6,19 @@
 //!
 //! [`Team`] steps world and agents and has a recorder. [`AnswerSource`] supplies the answers of external controllers.
 //! [`BodyCommand`] drives a body instead of its agent. [`BroadcastCounts`] counts broadcasts.
+//!
+//! [`Team::use_threads`] steps the robots on several threads, and [`BackgroundTeam`] writes the log on another one. Neither
+//! changes any byte.
 
+mod background;
 mod broadcast_store;
+mod crew;
 mod external_command;
 mod external_controllers;
 mod group;
 mod inputs;
 mod run;
+mod threads;
 mod traffic;
 
 use missions::Registry;
@@ -28,6 +34,9 @@ use world_server::barrier::Presence;
 use world_server::mission::UnknownMission;
 use world_server::simulation::Simulation;
 
+pub use background::BackgroundTeam;
+use crew::Crew;
+pub use crew::threads_for;
 pub use external_command::BodyCommand;
 pub use external_controllers::{AnswerError, AnswerSource, LoggedAnswers, TickError};
 pub use robot_agent::agent::AgentSnapshot;
@@ -46,6 +55,11 @@ pub enum StartError {
     /// A mission of the run that this program does not contain.
     #[error(transparent)]
     Mission(#[from] UnknownMission),
+    #[error("cannot start {threads} threads: {error}; use `--jobs 1`")]
+    Threads {
+        threads: usize,
+        error: rayon::ThreadPoolBuildError,
+    },
     /// An external controller without a source of its answers.
     #[error(
         "the controller '{controller}' of {robot} is an external program and needs a run with processes; use \
@@ -136,6 +150,32 @@ impl<S: Sink> Team<S> {
     /// control to the agent. The inputs of such a run are not sufficient to repeat it.
     pub fn drive(&mut self, robot: RobotId, command: Option<BodyCommand>) {
         self.run.drive(robot, command);
+    }
+
+    /// Steps the robots on this number of threads from now on, with the same bytes. [`threads_for`] returns a suitable number.
+    ///
+    /// # Errors
+    /// Returns [`StartError::Threads`].
+    pub fn use_threads(&mut self, threads: usize) -> Result<(), StartError> {
+        self.run.crew = match threads {
+            0 | 1 => None,
+            _ => Some(
+                Crew::new(self.run.seats.len(), threads)
+                    .map_err(|error| StartError::Threads { threads, error })?,
+            ),
+        };
+        Ok(())
+    }
+
+    /// Continues the run with a recorder on a thread of its own if `is_threaded` and the log has a row per tick.
+    ///
+    /// # Errors
+    /// Returns [`RecordError::Thread`].
+    pub fn into_background(self, is_threaded: bool) -> Result<BackgroundTeam<S>, RecordError>
+    where
+        S: Send + 'static,
+    {
+        BackgroundTeam::new(self.run, self.recorder, is_threaded)
     }
 
     /// Exchanges the team's workspaces for these. They contain no data that outlasts a tick.

@@ -14,6 +14,7 @@ use world_server::simulation::Simulation;
 
 use crate::StartError;
 use crate::broadcast_store::BroadcastStore;
+use crate::crew::Crew;
 use crate::external_command::BodyCommand;
 use crate::external_controllers::{AnswerError, AnswerSource, TickError};
 use crate::inputs::{LoggedInputs, TickInputs};
@@ -49,6 +50,8 @@ pub(super) struct Run {
     /// The robots of the current group. Their workspaces are in `spaces`, in the same order.
     pub asked: Vec<RobotId>,
     pub spaces: Workspaces,
+    /// The threads that step the team; `None` without threads of their own.
+    pub crew: Option<Crew>,
     inputs: LoggedInputs,
     /// By rank: commands that replace those of the agents. Empty if no body was ever driven.
     pub driven: Vec<Option<BodyCommand>>,
@@ -97,6 +100,7 @@ impl Run {
             broadcasts: BroadcastStore::new(setup.scenario.robots.len()),
             asked: Vec::new(),
             spaces: Workspaces::default(),
+            crew: None,
             simulation: Simulation::new(setup, mission, true),
             inputs: LoggedInputs::default(),
             driven: Vec::new(),

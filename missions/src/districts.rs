@@ -2,6 +2,7 @@
 
 use glam::Vec2;
 use scenario::{Radio, Robot, Room};
+use world_server::world::Grid;
 
 /// A grid of equal districts.
 pub(crate) struct Districts {
@@ -70,19 +71,47 @@ pub(crate) fn radio(neighbors: usize, robots: usize, room: &Room) -> Radio {
     }
 }
 
-/// Returns the indices of at most `most` places, nearest to `to` first. At equal distance the lower index comes first.
-pub(crate) fn nearest(places: &[Vec2], to: Vec2, most: usize) -> Vec<usize> {
-    let mut nearest: Vec<(f32, usize)> = Vec::with_capacity(most + 1);
-    for (index, place) in places.iter().enumerate() {
-        let squared = place.distance_squared(to);
-        if nearest.len() == most && nearest[most - 1].0 <= squared {
-            continue;
+/// Places with a grid that finds the nearest ones, so that the assignment of a team takes time linear in its size.
+pub(crate) struct Places {
+    grid: Grid,
+    count: usize,
+    /// The first radius of a search, m: about one place lies within it.
+    first_m: f32,
+}
+
+impl Places {
+    pub fn new(places: &[Vec2]) -> Self {
+        let size = places.iter().copied().fold(Vec2::ONE, Vec2::max);
+        let first_m = (size.x * size.y / places.len().max(1) as f32).sqrt();
+        let mut grid = Grid::new(size, first_m / 2.0, places.len());
+        for (index, place) in places.iter().enumerate() {
+            grid.insert(index, *place);
         }
-        let before = nearest.partition_point(|known| known.0 <= squared);
-        nearest.insert(before, (squared, index));
-        nearest.truncate(most);
+        Self {
+            grid,
+            count: places.len(),
+            first_m,
+        }
     }
-    nearest.into_iter().map(|(_, index)| index).collect()
+
+    /// Returns the indices of at most `most` places, nearest to `to` first. At equal distance the lower index comes first.
+    pub fn nearest(&self, to: Vec2, most: usize) -> Vec<usize> {
+        let mut reach_m = self.first_m;
+        loop {
+            let near = self.grid.near(to, reach_m);
+            let mut near: Vec<(f32, usize)> = near
+                .map(|(index, place)| (place.distance_squared(to), index))
+                .collect();
+            // Corners of the searched square are farther away than unsearched places.
+            let is_sure = |&&(squared, _): &&(f32, usize)| squared < reach_m * reach_m;
+            if near.len() == self.count || near.iter().filter(is_sure).count() >= most {
+                near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                near.truncate(most);
+                return near.into_iter().map(|(_, index)| index).collect();
+            }
+            reach_m *= 2.0;
+        }
+    }
 }
 
 /// Returns for each robot the places assigned to it, in ascending order. A robot gets the places nearest to its start,
@@ -94,11 +123,13 @@ pub(crate) fn nearest_both_ways(
     robots_per_place: usize,
 ) -> Vec<Vec<usize>> {
     let starts = starts(team);
+    let all = Places::new(places);
     let assigned = starts.iter();
-    let assigned = assigned.map(|&start| nearest(places, start, places_per_robot));
+    let assigned = assigned.map(|&start| all.nearest(start, places_per_robot));
     let mut assigned: Vec<Vec<usize>> = assigned.collect();
+    let starts = Places::new(&starts);
     for (index, &place) in places.iter().enumerate() {
-        for robot in nearest(&starts, place, robots_per_place) {
+        for robot in starts.nearest(place, robots_per_place) {
             assigned[robot].push(index);
         }
     }
@@ -113,4 +144,32 @@ pub(crate) fn nearest_both_ways(
 pub(crate) fn starts(team: &[Robot]) -> Vec<Vec2> {
     let start = |robot: &Robot| robot.start.map_or(Vec2::ZERO, |start| start.position());
     team.iter().map(start).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Compares the search with a sorted list of all places. Whole coordinates have many equal distances.
+        #[test]
+        fn nearest_places_equal_those_of_a_full_search(
+            places in prop::collection::vec((0..12_u8, 0..9_u8), 0..40),
+            to in (-2..14_i8, -2..11_i8),
+            most in 1..6_usize,
+        ) {
+            let at = |(x, y): (u8, u8)| Vec2::new(f32::from(x), f32::from(y));
+            let places: Vec<Vec2> = places.into_iter().map(at).collect();
+            let to = Vec2::new(f32::from(to.0), f32::from(to.1));
+            let mut expected: Vec<usize> = (0..places.len()).collect();
+            expected.sort_by(|a, b| {
+                let squared = |index: &usize| places[*index].distance_squared(to);
+                squared(a).total_cmp(&squared(b))
+            });
+            expected.truncate(most);
+            prop_assert_eq!(Places::new(&places).nearest(to, most), expected);
+        }
+    }
 }

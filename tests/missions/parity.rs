@@ -79,6 +79,21 @@ fn every_allocator_has_the_same_bytes() {
     }
 }
 
+/// A large team is stepped on several threads, and another thread writes its log.
+#[test]
+fn any_number_of_threads_has_the_same_bytes() {
+    let lab = Lab::new();
+    let run = |jobs: u32| {
+        let words = format!("run --in-process --robots 700 --limit 3 --log full --jobs {jobs}");
+        lab.run(format!("{words} --out jobs-{jobs}")).expect(1);
+    };
+    run(1);
+    for jobs in [2, 5] {
+        run(jobs);
+        lab.assert_same_bytes("jobs-1", &format!("jobs-{jobs}"));
+    }
+}
+
 /// A scenario of the mission service with all properties of points, chargers, loads and costs by path.
 const ALL_PROPERTIES: &str = "
 name = 'all-properties'

@@ -26,7 +26,7 @@ mod place;
 mod process_faults;
 
 use std::cell::Cell;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use proto::tick::Report;
 use run_log::Input;
@@ -34,6 +34,7 @@ use scenario::ids::{Incarnation, RobotId, Tick};
 use scenario::{Robot, StepOrder};
 
 pub use manifests::RadioReach;
+pub(crate) use manifests::sort_manifest;
 pub use place::Presence;
 use place::{CountedAnswer, RobotSlot};
 
@@ -303,11 +304,14 @@ impl Barrier {
         gathered.inputs.append(&mut self.inputs);
         self.to_ask.clear();
         // Sorted by rank, so that the order of arrival has no effect. Inputs of one robot keep their order.
-        let rank = |input: &Input| {
-            let named = |place: &RobotSlot| input.robot() == Some(&place.name);
-            self.places.iter().position(named)
-        };
-        gathered.inputs.sort_by_cached_key(rank);
+        if gathered.inputs.len() > 1 {
+            let places = self.places.iter().zip(0..);
+            let ranks: BTreeMap<&str, usize> = places
+                .map(|(place, rank)| (place.name.as_str(), rank))
+                .collect();
+            let rank = |input: &Input| ranks.get(input.robot()?).copied();
+            gathered.inputs.sort_by_cached_key(rank);
+        }
         self.list_all(radio);
         for (index, place) in self.places.iter_mut().enumerate() {
             let answer = place.answer.take();

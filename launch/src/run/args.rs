@@ -1,12 +1,14 @@
 //! The command line of `alliance run`.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
 use analysis::allocation::{self, DEFAULT_ROUNDS, allocate};
 use analysis::branch::{BranchArgs, BranchPlan};
 use analysis::export::{export_mcap, mcap_is_there};
 use analysis::learned;
+use analysis::sweep::{jobs, jobs_or_cores};
 use anyhow::{Context, bail};
 use clap::Args;
 use missions::Registry;
@@ -43,6 +45,9 @@ pub struct RunCommand {
     /// Run everything in this process: the same log, but no page and no pace
     #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "metrics", "ros"])]
     in_process: bool,
+    /// Number of threads with --in-process [default: all cores, fewer for a small team]
+    #[arg(long, value_name = "N", value_parser = jobs, requires = "in_process", help_heading = "Execution")]
+    jobs: Option<NonZeroUsize>,
     /// Check invariants after every tick, then replay the run and compare
     #[arg(long, requires = "in_process", help_heading = "Execution")]
     check: bool,
@@ -324,7 +329,7 @@ impl RunCommand {
             stderr_line!("{note}");
         }
         let status = if self.in_process {
-            one_process::run(plan, log, self.check)?
+            one_process::run(plan, log, self.check, jobs_or_cores(self.jobs))?
         } else {
             supervise(plan, link)?
         };

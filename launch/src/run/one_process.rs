@@ -1,12 +1,13 @@
 //! `alliance run --in-process`: world and agents in one process without sockets, with the same log as a run by processes.
 
 use missions::Registry;
+use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use analysis::interrupted::InterruptFlag;
 use analysis::invariants::{Invariants, replayed};
-use in_process::Team;
+use in_process::{BackgroundTeam, Team, threads_for};
 use proto::event::TickEvents;
 use proto::program_build;
 use proto::tick::Outcome;
@@ -32,8 +33,8 @@ const INTERVAL: Duration = Duration::from_millis(200);
 /// The number of ticks between two readings of the clock. A reading costs as much as a small tick.
 const TICKS_PER_CLOCK_READING: u64 = 64;
 
-/// Runs the mission to its end or to the first violated invariant. Returns `true` if the mission is complete and nothing is violated.
-pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<u8> {
+/// Runs the mission on at most `jobs` threads to its end or to the first violated invariant. Returns the exit status.
+pub fn run(plan: &RunPlan, log: LogLevel, check: bool, jobs: NonZeroUsize) -> anyhow::Result<u8> {
     panics::set_process_name(format!(
         "alliance run (mission {}, allocator {})",
         plan.setup.catalog.mission.name(),
@@ -65,10 +66,11 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<u8> {
                 })?
         }
     };
+    let threads = threads_for(plan.setup.scenario.robots.len(), jobs.get());
+    team.use_threads(threads)?;
+    let mut team = team.into_background(threads > 1)?;
     let mut violation = violation.map(anyhow::Error::from);
     let mut news = RunNews::new(&plan.setup);
-    // The first call only begins the collection of events.
-    team.take_events();
     let outcome = loop {
         let outcome = team.tick()?;
         for line in news_of(&mut team, &mut news) {
@@ -133,7 +135,10 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool) -> anyhow::Result<u8> {
 }
 
 /// Returns the lines about the last tick.
-fn news_of<S: Sink>(team: &mut Team<S>, news: &mut RunNews) -> Vec<String> {
+fn news_of<S: Sink + Send + 'static>(
+    team: &mut BackgroundTeam<S>,
+    news: &mut RunNews,
+) -> Vec<String> {
     let events = team.take_events();
     let simulation = team.simulation();
     let tick = simulation.tick();

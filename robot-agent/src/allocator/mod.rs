@@ -45,7 +45,7 @@ use rand_chacha::ChaCha8Rng;
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId};
 use scenario::rng::{self, Purpose};
 use scenario::time::SimTime;
-use scenario::{LearnedTimes, ParameterSpec, Setup, TaskSpec};
+use scenario::{Body, LearnedTimes, ParameterSpec, Setup, TaskSpec};
 use serde::Deserialize;
 
 pub(crate) use framed::AllocatorRunner;
@@ -209,15 +209,25 @@ impl TaskBrief {
             robots: Vec::new(),
         };
         let mut all: Vec<Self> = catalog.tasks.iter().map(new).collect();
+        // Most robots of a team have equal bodies and skills.
+        let mut known: Vec<Option<(Body, f64, f64)>> = vec![None; catalog.sets.len()];
         for (robot, rank) in scenario.robots.iter().zip(0..) {
             let body = scenario.body_of(robot);
             for id in catalog.behaviors_of(robot) {
                 let behavior = &catalog.sets[id.index()];
                 let brief = &mut all[behavior.task.index()];
                 let skill = robot.skill_at(behavior);
-                let unit_s = catalog
-                    .mission
-                    .work_unit_s(scenario, &body, skill, behavior);
+                let known = &mut known[id.index()];
+                let unit_s = match known {
+                    Some((of_body, of_skill, unit_s)) if (*of_body, *of_skill) == (body, skill) => {
+                        *unit_s
+                    }
+                    _ => {
+                        let mission = catalog.mission;
+                        mission.work_unit_s(scenario, &body, skill, behavior)
+                    }
+                };
+                *known = Some((body, skill, unit_s));
                 brief.unit_s = brief.unit_s.max(unit_s);
                 if brief.robots.last() != Some(&RobotId(rank)) {
                     brief.robots.push(RobotId(rank));

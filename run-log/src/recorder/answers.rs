@@ -94,44 +94,9 @@ impl Answers {
         }
     }
 
-    /// Marks the readings of a robot as changed since its last report.
-    pub fn mark_readings_changed(&mut self, robot: RobotId) {
-        self.by_rank[robot.index()].readings_hold = false;
-    }
-
     /// Stores and hashes a report together with the readings that the robot received before it.
     pub fn store(&mut self, readings: &Readings, report: &Report) {
-        let answer = &mut self.by_rank[report.robot.index()];
-        let has_messages = report.broadcasts > 0 || !report.receptions.is_empty();
-        let before = answer.hashes;
-        // A working robot keeps the same motivations for many ticks.
-        let same_motivations = have_same_motivations(&answer.report, report);
-        answer.hashes = Some(Hashes {
-            readings: match before {
-                // An idle robot keeps the same readings for many ticks.
-                Some(before) if answer.readings_hold => before.readings,
-                _ => self.hash.of(readings),
-            },
-            messages: has_messages.then(|| self.hash.of(&(report.broadcasts, &report.receptions))),
-            motivations: match before {
-                Some(before) if same_motivations => before.motivations,
-                _ => self.hash.of(&(
-                    report.active,
-                    &report.motivations,
-                    &report.allocation,
-                    &report.changes,
-                    &report.notes,
-                )),
-            },
-            commands: match before {
-                // An idle robot keeps the same commands.
-                Some(before) if have_same_commands(&answer.report, report) => before.commands,
-                _ => self.hash.of(&report.actuation),
-            },
-        });
-        answer.readings_hold = true;
-        answer.deliveries = Deliveries::of(&report.receptions);
-        answer.store(report, same_motivations);
+        self.by_rank[report.robot.index()].update(&mut self.hash, readings, report);
     }
 
     pub fn count(&mut self, counted: &[bool]) {
@@ -145,6 +110,12 @@ impl Answers {
         &self.by_rank
     }
 
+    /// Returns the answers by rank, for [`Answer::update`].
+    #[must_use]
+    pub fn all_mut(&mut self) -> &mut [Answer] {
+        &mut self.by_rank
+    }
+
     /// Returns the latest report of a robot, or an empty one before its first.
     #[must_use]
     pub fn report(&self, robot: RobotId) -> &Report {
@@ -153,6 +124,45 @@ impl Answers {
 }
 
 impl Answer {
+    /// Marks the readings of the robot as changed since its last report.
+    pub fn mark_readings_changed(&mut self) {
+        self.readings_hold = false;
+    }
+
+    /// Stores and hashes a report of the robot together with the readings that the robot received before it.
+    pub fn update(&mut self, hash: &mut SectionHash, readings: &Readings, report: &Report) {
+        let has_messages = report.broadcasts > 0 || !report.receptions.is_empty();
+        let before = self.hashes;
+        // A working robot keeps the same motivations for many ticks.
+        let same_motivations = have_same_motivations(&self.report, report);
+        self.hashes = Some(Hashes {
+            readings: match before {
+                // An idle robot keeps the same readings for many ticks.
+                Some(before) if self.readings_hold => before.readings,
+                _ => hash.of(readings),
+            },
+            messages: has_messages.then(|| hash.of(&(report.broadcasts, &report.receptions))),
+            motivations: match before {
+                Some(before) if same_motivations => before.motivations,
+                _ => hash.of(&(
+                    report.active,
+                    &report.motivations,
+                    &report.allocation,
+                    &report.changes,
+                    &report.notes,
+                )),
+            },
+            commands: match before {
+                // An idle robot keeps the same commands.
+                Some(before) if have_same_commands(&self.report, report) => before.commands,
+                _ => hash.of(&report.actuation),
+            },
+        });
+        self.readings_hold = true;
+        self.deliveries = Deliveries::of(&report.receptions);
+        self.store(report, same_motivations);
+    }
+
     /// Copies a report into the existing buffers, so that the caller keeps its own buffers, which are in the cache.
     fn store(&mut self, report: &Report, same_motivations: bool) {
         let stored = &mut self.report;

@@ -24,11 +24,14 @@ const BATCH_TICKS: usize = 64;
 /// The maximum number of robot steps in a batch. They fit into the second-level cache and occupy a core only for a short time.
 const BATCH_STEPS: usize = 192;
 
+/// The maximum numbers of batches and of robot steps in the queue. The steps of a large team need much memory.
 const WAITING: usize = 8;
+const WAITING_STEPS: usize = 4_096;
 
 /// The writer of a run's log, on a separate thread if that is faster.
 pub struct BackgroundRecorder<S> {
     names: Names,
+    /// The events of the latest tick.
     news: Vec<EventLine>,
     /// Ticks that have not been handed over, and the number of ticks in a batch.
     waiting: Vec<OwnedRecord>,
@@ -52,12 +55,16 @@ struct Batch {
 }
 
 impl<S: Sink + Send + 'static> BackgroundRecorder<S> {
-    /// Starts a recorder, on a separate thread for a full or compact log.
-    pub fn new(recorder: Recorder<S>) -> Result<Self, RecordError> {
+    /// Starts a recorder, on a separate thread for a full or compact log if `is_threaded`.
+    ///
+    /// # Errors
+    /// Returns [`RecordError::Thread`].
+    pub fn new(recorder: Recorder<S>, is_threaded: bool) -> Result<Self, RecordError> {
         let names = Names::of(recorder.encoder.setup());
         let robots = recorder.encoder.setup().scenario.robots.len();
-        let work = if recorder.encoder.level().has_every_tick() {
-            let (queue, batches) = sync_channel(WAITING);
+        let work = if is_threaded && recorder.encoder.level().has_every_tick() {
+            let waiting = (WAITING_STEPS / robots.max(1)).clamp(1, WAITING);
+            let (queue, batches) = sync_channel(waiting);
             let handle = thread::Builder::new()
                 .name("recorder".to_owned())
                 .spawn(move || write(recorder, &batches))

@@ -13,15 +13,15 @@ impl SectionHash {
     // Sections of every tick are hashed by functions without type parameters. These are compiled in this optimized crate, and
     // not in the crate that chooses a sink.
 
-    pub fn inputs(&mut self, inputs: &[Input]) -> u64 {
+    pub(super) fn inputs(&mut self, inputs: &[Input]) -> u64 {
         self.of(&inputs)
     }
 
-    pub fn events(&mut self, events: &[Event]) -> u64 {
+    pub(super) fn events(&mut self, events: &[Event]) -> u64 {
         self.of(&events)
     }
 
-    pub fn state(&mut self, bodies: &[BodyRecord], mission_state: u64) -> u64 {
+    pub(super) fn state(&mut self, bodies: &[BodyRecord], mission_state: u64) -> u64 {
         self.of(&(bodies, mission_state))
     }
 }

@@ -50,6 +50,7 @@ pub use answers::{Answer, Answers, Deliveries};
 pub use background::BackgroundRecorder;
 pub use record::{BodyRecord, Event, EventKind, FaultEvent, TickRecord};
 pub(crate) use row::Row;
+pub use section_hash::SectionHash;
 pub use sink::{Folder, Sink};
 pub use tally::Ending;
 

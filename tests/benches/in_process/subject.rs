@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use alliance_tests::runs;
-use in_process::Team;
+use in_process::{BackgroundTeam, Team};
 use missions::Registry;
 use missions::waste::data::{WasteSection, family};
 use proto::readings::Actuation;
@@ -30,21 +30,26 @@ pub fn setup(robots: usize, allocator: &str) -> Setup {
 pub struct Run {
     setup: Setup,
     level: LogLevel,
-    team: Team<Folder>,
+    threads: usize,
+    team: BackgroundTeam<Folder>,
     folder: TempDir,
 }
 
 impl Run {
-    pub fn new(setup: Setup, level: LogLevel) -> Self {
+    /// Starts a run on this number of threads. With more than one, another thread writes a full log.
+    pub fn new(setup: Setup, level: LogLevel, threads: usize) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let sink = Folder::create(folder.path()).unwrap();
         let mut team = Team::new(setup.clone(), level, sink).unwrap();
+        team.use_threads(threads).unwrap();
+        let mut team = team.into_background(threads > 1).unwrap();
         for _ in 0..BEGIN {
             team.tick().unwrap();
         }
         Self {
             setup,
             level,
+            threads,
             team,
             folder,
         }
@@ -63,7 +68,7 @@ impl Run {
             spent += began.elapsed();
             left -= here;
             if left > 0 {
-                *self = Self::new(self.setup.clone(), self.level);
+                *self = Self::new(self.setup.clone(), self.level, self.threads);
             }
         }
         black_box(self.folder.path());

@@ -12,23 +12,24 @@ pub trait RadioReach {
     fn for_each_receiver(&self, sender: RobotId, hear: impl FnMut(RobotId));
 }
 
+/// Sorts a manifest by (sender, tick).
+pub(crate) fn sort_manifest(manifest: &mut [ManifestEntry]) {
+    // The entries are already sorted, except those of a sender that answered before this robot was sent the tick.
+    if !manifest.is_sorted() {
+        manifest.sort_unstable();
+    }
+}
+
 impl Barrier {
-    /// Moves the manifest of a robot that is sent the tick into `manifest`, sorted by (sender, tick). Replaces its contents.
+    /// Moves the manifest of a robot that is sent the tick into `manifest`. Replaces its contents. `sort_manifest` must
+    /// follow.
     #[inline]
     pub fn take_manifest(&mut self, robot: RobotId, manifest: &mut Vec<ManifestEntry>) {
         let listed = &mut self.places[robot.index()].manifest;
         // Both are empty in most ticks.
         if !(listed.is_empty() && manifest.is_empty()) {
-            Self::exchange(listed, manifest);
-        }
-    }
-
-    fn exchange(listed: &mut Vec<ManifestEntry>, manifest: &mut Vec<ManifestEntry>) {
-        std::mem::swap(listed, manifest);
-        listed.clear();
-        // The entries are already sorted, except those of a sender that answered before this robot was sent the tick.
-        if !manifest.is_sorted() {
-            manifest.sort_unstable();
+            std::mem::swap(listed, manifest);
+            listed.clear();
         }
     }
 

@@ -232,6 +232,7 @@ impl Watched {
         while let Some(question) = self.barrier.next_recipient(&All(self.robots)) {
             let mut manifest = Vec::new();
             self.barrier.take_manifest(question.robot, &mut manifest);
+            sort_manifest(&mut manifest);
             let robot = question.robot.0;
             assert!(!self.asked.contains(&robot), "asked twice in a tick");
             if self.order == InOrder {
@@ -460,6 +461,7 @@ fn step_all(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
     while let Some(question) = barrier.next_recipient(&All(2)) {
         let mut manifest = Vec::new();
         barrier.take_manifest(question.robot, &mut manifest);
+        sort_manifest(&mut manifest);
         let senders = manifest.iter().map(|entry| entry.sender);
         received.push((question.robot, senders.collect()));
         let answer = report(question.robot, question.incarnation, barrier.tick(), 1);

@@ -176,7 +176,7 @@ impl MissionRegistry {
 /// world.step(&[command, command]);
 /// assert_eq!(world.mission().end(world.now()), Some(Outcome::Complete));
 /// ```
-pub trait MissionWorld: CloneWorld + Any + Send {
+pub trait MissionWorld: CloneWorld + Any + Send + Sync {
     /// Creates the mission of a run on its floor, with all bodies at their start. The scenario is valid.
     fn new(setup: &Setup, floor: &Floor) -> Self
     where
@@ -231,6 +231,7 @@ pub trait MissionWorld: CloneWorld + Any + Send {
     fn settle(&mut self, _floor: &mut Floor, _happened: &mut StepEvents) {}
 
     /// Writes a robot's current readings of the mission's intact devices to `sensed`, which contains older readings.
+    /// Several threads may call this function at the same time, for different robots.
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut SensorReading) -> Validity;
 
     /// Releases everything that a robot holds, because its agent has died or its body is about to be removed. By default

@@ -163,7 +163,7 @@ impl Server {
             simulation,
             peers,
             folder: recorder.sink().path().to_owned(),
-            recorder: BackgroundRecorder::new(recorder)?,
+            recorder: BackgroundRecorder::new(recorder, true)?,
             delivery_check: DeliveryCheck::default(),
             overheard: Overheard::default(),
             run: bus.run,

@@ -5,7 +5,7 @@
 //! [`Simulation::is_complete`] it calls [`Simulation::finish`] and [`Simulation::record`].
 //!
 //! - `tick`: the steps of a tick, in this order. `ended_tick`: its result, for the recorder. `end`: the end of the run.
-//! - `presence`: robots that take part. `reports`: their reports. `figures`: progress of the mission.
+//! - `presence`: robots that take part. `robot_tick`: the part of a tick that concerns one robot. `reports`: their reports. `figures`: progress of the mission.
 //! - `commands`: operators' orders. `triggers`: events that faults wait for.
 //! - `effects`: effects of faults. `process_actions`: process actions of faults.
 //! - `ground_truth`: ground truth for allocators that request it.
@@ -22,6 +22,7 @@ mod levels;
 mod presence;
 mod process_actions;
 mod reports;
+mod robot_tick;
 #[cfg(test)]
 mod tests;
 mod tick;
@@ -54,6 +55,7 @@ use ended_tick::EndedTick;
 pub use figures::Counts;
 use ground_truth::GroundTruth;
 use process_actions::{Acts, PendingAction};
+pub use robot_tick::TickContext;
 use tick::TickPhase;
 use view::ViewHistory;
 

@@ -5,9 +5,10 @@ use proto::team::{Broadcast, BroadcastContent};
 use proto::telemetry::Delivery;
 use proto::tick::Report;
 use run_log::Input;
-use scenario::ids::RobotId;
+use scenario::ids::{Incarnation, RobotId};
 
 use super::Simulation;
+use super::robot_tick::is_well_formed;
 use crate::barrier::{MAX_BROADCASTS, Verdict};
 use crate::faults::schedule::FaultIndex;
 use run_log::recorder::Answer;
@@ -107,7 +108,7 @@ impl Simulation {
     /// # Errors
     /// Returns the first problem.
     pub fn check(&self, report: &Report) -> Result<(), String> {
-        if !self.is_well_formed(report) {
+        if !is_well_formed(report, &self.setup) {
             return Err("impossible contents".to_owned());
         }
         let undecodable = self
@@ -174,17 +175,16 @@ impl Simulation {
     /// Records the active behavior sets for faults of roles in the next tick. They follow from the log of this tick alone.
     pub(super) fn record_reported(&mut self, answers: &[Answer], inputs: &[Input]) {
         self.reported.fill(None);
+        let gone = inputs.iter().filter_map(|input| match input {
+            Input::Gone {
+                robot, incarnation, ..
+            } => Some((self.robot_named(robot)?, *incarnation)),
+            _ => None,
+        });
+        let gone: Vec<(RobotId, Incarnation)> = gone.collect();
         for answer in answers.iter().filter(|answer| answer.counts) {
             let report = &answer.report;
-            let has_died = inputs.iter().any(|input| match input {
-                Input::Gone {
-                    robot, incarnation, ..
-                } => {
-                    *incarnation == report.incarnation
-                        && self.robot_named(robot) == Some(report.robot)
-                }
-                _ => false,
-            });
+            let has_died = gone.contains(&(report.robot, report.incarnation));
             self.reported[report.robot.index()] = (!has_died).then_some(report.active);
         }
     }
@@ -218,39 +218,5 @@ impl Simulation {
                 });
             }
         }
-    }
-
-    /// Checks whether the ids and numbers of a report are valid in this run.
-    fn is_well_formed(&self, report: &Report) -> bool {
-        let robots = self.setup.scenario.robots.len();
-        let (sets, tasks) = (
-            self.setup.catalog.sets.len(),
-            self.setup.catalog.tasks.len(),
-        );
-        let threshold = self.setup.alliance.threshold;
-        report.robot.index() < robots
-            && report.active.is_none_or(|active| active.index() < sets)
-            && report.motivations.len() <= sets
-            && report.allocation.len() <= sets
-            && report.allocation.iter().all(|row| {
-                row.task.index() < tasks
-                    && row.behavior.index() < sets
-                    && row.utility.is_finite()
-                    && row.holder.is_none_or(|holder| holder.index() < robots)
-            })
-            && report.changes.len() <= 8 * sets
-            && report.motivations.iter().all(|motivation| {
-                motivation.set.index() < sets
-                    && (0.0..=threshold).contains(&motivation.motivation)
-                    && motivation.impatience.is_finite()
-            })
-            && report
-                .changes
-                .iter()
-                .all(|change| change.set.index() < sets)
-            && report.receptions.iter().all(|reception| {
-                // The content of a received message is the sender's.
-                reception.sender.index() < robots
-            })
     }
 }

@@ -13,7 +13,6 @@ use scenario::ids::RobotId;
 
 use super::Simulation;
 use super::ended_tick::EndedTick;
-use crate::barrier::TickRecipient;
 use crate::faults::schedule::Transition;
 use crate::faults::skills::impairments;
 use crate::world::Impairment;
@@ -111,6 +110,13 @@ impl Simulation {
 
     /// Returns the next robot that needs its tick message, which [`Simulation::message`] then returns.
     pub fn next_recipient(&mut self) -> Option<RobotId> {
+        let robot = self.next_asked()?;
+        self.prepare(robot);
+        Some(robot)
+    }
+
+    /// Returns the next robot that needs its tick message, with the barrier's part of it.
+    pub(super) fn next_asked(&mut self) -> Option<RobotId> {
         self.begin();
         if self.outcome.is_some() || !self.acts.is_empty() {
             return None;
@@ -121,13 +127,6 @@ impl Simulation {
             self.settle();
             return None;
         };
-        self.write_message(recipient);
-        self.write_readings(recipient.robot);
-        Some(recipient.robot)
-    }
-
-    /// Writes a robot's tick message without its readings.
-    fn write_message(&mut self, recipient: TickRecipient) {
         let robot = recipient.robot;
         let message = &mut self.messages[robot.index()];
         message.incarnation = recipient.incarnation;
@@ -135,35 +134,7 @@ impl Simulation {
         message.now = self.world.now();
         message.last_counted = recipient.last_counted;
         self.barrier.take_manifest(robot, &mut message.manifest);
-        for entry in &mut message.manifest {
-            let channel = self.world.channel(entry.sender, robot);
-            let faults = self.links.state(entry.sender, robot);
-            let state = faults.map_or(channel, |faults| faults.and(channel));
-            entry.link = (!state.is_clear()).then(|| Box::new(state));
-        }
-        self.links.write_held_senders(robot, &mut message.held);
-        self.ground_truth
-            .write_offers(robot, &mut message.ground_truth);
-    }
-
-    /// Writes a robot's readings, which sensor faults distort.
-    fn write_readings(&mut self, robot: RobotId) {
-        // Distorted readings differ from the sensed ones.
-        if self.sensors.never_broken() && self.world.readings_are_valid(robot) {
-            return;
-        }
-        self.answers.mark_readings_changed(robot);
-        let message = &mut self.messages[robot.index()];
-        self.world.write_readings(robot, &mut message.readings);
-        let hits = self.sensors.distort(
-            self.world.mission(),
-            robot,
-            message.tick,
-            &mut message.readings,
-        );
-        for fault in hits {
-            self.hit(fault, 1);
-        }
+        Some(robot)
     }
 
     /// Evaluates triggers and kills after the tick's last report.

@@ -53,7 +53,7 @@ pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
 pub use floor::{Floor, Impairment};
 pub use grid::Grid;
 pub use motion::{limit_command, wrap_angle};
-pub use neighbor_cache::Circle;
+pub use neighbor_cache::{Circle, CircleCache};
 pub use outline::{Outline, SKIN_M};
 pub use places::Places;
 pub use regions::Regions;

@@ -1,7 +1,7 @@
 //! Search results that stay valid for several steps, because bodies move only a few centimeters per step. The method is the
 //! skin round the neighbor lists of molecular dynamics (Verlet, Phys. Rev. 159, 98, 1967).
 
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
 
 use glam::Vec2;
 use scenario::Room;
@@ -16,11 +16,21 @@ const SKIRT_M: f32 = 2.0;
 pub(super) const ROUNDING_M: f32 = 0.01;
 
 /// The cached surroundings of one robot. They only save searches and are not part of the world's state.
-#[derive(Clone, Debug, Default)]
+///
+/// Only the thread that senses or moves the robot uses its caches, so their accesses need no order.
+#[derive(Debug, Default)]
 pub(super) struct NeighborCache {
-    /// The distance to the nearest other body at the last search, plus twice the [`Drift`] at that time, m. Two bodies
-    /// approach each other by at most twice the drift.
-    others_m: Cell<f64>,
+    /// The bits of a distance, m: that to the nearest other body at the last search, plus twice the [`Drift`] at that time.
+    /// Two bodies approach each other by at most twice the drift.
+    others_m: AtomicU64,
+}
+
+impl Clone for NeighborCache {
+    fn clone(&self) -> Self {
+        Self {
+            others_m: self.others_m.load(Relaxed).into(),
+        }
+    }
 }
 
 /// A circle in which a cached result holds, m. The default circle is empty.
@@ -44,6 +54,54 @@ impl Circle {
     #[must_use]
     pub fn contains(&self, point: Vec2) -> bool {
         (point - self.center).length_squared() < self.squared
+    }
+}
+
+/// A circle with a number, as the cache of one robot: a new result replaces both behind a shared reference. Only the thread
+/// that senses the robot may use the cache.
+#[derive(Debug, Default)]
+pub struct CircleCache {
+    /// The bits of both coordinates.
+    center: AtomicU64,
+    squared: AtomicU32,
+    value: AtomicU32,
+}
+
+impl CircleCache {
+    /// Returns the cached circle and its number. A new cache contains an empty circle and 0.
+    #[must_use]
+    pub fn get(&self) -> (Circle, u32) {
+        let center = self.center.load(Relaxed);
+        let circle = Circle {
+            center: Vec2::new(
+                f32::from_bits(center as u32),
+                f32::from_bits((center >> 32) as u32),
+            ),
+            squared: f32::from_bits(self.squared.load(Relaxed)),
+        };
+        (circle, self.value.load(Relaxed))
+    }
+
+    /// Replaces the cached circle and its number.
+    pub fn set(&self, circle: Circle, value: u32) {
+        let [x, y] = circle.center.to_array().map(f32::to_bits).map(u64::from);
+        self.center.store(x | (y << 32), Relaxed);
+        self.squared.store(circle.squared.to_bits(), Relaxed);
+        self.value.store(value, Relaxed);
+    }
+
+    /// Replaces the cached circle by an empty one.
+    pub fn clear(&self) {
+        self.set(Circle::default(), 0);
+    }
+}
+
+impl Clone for CircleCache {
+    fn clone(&self) -> Self {
+        let copy = Self::default();
+        let (circle, value) = self.get();
+        copy.set(circle, value);
+        copy
     }
 }
 
@@ -99,13 +157,14 @@ impl Floor {
         let squared = others.map(|(_, at)| (at - position).length_squared());
         let nearest_m = squared.fold(far_m * far_m, f32::min).sqrt();
         let known_m = f64::from(nearest_m) + 2.0 * self.drift.total_m;
-        body.vicinity.others_m.set(known_m);
+        body.vicinity.others_m.store(known_m.to_bits(), Relaxed);
         !self.has_no_neighbor(robot, reach_m)
     }
 
     /// Checks whether the cache excludes other bodies within reach of a robot's center.
     pub(super) fn has_no_neighbor(&self, robot: RobotId, reach_m: f32) -> bool {
-        let known_m = self.robots[robot.index()].vicinity.others_m.get();
+        let known_m = &self.robots[robot.index()].vicinity.others_m;
+        let known_m = f64::from_bits(known_m.load(Relaxed));
         let apart_m = known_m - 2.0 * self.drift.total_m;
         apart_m > f64::from(reach_m + self.body.radius_m + ROUNDING_M)
     }

@@ -4,7 +4,7 @@
 //! or of the floor calls one of the functions below. A mission returns a [`Validity`](crate::mission::Validity) with its part
 //! of the readings.
 
-use std::cell::Cell;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use glam::Vec2;
 use scenario::ids::RobotId;
@@ -12,15 +12,22 @@ use scenario::ids::RobotId;
 use super::Floor;
 use super::neighbor_cache::ROUNDING_M;
 
-/// True if the latest readings of a robot still hold; false before the first reading.
-#[derive(Clone, Debug, Default)]
-pub(super) struct ReadingsCache(Cell<bool>);
+/// True if the latest readings of a robot still hold; false before the first reading. Only the thread that senses the robot
+/// sets it while others sense.
+#[derive(Debug, Default)]
+pub(super) struct ReadingsCache(AtomicBool);
+
+impl Clone for ReadingsCache {
+    fn clone(&self) -> Self {
+        Self(self.0.load(Relaxed).into())
+    }
+}
 
 impl ReadingsCache {
     /// Invalidates the latest readings of the robot.
     #[inline]
     pub fn invalidate(&self) {
-        self.0.set(false);
+        self.0.store(false, Relaxed);
     }
 }
 
@@ -29,13 +36,14 @@ impl Floor {
     #[must_use]
     #[inline]
     pub fn readings_are_valid(&self, robot: RobotId) -> bool {
-        self.robots[robot.index()].unchanged.0.get()
+        self.robots[robot.index()].unchanged.0.load(Relaxed)
     }
 
     /// Records that a robot has read its sensors. `lasts` is true if the readings hold until a function below is called.
     #[inline]
     pub(super) fn set_readings_valid(&self, robot: RobotId, lasts: bool) {
-        self.robots[robot.index()].unchanged.0.set(lasts);
+        let unchanged = &self.robots[robot.index()].unchanged;
+        unchanged.0.store(lasts, Relaxed);
     }
 
     /// Invalidates the readings of a robot.

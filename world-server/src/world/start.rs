@@ -9,7 +9,7 @@ use scenario::ids::RobotId;
 
 use super::motion::wrap_angle;
 use super::space::{ROUNDING_M, Space};
-use super::{Bar, Penetrability, SKIN_M};
+use super::{Bar, Grid, Penetrability, SKIN_M};
 
 /// The largest number of places to try for robots without a given start.
 const MOST_CANDIDATES: usize = 1_000_000;
@@ -64,11 +64,16 @@ pub fn start_poses(
     let radius_m = scenario.body.radius_m;
     let solid = Penetrability(scenario.body.robot_penetrability).is_solid();
     let mut poses = vec![None; scenario.robots.len()];
-    let mut taken = Vec::new();
+    let mut taken = Bodies::new(&space, radius_m, scenario.robots.len());
+    let nobody = taken.clone();
     for (rank, robot) in scenario.robots.iter().enumerate() {
         let Some(start) = robot.start else { continue };
         let position = Vec2::new(start.x_m, start.y_m);
-        let others: &[Vec2] = if solid && !robot.absent { &taken } else { &[] };
+        let others = if solid && !robot.absent {
+            &taken
+        } else {
+            &nobody
+        };
         if !is_free(&space, others, radius_m, position, -ROUNDING_M) {
             return Err(StartError::Taken(RobotId(rank as u16)));
         }
@@ -81,7 +86,7 @@ pub fn start_poses(
         });
     }
 
-    for (absent, taken) in [(false, taken.as_slice()), (true, &[])] {
+    for (absent, taken) in [(false, &taken), (true, &nobody)] {
         let is_unplaced = |rank: &usize| {
             scenario.robots[*rank].absent == absent && scenario.robots[*rank].start.is_none()
         };
@@ -112,7 +117,7 @@ fn default_places(
     scenario: &Scenario,
     [min, max]: [Vec2; 2],
     space: &Space,
-    taken: &[Vec2],
+    taken: &Bodies,
     count: usize,
 ) -> Vec<Vec2> {
     let radius_m = scenario.body.radius_m;
@@ -165,27 +170,57 @@ fn default_places(
 /// Returns the first `count` candidates that are clear of everything, including each other.
 fn choose(
     space: &Space,
-    taken: &[Vec2],
+    taken: &Bodies,
     radius_m: f32,
     candidates: impl Iterator<Item = Vec2>,
     count: usize,
 ) -> Vec<Vec2> {
-    let mut bodies = taken.to_vec();
+    if count == 0 {
+        return Vec::new();
+    }
+    let (mut bodies, mut chosen) = (taken.clone(), Vec::new());
     // Tiny robots have too many candidates to try. If all tried places are taken, a free one is unlikely.
     for place in candidates.take(MOST_CANDIDATES) {
-        if bodies.len() == taken.len() + count {
+        if chosen.len() == count {
             break;
         }
         if is_free(space, &bodies, radius_m, place, SKIN_M) {
             bodies.push(place);
+            chosen.push(place);
         }
     }
-    bodies.split_off(taken.len())
+    chosen
 }
 
-fn is_free(space: &Space, bodies: &[Vec2], radius_m: f32, center: Vec2, clearance_m: f32) -> bool {
-    space.fits(center, radius_m, clearance_m)
-        && bodies
-            .iter()
-            .all(|body| body.distance(center) >= 2.0 * radius_m + clearance_m)
+fn is_free(space: &Space, bodies: &Bodies, radius_m: f32, center: Vec2, clearance_m: f32) -> bool {
+    space.fits(center, radius_m, clearance_m) && bodies.keep(center, 2.0 * radius_m + clearance_m)
+}
+
+/// Placed bodies, in a grid so that placing a team takes time linear in its size.
+#[derive(Clone)]
+struct Bodies {
+    centers: Grid,
+    count: usize,
+}
+
+impl Bodies {
+    fn new(space: &Space, radius_m: f32, most: usize) -> Self {
+        Self {
+            centers: Grid::new(space.size, 2.0 * radius_m + SKIN_M, most),
+            count: 0,
+        }
+    }
+
+    fn push(&mut self, center: Vec2) {
+        self.centers.insert(self.count, center);
+        self.count += 1;
+    }
+
+    /// Checks whether all bodies keep this distance from a point.
+    fn keep(&self, point: Vec2, distance_m: f32) -> bool {
+        let near = self.centers.near(point, distance_m + ROUNDING_M);
+        near.fold(true, |keep, (_, center)| {
+            keep & (center.distance(point) >= distance_m)
+        })
+    }
 }

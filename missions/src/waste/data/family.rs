@@ -14,7 +14,7 @@ use glam::Vec2;
 use scenario::{Robot, Scenario, Start};
 
 use super::{Deposit, Spill, Spot, WasteSection, default_scenario};
-use crate::districts::{self, DistrictSlot, Districts, nearest, nearest_both_ways};
+use crate::districts::{self, DistrictSlot, Districts, Places, nearest_both_ways};
 
 /// The maximum number of robots and spills per district, as in the default mission.
 const ROBOTS: usize = 3;
@@ -124,7 +124,7 @@ fn assign(scenario: &mut Scenario) {
     let places: Vec<Vec2> = spills.map(|spill| spill.spot().in_room(&room)).collect();
     let spills_of = nearest_both_ways(team, SPILLS_PER_ROBOT, &places, ROBOTS_PER_TASK);
     let site = Vec2::new(0.0, room.height_m / 2.0);
-    let reporters = nearest(&districts::starts(team), site, ROBOTS_PER_TASK);
+    let reporters = Places::new(&districts::starts(team)).nearest(site, ROBOTS_PER_TASK);
     let spills = WasteSection::of(scenario).spills.iter();
     let names: Vec<String> = spills
         .map(|spill| format!("move-spill({})", spill.name))

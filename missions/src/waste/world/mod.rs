@@ -16,10 +16,10 @@ mod sensing;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use glam::Vec2;
-use proto::mission::items::{Gripper, ItemsAction, ItemsReading, Zone};
+use proto::mission::items::{Gripper, ItemsAction, ItemsReading};
 use proto::mission::{Action, SensorReading};
 use proto::tick::Outcome;
 use proto::view::View;
@@ -29,7 +29,7 @@ use scenario::time::SimTime;
 use scenario::{Catalog, Scenario, Setup};
 
 use world_server::mission::{FigureValue, MissionWorld, StepEvents, TeamFigures, Validity};
-use world_server::world::{ChangeError, Circle, Floor};
+use world_server::world::{ChangeError, CircleCache, Floor};
 
 use crate::waste::data::{BehaviorKind, WasteSection, report_site};
 
@@ -57,14 +57,30 @@ pub struct Waste {
 #[derive(Clone, Debug, Default)]
 struct Cleaner {
     carrying: Option<ItemId>,
-    /// The zone at the robot's center, and a circle in which it is valid. A cache like the next two fields, not state.
-    zone: Cell<(Circle, Zone)>,
-    /// A circle in which no waste is in range.
-    wasteless: Cell<Circle>,
-    /// The value of [`Floor::placement_count`] for which the two caches are valid.
-    jumps: Cell<u32>,
+    caches: Caches,
     delivered: u32,
     reports_made: u32,
+}
+
+/// The cached surroundings of one robot, which are no state.
+#[derive(Debug, Default)]
+struct Caches {
+    /// The number of the zone at the robot's center, and a circle in which it is valid.
+    zone: CircleCache,
+    /// A circle in which no waste is in range.
+    wasteless: CircleCache,
+    /// The value of [`Floor::placement_count`] for which the two caches are valid.
+    jumps: AtomicU32,
+}
+
+impl Clone for Caches {
+    fn clone(&self) -> Self {
+        Self {
+            zone: self.zone.clone(),
+            wasteless: self.wasteless.clone(),
+            jumps: self.jumps.load(Relaxed).into(),
+        }
+    }
 }
 
 /// Returns the kind of each task. All behaviors of a task have the same kind here.

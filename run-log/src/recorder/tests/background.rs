@@ -17,7 +17,7 @@ proptest! {
         let ticks = run_of(ticks);
         let (run, expected) = log(level, &ticks);
         let recorder = Recorder::new(&setup, level, MemoryLog::default()).unwrap();
-        let mut background = BackgroundRecorder::new(recorder).unwrap();
+        let mut background = BackgroundRecorder::new(recorder, true).unwrap();
         let mut news = Vec::new();
         for tick in &ticks {
             tick.record(&mut background).unwrap();
@@ -41,7 +41,7 @@ fn a_flush_writes_without_a_following_tick() {
     let (sender, receiver) = std::sync::mpsc::sync_channel(8);
     let recorder =
         Recorder::new(&default_setup(7), LogLevel::Full, ForwardingSink(sender)).unwrap();
-    let mut background = BackgroundRecorder::new(recorder).unwrap();
+    let mut background = BackgroundRecorder::new(recorder, true).unwrap();
     for tick in run_of(4) {
         tick.record(&mut background).unwrap();
     }
@@ -79,7 +79,7 @@ fn a_failed_write_is_reported_once_and_ends_the_log() {
         bytes_left: 2000,
     };
     let recorder = Recorder::new(&default_setup(7), LogLevel::Full, sink).unwrap();
-    let mut background = BackgroundRecorder::new(recorder).unwrap();
+    let mut background = BackgroundRecorder::new(recorder, true).unwrap();
     // The run is longer than the queue.
     let failed = run_of(2000)
         .iter()

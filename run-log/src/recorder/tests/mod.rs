@@ -55,7 +55,7 @@ impl OwnedTick {
         let bodies: Vec<_> = self.robots.iter().map(|(body, _)| *body).collect();
         let mut answers = Answers::new(self.robots.len());
         for (readings, report) in self.robots.iter().filter_map(|(_, answer)| answer.as_ref()) {
-            answers.mark_readings_changed(report.robot);
+            answers.all_mut()[report.robot.index()].mark_readings_changed();
             answers.store(readings, report);
         }
         let counted: Vec<_> = self
