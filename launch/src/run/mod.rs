@@ -6,6 +6,7 @@ pub mod child_processes;
 pub mod controllers;
 pub mod crew;
 mod disk;
+pub mod observers;
 mod one_process;
 mod orders;
 pub mod plan;
