@@ -4,7 +4,7 @@
 FROM rust:1.95-slim-bookworm AS build
 WORKDIR /src
 COPY . .
-RUN cargo build --release --locked --package launch --bin alliance --features mcap,ros \
+RUN cargo build --release --locked --package launch --bin alliance --features mcap,ros,foxglove \
     && strip target/release/alliance
 
 FROM debian:bookworm-slim

@@ -4,7 +4,8 @@
 //!   the first difference of two runs. [`replay_views`]: a finished run with a view of each tick.
 //! - [`branch`]: a run that repeats another one up to a tick. [`allocation`]: communication rounds without motion.
 //! - [`report`]: figures and metrics of a run. [`export`]: a run for other tools, and as pictures and films.
-//! - `ros_messages`: a run as messages of ROS 2. `live`: a live run, from its growing log, for observers of other tools.
+//! - `ros_messages`: a run as messages of ROS 2. `foxglove_messages`: a run as messages for Foxglove. `live`: a live run,
+//!   from its growing log, for observers of other tools.
 //! - [`instance`]: instances of other programs as scenarios, and runs as instances.
 //! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
@@ -25,6 +26,8 @@ pub mod controllers;
 pub mod diff;
 pub mod export;
 mod figures;
+#[cfg(feature = "mcap")]
+pub mod foxglove_messages;
 pub mod hunt;
 pub mod instance;
 pub mod interrupted;

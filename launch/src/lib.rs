@@ -4,7 +4,8 @@
 //! - [`cluster_command`]: runs over several machines, and single processes by hand.
 //! - `commands`: the table from which help, manual pages and completions are generated. `list`: the content of this program.
 //! - [`control`]: a client of a live run, for `fault`, `clock` and `status`.
-//! - `ros`: the topics of a live run in ROS 2. `follow`: a process that follows the log of a live run.
+//! - `ros`: the topics of a live run in ROS 2. `foxglove`: its channels for Foxglove. `follow`: a process that follows the
+//!   log of a live run.
 //! - [`page`]: a page in the browser for a live or finished run. [`observer`]: subscriptions of the page and the launcher.
 //! - `python`: the hand-over of a command with controllers in Python to the Python package.
 //! - The crate [`analysis`] contains the analysis of recorded runs.
@@ -31,8 +32,9 @@ pub mod cluster_command;
 mod commands;
 pub mod control;
 mod fault;
-#[cfg(feature = "ros")]
+#[cfg(any(feature = "ros", feature = "foxglove"))]
 mod follow;
+mod foxglove;
 mod generate;
 mod limits;
 mod list;

@@ -25,6 +25,7 @@ mod faults;
 mod figures;
 mod first_moments;
 mod flood;
+mod foxglove;
 mod golden;
 mod hostile;
 mod hunt;

@@ -17,6 +17,7 @@ use terminal::fail;
 use world_server::args::WorldArgs;
 use world_server::process::RunState;
 
+use crate::foxglove::FoxgloveCommand;
 use crate::program_content;
 use crate::ros::RosCommand;
 
@@ -45,6 +46,9 @@ enum ClusterAction {
     /// Publish a live run to ROS 2
     #[command(hide = !cfg!(feature = "ros"))]
     Ros(RosCommand),
+    /// Serve a live run to Foxglove
+    #[command(hide = !cfg!(feature = "foxglove"))]
+    Foxglove(FoxgloveCommand),
     /// Start one robot process of a live run
     Agent(Box<AgentCommand>),
 }
@@ -120,6 +124,7 @@ impl ClusterCommand {
                 log_to_stderr(LogArgs::default(), "alliance");
             }
             ClusterAction::Ros(command) => command.start_log(),
+            ClusterAction::Foxglove(command) => command.start_log(),
             ClusterAction::World(command) => command.world.start_log(),
             ClusterAction::Agent(command) => command.agent.start_log(),
         }
@@ -134,6 +139,7 @@ impl ClusterCommand {
             ClusterAction::Check(command) => command.run(),
             ClusterAction::Keys(command) => command.run(),
             ClusterAction::Ros(command) => command.run(),
+            ClusterAction::Foxglove(command) => command.run(),
             ClusterAction::World(command) => command.run(),
             ClusterAction::Agent(command) => command.run(),
         }

@@ -410,6 +410,18 @@ pub(super) const ENTRIES: &[Entry] = &[
         ],
     ),
     entry(
+        "cluster foxglove",
+        &[
+            "alliance cluster foxglove # the newest run, from now on",
+            "alliance cluster foxglove runs/mine --address 127.0.0.1:8766 # at another port",
+        ],
+        &[
+            "0 The run is over, or the process was interrupted.",
+            "2 An argument is invalid, or the run cannot be served.",
+            "3 The log cannot be read.",
+        ],
+    ),
+    entry(
         "cluster agent",
         &[
             "alliance cluster agent --robot gold # newest live run",

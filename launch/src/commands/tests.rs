@@ -105,6 +105,7 @@ fn help_texts_name_only_formats_that_the_program_contains() {
         ("export", "--rosbag", cfg!(feature = "rosbag")),
         ("run", "--mcap", cfg!(feature = "mcap")),
         ("run", "--ros", cfg!(feature = "ros")),
+        ("run", "--foxglove", cfg!(feature = "foxglove")),
     ] {
         let help = help(words);
         assert_eq!(help.contains(option), is_built_in, "{words}:\n{help}");

@@ -18,16 +18,15 @@ use analysis::{LATEST, optional};
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use cluster::locator::{Locator, Transport};
-use cluster::process_log::log_to_stderr;
+use cluster::process_log::{LogArgs, log_to_stderr};
 use run_log::LogLevel;
 use scenario::{Problem, Setup};
 use terminal::fail;
 
-/// The name of the process and its option.
-pub const ROS: &str = "ros";
+use crate::run::observers::ObserverCommand;
 
-/// The name of the process's log. No robot can have it.
-pub const LOG: &str = "ros.topics.log";
+/// The name of the process and its option.
+const ROS: &str = "ros";
 
 /// The largest domain of ROS 2.
 const DOMAIN_MAX: u64 = 232;
@@ -104,23 +103,28 @@ impl RosArgs {
         Ok(())
     }
 
-    /// Returns the command that publishes the run, if it has topics in ROS 2.
+    /// Returns the process that publishes the run, if it has topics in ROS 2.
     #[must_use]
-    pub fn command(&self, folder: PathBuf) -> Option<RosCommand> {
+    pub fn observer(&self, folder: PathBuf) -> Option<ObserverCommand> {
         let router = self.ros_router.clone();
-        Some(RosCommand {
+        let command = RosCommand {
             folder,
             domain: self.ros?,
             router: router.or_else(|| ROUTER.parse().ok())?,
             from_start: true,
+        };
+        Some(ObserverCommand {
+            name: ROS,
+            title: "ROS",
+            arguments: command.arguments(),
+            description: command.describe(),
         })
     }
 }
 
 impl RosCommand {
     /// Returns the arguments of the process.
-    #[must_use]
-    pub fn arguments(&self) -> Vec<String> {
+    fn arguments(&self) -> Vec<String> {
         let mut arguments = ["cluster", ROS].map(str::to_owned).to_vec();
         arguments.push(self.folder.display().to_string());
         arguments.push(format!("--domain={}", self.domain));
@@ -132,15 +136,14 @@ impl RosCommand {
     }
 
     /// Returns the description for people.
-    #[must_use]
-    pub fn describe(&self) -> String {
+    fn describe(&self) -> String {
         let Self { domain, router, .. } = self;
         format!("ROS 2 domain {domain}, router {router}")
     }
 
     /// Starts the log of this process.
     pub fn start_log(&self) {
-        log_to_stderr(cluster::process_log::LogArgs::default(), ROS);
+        log_to_stderr(LogArgs::default(), ROS);
     }
 
     /// Publishes the run until it is over.

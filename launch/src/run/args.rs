@@ -23,6 +23,7 @@ use super::disk;
 use super::one_process;
 use super::plan::{BranchStart, RunPlan};
 use super::supervise::supervise;
+use crate::foxglove::FoxgloveArgs;
 use crate::limits;
 use crate::page::link::{LinkArgs, PageLink};
 use crate::page::view::show_log;
@@ -43,7 +44,7 @@ pub struct RunCommand {
     #[arg(long = "controller", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse, help_heading = "Execution")]
     controllers: Vec<ControllerCommand>,
     /// Run everything in this process: the same log, but no page and no pace
-    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "metrics", "ros"])]
+    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "metrics", "ros", "foxglove"])]
     in_process: bool,
     /// Number of threads with --in-process [default: all cores, fewer for a small team]
     #[arg(long, value_name = "N", value_parser = jobs, requires = "in_process", help_heading = "Execution")]
@@ -60,13 +61,15 @@ pub struct RunCommand {
         default_missing_value = DEFAULT_ROUNDS,
         value_parser = clap::value_parser!(u64).range(1..=1_000_000),
         help_heading = "Execution",
-        conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "check", "mcap", "ros", "out", "log", "from", "controllers"],
+        conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "check", "mcap", "ros", "foxglove", "out", "log", "from", "controllers"],
     )]
     allocate_only: Option<u64>,
     #[command(flatten)]
     page: LinkArgs,
     #[command(flatten)]
     ros: RosArgs,
+    #[command(flatten)]
+    foxglove: FoxgloveArgs,
     /// Do not serve a page
     #[arg(long, help_heading = "Page", conflicts_with_all = ["open", "port"])]
     no_page: bool,
@@ -126,8 +129,9 @@ impl RunCommand {
             }
             let branch = branch.map(|plan| self.start_of(plan)).transpose()?;
             let log = branch.as_ref().map(|branch| branch.plan.log());
-            self.ros
-                .check(&setup, log.unwrap_or_else(|| self.run.log(&setup)))?;
+            let log = log.unwrap_or_else(|| self.run.log(&setup));
+            self.ros.check(&setup, log)?;
+            self.foxglove.check(&setup, log)?;
             self.run.check_metrics()?;
             let link = self.link()?;
             Ok((self.run.folder(&setup)?, setup, branch, controllers, link))
@@ -155,7 +159,10 @@ impl RunCommand {
         };
         set_run(&run);
         let over = self.over.as_ref();
+        let ros = self.ros.observer(folder.clone());
+        let foxglove = self.foxglove.observer(folder.clone(), &run);
         let plan = RunPlan {
+            observers: ros.into_iter().chain(foxglove).collect(),
             run,
             world_arguments: match &branch {
                 Some(branch) => self.execution_arguments(&branch.arguments),
@@ -166,7 +173,6 @@ impl RunCommand {
             controllers,
             elsewhere: over.map_or_else(BTreeSet::new, |over| over.remote_robots.clone()),
             start: over.and_then(|over| over.start.clone()),
-            ros: self.ros.command(folder.clone()),
             folder,
             paused: self.is_paused(),
             open: self.page.open,
@@ -401,10 +407,8 @@ impl RunCommand {
         if self.is_paused() {
             arguments.push("--paused".to_owned());
         }
-        arguments.push(format!(
-            "--speed={}",
-            self.run.pace(self.is_paused() || self.ros.is_on())
-        ));
+        let is_watched = self.is_paused() || self.ros.is_on() || self.foxglove.is_on();
+        arguments.push(format!("--speed={}", self.run.pace(is_watched)));
         arguments.push(format!("--stall-after={}", self.run.stall_after));
         if let Some(address) = self.run.metrics {
             arguments.push(format!("--metrics={address}"));

@@ -7,6 +7,7 @@ pub mod controllers;
 pub mod crew;
 mod disk;
 mod news;
+pub mod observers;
 mod one_process;
 mod orders;
 pub mod plan;

@@ -9,7 +9,7 @@ use scenario::Setup;
 
 use cluster::start::StartPlan;
 
-use crate::ros::RosCommand;
+use super::observers::ObserverCommand;
 
 /// The checked inputs of a run.
 pub struct RunPlan {
@@ -22,8 +22,8 @@ pub struct RunPlan {
     pub elsewhere: BTreeSet<String>,
     /// The hosts that the launcher starts, and the keys of this run.
     pub start: Option<StartPlan>,
-    /// The process that publishes the run to ROS 2.
-    pub ros: Option<RosCommand>,
+    /// The processes that publish the run to other tools.
+    pub observers: Vec<ObserverCommand>,
     /// The run that this one repeats first.
     pub branch: Option<BranchStart>,
     pub folder: PathBuf,

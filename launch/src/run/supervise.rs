@@ -29,12 +29,12 @@ use super::bus::{BusMessage, LauncherBus};
 use super::child_processes::{Ending, Process, ProcessChange};
 use super::crew::AgentProcesses;
 use super::news::RunNews;
+use super::observers::ObserverCommand;
 use super::plan::RunPlan;
 use super::progress::ProgressDisplay;
 use super::summary;
 use crate::page::link::PageLink;
 use crate::page::server::END_OF_RUN_TIMEOUT;
-use crate::ros::{self, RosCommand};
 use crate::runtime;
 use cluster::start::InputHold;
 
@@ -82,8 +82,8 @@ struct RunProcesses {
     hosts: Vec<(Process, InputHold)>,
     /// The process of the page. The run continues without it.
     page: Option<Process>,
-    /// The process that publishes the run to ROS 2. The run continues without it.
-    ros: Option<Process>,
+    /// The processes that publish the run, each with the name of the other tool. The run continues without them.
+    observers: Vec<(Process, &'static str)>,
     progress: ProgressDisplay,
 }
 
@@ -111,7 +111,7 @@ impl RunProcesses {
             crew: AgentProcesses::new(plan.run.clone(), plan.controllers.clone(), logs),
             hosts: Vec::new(),
             page: None,
-            ros: None,
+            observers: Vec::new(),
             progress: ProgressDisplay::new(&plan.setup),
         };
         let robots = plan.setup.scenario.robots.iter();
@@ -143,8 +143,8 @@ impl RunProcesses {
         if let Some(link) = link {
             team.start_page(link, plan.open);
         }
-        if let Some(command) = &plan.ros {
-            team.start_ros(command);
+        for command in &plan.observers {
+            team.start_observer(command);
         }
         if plan.paused {
             team.progress.print_line(
@@ -188,18 +188,19 @@ impl RunProcesses {
         }
     }
 
-    /// Starts the process that publishes the run to ROS 2. The run continues if this fails.
-    fn start_ros(&mut self, command: &RosCommand) {
-        let log = self.crew.logs.join(ros::LOG);
-        match Process::start(ros::ROS, &log, &command.arguments()) {
+    /// Starts a process that publishes the run. The run continues if this fails.
+    fn start_observer(&mut self, command: &ObserverCommand) {
+        let log = self.crew.logs.join(command.log());
+        let title = command.title;
+        match Process::start(command.name, &log, &command.arguments) {
             Ok(process) => {
-                let line = format!("{} (process {})", command.describe(), process.pid());
+                let line = format!("{} (process {})", command.description, process.pid());
                 self.progress.print_line(&line);
-                self.ros = Some(process);
+                self.observers.push((process, title));
             }
-            Err(error) => self
-                .progress
-                .print_line(&format!("the run cannot be published to ROS: {error:#}")),
+            Err(error) => self.progress.print_line(&format!(
+                "the run cannot be published to {title}: {error:#}"
+            )),
         }
     }
 
@@ -360,16 +361,19 @@ impl RunProcesses {
         let over = self.world.ending().is_some();
         let progress = &self.progress;
         let say = |line: &str| progress.print_line(line);
-        let observers = [
-            (&mut self.page, "the page"),
-            (&mut self.ros, "the process for ROS"),
-        ];
-        for (observer, name) in observers {
-            if let Some(process) = observer
-                && poll_observer(process, name, over, &say)?
-            {
-                *observer = None;
+        if let Some(page) = &mut self.page
+            && poll_observer(page, "the page", over, &say)?
+        {
+            self.page = None;
+        }
+        let mut failed = Vec::new();
+        for (index, (process, title)) in self.observers.iter_mut().enumerate() {
+            if poll_observer(process, &format!("the process for {title}"), over, &say)? {
+                failed.push(index);
             }
+        }
+        for index in failed.into_iter().rev() {
+            self.observers.remove(index);
         }
         for (host, _) in &mut self.hosts {
             while let Some(change) = host.poll()? {
@@ -424,8 +428,8 @@ impl RunProcesses {
         }
     }
 
-    /// Ends all processes. Observers end last: the page still sends the result to open browsers, and the process for ROS
-    /// the last messages.
+    /// Ends all processes. Observers end last: the page still sends the result to open browsers, and the others their
+    /// last messages.
     async fn end_all(&mut self) {
         // A world that ended abnormally sent the agents no end of the run.
         let patience = match self.world.ending() {
@@ -443,17 +447,18 @@ impl RunProcesses {
             hosts.push(host);
         }
         end_processes(hosts.iter_mut().collect(), HOSTS, &say).await;
+        let observers = self.observers.iter_mut().map(|(process, _)| process);
         end_processes(
-            self.page.iter_mut().chain(&mut self.ros).collect(),
+            self.page.iter_mut().chain(observers).collect(),
             END_OF_RUN_TIMEOUT + GRACE,
             &say,
         )
         .await;
-        if let Some(ros) = &self.ros
-            && matches!(ros.ending(), Some(Ending::Exit(1..)))
-        {
-            say("the run was not published to ROS to its end:");
-            say(ros.last_log_lines().trim_end());
+        for (process, title) in &self.observers {
+            if let Some(Ending::Exit(1..)) = process.ending() {
+                say(&format!("the run was not published to {title} to its end:"));
+                say(process.last_log_lines().trim_end());
+            }
         }
     }
 

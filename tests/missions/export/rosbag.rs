@@ -1,6 +1,9 @@
 //! A bag of ROS 2 contains the values of the log, for readers that others wrote.
 
+use std::process::Command;
+
 use alliance_tests::harness::Lab;
+use alliance_tests::needs::cannot_run;
 use alliance_tests::python::python;
 use alliance_tests::testkit::in_repository;
 use serde_json::{Value, json};
@@ -116,4 +119,53 @@ fn a_bag_contains_the_log_for_the_readers_of_others() {
     for topic in ["/map", "/markers", "/blue/odom", "/green/scan"] {
         assert!(shown.contains(&json!(topic)), "{topic}: {shown:?}");
     }
+}
+
+#[test]
+fn other_encoders_write_the_bytes_of_the_bag() {
+    let lab = Lab::new();
+    write_day(&lab);
+    lab.mission("run", "day.toml --limit 30 --in-process")
+        .expect(1);
+    lab.run("export run --rosbag").expect(0);
+    // Each script encodes every decoded message again, and compares the bytes.
+    if let Some(python) = python(&["cyclonedds", "rosbags"]) {
+        let found = read(&lab, &python, "reencode_rosbag.py", &["run/rosbag"]);
+        check_counts(&found);
+    }
+    if let Some(found) = read_with_node(&lab) {
+        check_counts(&found);
+    }
+}
+
+/// Checks the number of messages by type.
+#[track_caller]
+fn check_counts(found: &Value) {
+    let mut types: Vec<&String> = found.as_object().unwrap().keys().collect();
+    types.sort();
+    assert_eq!(types, TYPES);
+    assert_eq!(found["rosgraph_msgs/msg/Clock"], 601);
+    // The frames of the bodies in each tick, and those of the sensors once.
+    assert_eq!(found["tf2_msgs/msg/TFMessage"], 602);
+    assert!(
+        found["sensor_msgs/msg/PointCloud2"].as_u64() > Some(1000),
+        "{found}"
+    );
+}
+
+/// Returns what the JavaScript packages of Foxglove find in the bag, or `None` without them, if the test may be skipped.
+fn read_with_node(lab: &Lab) -> Option<Value> {
+    let modules = in_repository(".ci/node_modules");
+    if !modules.join("@mcap/core").is_dir() {
+        cannot_run("no @mcap/core: run `npm ci --prefix .ci`");
+        return None;
+    }
+    let output = Command::new("node")
+        .arg(in_repository("tests/node/read_rosbag.mjs"))
+        .args([modules, lab.path("run/rosbag/rosbag_0.mcap")])
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    Some(serde_json::from_slice(&output.stdout).unwrap())
 }

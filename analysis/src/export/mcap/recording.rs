@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
-use std::marker::PhantomData;
 
 use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::{Compression, WriteOptions, Writer};
-use anyhow::Context;
-use foxglove::{Encode, Schema};
-use scenario::time::SimTime;
+use foxglove::Schema;
+
+use crate::foxglove_messages::{Message, Topics};
 
 /// An MCAP file during writing. The writer of the foxglove crate ignores the errors of a full disk. Messages are
 /// therefore encoded by foxglove and written by the mcap crate.
@@ -23,18 +22,6 @@ pub trait File: Write + Seek {}
 
 impl<W: Write + Seek> File for W {}
 
-/// A topic with its message type.
-pub struct Channel<M> {
-    id: u16,
-    messages: PhantomData<fn(M)>,
-}
-
-pub struct Message {
-    pub at: SimTime,
-    pub channel: u16,
-    pub bytes: Vec<u8>,
-}
-
 impl<'f> Recording<'f> {
     pub fn new(file: &'f mut dyn File) -> anyhow::Result<Self> {
         let options = WriteOptions::new().compression(Some(Compression::Lz4));
@@ -42,30 +29,6 @@ impl<'f> Recording<'f> {
             writer: options.create(file)?,
             counts: BTreeMap::new(),
         })
-    }
-
-    /// Adds a topic to the file.
-    ///
-    /// # Errors
-    /// Returns the errors of the file, or an error for more than 65 535 topics.
-    pub fn channel<M: Encode>(&mut self, topic: &str) -> anyhow::Result<Channel<M>> {
-        let schema = M::get_schema().context("a message type without schema")?;
-        Ok(Channel {
-            id: self.raw_channel(topic, &schema, &M::get_message_encoding())?,
-            messages: PhantomData,
-        })
-    }
-
-    /// Adds a topic whose messages are encoded elsewhere. Returns its channel id.
-    pub fn raw_channel(
-        &mut self,
-        topic: &str,
-        schema: &Schema,
-        encoding: &str,
-    ) -> anyhow::Result<u16> {
-        let writer = &mut self.writer;
-        let schema = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
-        Ok(writer.add_channel(schema, topic, encoding, &BTreeMap::new())?)
     }
 
     /// Adds a record of facts about the whole file.
@@ -82,7 +45,7 @@ impl<'f> Recording<'f> {
     pub fn write(&mut self, message: &Message) -> anyhow::Result<()> {
         let count = self.counts.entry(message.channel).or_default();
         *count = count.wrapping_add(1);
-        let time_ns = message.at.0.saturating_mul(1_000_000);
+        let time_ns = message.time_ns();
         let header = MessageHeader {
             channel_id: message.channel,
             sequence: *count,
@@ -102,18 +65,10 @@ impl<'f> Recording<'f> {
     }
 }
 
-impl<M: Encode> Channel<M> {
-    /// Encodes a message for this topic.
-    pub fn message(&self, at: SimTime, message: &M) -> Message {
-        let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(0));
-        message
-            .encode(&mut bytes)
-            // Encoding fails only for lack of space, and a `Vec` grows.
-            .expect("a message can be encoded");
-        Message {
-            at,
-            channel: self.id,
-            bytes,
-        }
+impl Topics for Recording<'_> {
+    fn add(&mut self, topic: &str, schema: &Schema, encoding: &str) -> anyhow::Result<u16> {
+        let writer = &mut self.writer;
+        let schema = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
+        Ok(writer.add_channel(schema, topic, encoding, &BTreeMap::new())?)
     }
 }

@@ -2,7 +2,7 @@
 
 use scenario::time::SimTime;
 
-use super::recording::Message;
+use super::topics::Message;
 
 /// Messages in order of time.
 pub type Stream<'s> = Box<dyn Iterator<Item = anyhow::Result<Message>> + 's>;

@@ -3,13 +3,14 @@
 use foxglove::messages::{FrameTransform, FrameTransforms};
 use proto::control::AgentState;
 use proto::view::View;
-use run_log::{PoseRow, RunLog};
+use run_log::PoseRow;
 use scenario::Setup;
 use scenario::time::SimTime;
 
 use super::merge::Stream;
-use super::recording::{Channel, Message, Recording};
+use super::topics::{Channel, Message, Topics};
 use super::well_known::{WORLD, stamp, turned, vector};
+use crate::live::RowSource;
 
 /// The topic `/tf` with the robots' frames.
 pub struct FrameTopic {
@@ -19,19 +20,19 @@ pub struct FrameTopic {
 }
 
 impl FrameTopic {
-    /// Creates the topic `/tf` in a recording.
-    pub fn new(recording: &mut Recording<'_>, setup: &Setup) -> anyhow::Result<Self> {
+    /// Adds the topic `/tf` to a destination.
+    pub fn new(to: &mut dyn Topics, setup: &Setup) -> anyhow::Result<Self> {
         let robots = setup.scenario.robots.iter();
         Ok(Self {
-            channel: recording.channel("/tf")?,
+            channel: to.channel("/tf")?,
             robots: robots.map(|robot| robot.name.clone()).collect(),
         })
     }
 
-    /// Returns the poses of all present robots for each tick, from poses.csv, and their final poses at the end.
-    pub fn stream<'s>(&'s self, log: &'s RunLog, end: &View) -> Stream<'s> {
-        let mut rows = log.each_row::<PoseRow>().peekable();
-        let ticks = std::iter::from_fn(move || {
+    /// Returns the poses of all present robots for each tick, from poses.csv.
+    pub fn stream<'s>(&'s self, rows: &'s impl RowSource) -> Stream<'s> {
+        let mut rows = rows.each_row::<PoseRow>().peekable();
+        Box::new(std::iter::from_fn(move || {
             let first = rows.next()?;
             let time = first.as_ref().map_or(SimTime::ZERO, |row| row.t_ms);
             let same = |row: &Result<PoseRow, _>| row.as_ref().is_ok_and(|row| row.t_ms == time);
@@ -44,7 +45,11 @@ impl FrameTopic {
                 Ok(frames) => Ok(self.message(time, frames)),
                 Err(error) => Err(error.into()),
             })
-        });
+        }))
+    }
+
+    /// Returns the final poses of all present robots, which no row contains.
+    pub fn last(&self, end: &View) -> Message {
         let last = self.robots.iter().zip(&end.robots);
         let last = last
             .filter(|(_, robot)| robot.state != AgentState::Absent)
@@ -53,7 +58,7 @@ impl FrameTopic {
                 transform(end.now, name, pose.position.into(), pose.heading_rad)
             })
             .collect();
-        Box::new(ticks.chain([Ok(self.message(end.now, last))]))
+        self.message(end.now, last)
     }
 
     fn message(&self, time: SimTime, transforms: Vec<FrameTransform>) -> Message {

@@ -11,7 +11,7 @@ use proto::view::{ItemView, Mark, MarkOutline, RobotView, View};
 use scenario::time::SimTime;
 use scenario::{Obstacle, Setup};
 
-use super::recording::{Channel, Message, Recording};
+use super::topics::{Channel, Message, Topics};
 use super::well_known::{WORLD, at, color, stamp, turned, vector};
 use crate::export::look::{
     self, BORDER, FLAT, FLOOR, HEIGHT, LETTERS, ROBOT_LETTERS_HEIGHT, THIN, activity, mark_opacity,
@@ -39,14 +39,9 @@ struct EntityTopic {
 }
 
 impl EntityTopic {
-    fn new(
-        recording: &mut Recording<'_>,
-        topic: &str,
-        id: &str,
-        frame: &str,
-    ) -> anyhow::Result<Self> {
+    fn new(to: &mut dyn Topics, topic: &str, id: &str, frame: &str) -> anyhow::Result<Self> {
         Ok(Self {
-            channel: recording.channel(topic)?,
+            channel: to.channel(topic)?,
             id: id.to_owned(),
             frame: frame.to_owned(),
             shown: None,
@@ -81,17 +76,17 @@ impl EntityTopic {
 }
 
 impl SceneTopics {
-    /// Creates the topics in a recording.
-    pub fn new(recording: &mut Recording<'_>, setup: &Setup) -> anyhow::Result<Self> {
+    /// Adds the topics to a destination.
+    pub fn new(to: &mut dyn Topics, setup: &Setup) -> anyhow::Result<Self> {
         let names = || setup.scenario.robots.iter().map(|robot| &*robot.name);
-        let mut still = |id: &str| EntityTopic::new(recording, &format!("/scene/{id}"), id, WORLD);
+        let mut still = |id: &str| EntityTopic::new(to, &format!("/scene/{id}"), id, WORLD);
         let (room, marks) = (still("room")?, still("marks")?);
         let (obstacles, items) = (still("obstacles")?, still("items")?);
         let robots = names()
             .zip(palette::colors(names()))
             .map(|(name, color)| {
                 let topic = format!("/scene/robots/{name}");
-                Ok((EntityTopic::new(recording, &topic, name, name)?, color))
+                Ok((EntityTopic::new(to, &topic, name, name)?, color))
             })
             .collect::<anyhow::Result<_>>()?;
         Ok(Self {

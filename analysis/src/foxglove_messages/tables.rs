@@ -3,20 +3,22 @@
 use anyhow::Context;
 use foxglove::messages::{Log, log::Level};
 use foxglove::{Encode, Schema};
+use missions::Registry;
 use run_log::recorder::{EventKind, FaultEvent};
 use run_log::{
-    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, RunLog, TableRow,
-    TargetRow,
+    AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, TableRow, TargetRow,
 };
-use scenario::Scenario;
 use scenario::time::SimTime;
+use scenario::{Scenario, Setup};
 use std::collections::BTreeMap;
+use world_server::world::World;
 
 use super::merge::Stream;
 use super::proto;
-use super::recording::{Channel, Message, Recording};
+use super::topics::{Channel, Message, Topics};
 use super::well_known::stamp;
 use crate::columns::{Column, declared, of_mission};
+use crate::live::RowSource;
 
 const MESSAGES: &str = "/messages";
 const EVENTS: &str = "/events";
@@ -54,24 +56,24 @@ impl<R: TableRow> RowTopics<R> {
         }
     }
 
-    fn add(&mut self, recording: &mut Recording<'_>, topic: String) -> anyhow::Result<()> {
-        let channel = recording.raw_channel(&topic, &self.schema, "protobuf")?;
+    fn add(&mut self, to: &mut dyn Topics, topic: String) -> anyhow::Result<()> {
+        let channel = to.add(&topic, &self.schema, "protobuf")?;
         self.channels.insert(topic, channel);
         Ok(())
     }
 
-    /// Returns the messages of all rows of a log.
-    fn stream<'s>(&'s self, log: &'s RunLog) -> Stream<'s>
+    /// Returns the messages of all rows.
+    fn stream<'s>(&'s self, rows: &'s impl RowSource) -> Stream<'s>
     where
         R: 's,
     {
-        Box::new(log.each_row::<R>().map(|row| {
+        Box::new(rows.each_row::<R>().map(|row| {
             let row = row?;
             let (topic, at) = (self.place)(&row);
             let channel = self.channels.get(&topic);
             Ok(Message {
                 at,
-                channel: *channel.with_context(|| format!("the log begins without {topic}"))?,
+                channel: *channel.with_context(|| format!("the topic {topic} is missing"))?,
                 bytes: proto::message(&self.columns, &row),
             })
         }))
@@ -99,9 +101,8 @@ struct Threshold {
 }
 
 impl TableTopics {
-    /// Creates the topics for the tables of a log.
-    pub fn new(recording: &mut Recording<'_>, log: &RunLog) -> anyhow::Result<Self> {
-        let setup = &log.run.setup;
+    /// Adds the topics for the tables of a run.
+    pub fn new(to: &mut dyn Topics, setup: &Setup) -> anyhow::Result<Self> {
         let catalog = &setup.catalog;
         let mut motivations = RowTopics::new("Motivation", declared(), |row: &MotivationRow| {
             let topic = format!("/motivations/{}/{}", row.robot, row.behavior_set);
@@ -118,40 +119,32 @@ impl TableTopics {
             let name = &robot.name;
             for set in catalog.behaviors_of(robot) {
                 let set = catalog.behavior_name(set);
-                motivations.add(recording, format!("/motivations/{name}/{set}"))?;
+                motivations.add(to, format!("/motivations/{name}/{set}"))?;
             }
             if setup.scenario.decider_of(robot) != Scenario::DEFAULT_ALLOCATOR {
                 for set in catalog.behaviors_of(robot) {
                     let set = catalog.behavior_name(set);
-                    allocation.add(recording, format!("/allocation/{name}/{set}"))?;
+                    allocation.add(to, format!("/allocation/{name}/{set}"))?;
                 }
             }
-            poses.add(recording, format!("/poses/{name}"))?;
+            poses.add(to, format!("/poses/{name}"))?;
         }
         let mut targets = RowTopics::new("Target", declared(), |row: &TargetRow| {
             (format!("/targets/{}", row.target), row.t_ms)
         });
-        // Each tick has one row per target.
-        let mut rows = log.each_row::<TargetRow>().peekable();
-        let first = rows.peek().and_then(|row| row.as_ref().ok());
-        let begin = first.map(|row| row.t_ms);
-        for row in rows {
-            let row = row?;
-            if Some(row.t_ms) != begin {
-                break;
-            }
-            targets.add(recording, format!("/targets/{}", row.target))?;
+        for number in 0..count_targets(setup)? {
+            targets.add(to, format!("/targets/t{number}"))?;
         }
         let place = |row: &MessageRow| (MESSAGES.to_owned(), row.t_ms);
         let mut messages = RowTopics::new("Reception", declared(), place);
-        messages.add(recording, MESSAGES.to_owned())?;
+        messages.add(to, MESSAGES.to_owned())?;
         let place = |row: &EventRow| (EVENTS.to_owned(), row.t_ms);
         let mut events = RowTopics::new("Event", declared(), place);
-        events.add(recording, EVENTS.to_owned())?;
+        events.add(to, EVENTS.to_owned())?;
         let columns = of_mission(catalog.mission.vocabulary().columns);
         let place = |row: &MissionRow| (MISSION.to_owned(), row.t_ms);
         let mut mission = RowTopics::new("Mission", columns, place);
-        mission.add(recording, MISSION.to_owned())?;
+        mission.add(to, MISSION.to_owned())?;
         Ok(Self {
             motivations,
             allocation,
@@ -160,30 +153,30 @@ impl TableTopics {
             messages,
             events,
             mission,
-            log: recording.channel("/log")?,
-            threshold: recording.channel("/threshold")?,
+            log: to.channel("/log")?,
+            threshold: to.channel("/threshold")?,
             theta: setup.alliance.threshold,
         })
     }
 
-    /// Returns all messages from the tables of a full log.
-    pub fn streams<'s>(&'s self, log: &'s RunLog) -> [Stream<'s>; 9] {
-        let end = log.run.result.sim_time_ms;
-        let threshold = Threshold {
-            motivation: self.theta,
-        };
-        let ends = [SimTime::ZERO, end].map(|at| Ok(self.threshold.message(at, &threshold)));
+    /// Returns the messages of all rows, one stream for each table and one for `/log`.
+    pub fn streams<'s>(&'s self, rows: &'s impl RowSource) -> [Stream<'s>; 8] {
         [
-            self.motivations.stream(log),
-            self.allocation.stream(log),
-            self.poses.stream(log),
-            self.targets.stream(log),
-            self.messages.stream(log),
-            self.events.stream(log),
-            self.mission.stream(log),
-            Box::new(log.each_row().map(|row| Ok(self.sentence(&row?)))),
-            Box::new(ends.into_iter()),
+            self.motivations.stream(rows),
+            self.allocation.stream(rows),
+            self.poses.stream(rows),
+            self.targets.stream(rows),
+            self.messages.stream(rows),
+            self.events.stream(rows),
+            self.mission.stream(rows),
+            Box::new(rows.each_row().map(|row| Ok(self.sentence(&row?)))),
         ]
+    }
+
+    /// Returns the message of `/threshold`.
+    pub fn threshold(&self, at: SimTime) -> Message {
+        let motivation = self.theta;
+        self.threshold.message(at, &Threshold { motivation })
     }
 
     /// Returns an event as a sentence for `/log`.
@@ -202,6 +195,14 @@ impl TableTopics {
         };
         self.log.message(row.t_ms, &message)
     }
+}
+
+/// Returns the number of targets, which is constant. The log names them t0, t1 and so on.
+fn count_targets(setup: &Setup) -> anyhow::Result<usize> {
+    let kind = Registry::current().worlds().find(&setup.scenario)?;
+    let mut targets = Vec::new();
+    World::new(setup, kind).mission().targets(&mut targets);
+    Ok(targets.len())
 }
 
 fn level(kind: &str) -> Level {

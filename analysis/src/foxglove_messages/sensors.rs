@@ -10,11 +10,11 @@ use scenario::Setup;
 use scenario::time::SimTime;
 use std::f64::consts::FRAC_PI_2;
 
-use super::recording::{Channel, Message, Recording};
+use super::topics::{Channel, Message, Topics};
 use super::well_known::{at, stamp, vector};
 use crate::export::look::{BEAM_HEIGHT, beam_ends, point_bytes};
 
-/// The topics `/sensors/ROBOT/…` of a recording.
+/// The topics `/sensors/ROBOT/…`.
 pub struct SensorTopics {
     radius_m: f32,
     step: SimTime,
@@ -31,15 +31,15 @@ struct Device {
 }
 
 impl SensorTopics {
-    /// Creates the topics in a recording.
-    pub fn new(recording: &mut Recording<'_>, setup: &Setup) -> anyhow::Result<Self> {
+    /// Adds the topics to a destination.
+    pub fn new(to: &mut dyn Topics, setup: &Setup) -> anyhow::Result<Self> {
         let robots = setup.scenario.robots.iter();
         let robots = robots
             .map(|robot| {
                 let name = robot.name.clone();
                 Ok(Device {
-                    border: recording.channel(&format!("/sensors/{name}/border"))?,
-                    avoidance: recording.channel(&format!("/sensors/{name}/avoidance"))?,
+                    border: to.channel(&format!("/sensors/{name}/border"))?,
+                    avoidance: to.channel(&format!("/sensors/{name}/avoidance"))?,
                     name,
                     shows: [false; 2],
                 })

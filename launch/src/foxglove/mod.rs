@@ -1,0 +1,168 @@
+//! The channels of a live run for Foxglove: a process that reads the log of the run and serves it over WebSockets.
+//!
+//! Without control, nothing that a client sends reaches the run. With control, clients use the control topic of the run,
+//! as the page and `alliance fault` do.
+
+#[cfg(feature = "foxglove")]
+mod channels;
+#[cfg(feature = "foxglove")]
+mod control;
+#[cfg(feature = "foxglove")]
+mod publish;
+#[cfg(not(feature = "foxglove"))]
+#[path = "without_foxglove.rs"]
+mod publish;
+
+use std::net::{SocketAddr, TcpListener};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use analysis::{LATEST, optional};
+use clap::Args;
+use cluster::process_log::{LogArgs, log_to_stderr};
+use run_log::LogLevel;
+use scenario::{Problem, Setup};
+use terminal::fail;
+
+use crate::run::observers::ObserverCommand;
+
+/// The name of the process and its option.
+const FOXGLOVE: &str = "foxglove";
+
+/// The option of `alliance run`, for error messages.
+const OPTION: &str = "--foxglove";
+
+/// The address at which Foxglove expects a server.
+const ADDRESS: &str = "127.0.0.1:8765";
+
+/// The options of a run with channels for Foxglove.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Foxglove")]
+pub struct FoxgloveArgs {
+    /// Serve the run to Foxglove at this address [default: 127.0.0.1:8765], at 1x unless --speed says otherwise
+    #[arg(
+        long,
+        value_name = "ADDRESS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = ADDRESS,
+        hide = !cfg!(feature = "foxglove")
+    )]
+    foxglove: Option<SocketAddr>,
+    /// Accept faults and clock commands from every client on this machine
+    #[arg(long, requires = "foxglove", hide = !cfg!(feature = "foxglove"))]
+    foxglove_control: bool,
+}
+
+/// Serve a live run to Foxglove
+#[derive(Args, Clone, Debug)]
+pub struct FoxgloveCommand {
+    /// Folder of the run
+    #[arg(value_name = "RUN", default_value = LATEST)]
+    folder: PathBuf,
+    /// Address of the server
+    #[arg(long, value_name = "ADDRESS", default_value = ADDRESS)]
+    address: SocketAddr,
+    /// Accept faults and clock commands for the live run with this id
+    #[arg(long, value_name = "ID")]
+    control: Option<String>,
+    /// Serve from the start of the run, and wait for its folder
+    #[arg(long, hide = true)]
+    from_start: bool,
+}
+
+impl FoxgloveArgs {
+    /// Returns whether the run is served to Foxglove.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        self.foxglove.is_some()
+    }
+
+    /// Checks a run before it starts.
+    ///
+    /// # Errors
+    /// Returns an error if this program has no support of Foxglove, if the run cannot be followed, or if nothing can listen
+    /// at the address.
+    pub fn check(&self, setup: &Setup, log: LogLevel) -> anyhow::Result<()> {
+        let Some(address) = self.foxglove else {
+            return Ok(());
+        };
+        optional::check(FOXGLOVE, cfg!(feature = "foxglove"))?;
+        publish::check(setup, log)?;
+        check_control(self.foxglove_control, address, "--foxglove-control")?;
+        let listening = TcpListener::bind(address).map(drop);
+        Ok(listening.map_err(|error| refused(address, &error))?)
+    }
+
+    /// Returns the process that serves the run with this id, if there is one.
+    #[must_use]
+    pub fn observer(&self, folder: PathBuf, run: &str) -> Option<ObserverCommand> {
+        let command = FoxgloveCommand {
+            folder,
+            address: self.foxglove?,
+            control: self.foxglove_control.then(|| run.to_owned()),
+            from_start: true,
+        };
+        Some(ObserverCommand {
+            name: FOXGLOVE,
+            title: "Foxglove",
+            arguments: command.arguments(),
+            description: command.describe(),
+        })
+    }
+}
+
+/// Checks that clients with control are on this machine, because the protocol has no passwords.
+fn check_control(has_control: bool, address: SocketAddr, option: &str) -> Result<(), Problem> {
+    if has_control && !address.ip().is_loopback() {
+        let what = format!("{address} accepts other machines, and clients need no password");
+        return Err(Problem::with_source(option, what, "use 127.0.0.1"));
+    }
+    Ok(())
+}
+
+fn refused(address: SocketAddr, error: &std::io::Error) -> Problem {
+    let remedy = "use a free address of this machine, such as 127.0.0.1:8766";
+    Problem::with_source(format!("{OPTION} {address}"), error.to_string(), remedy)
+}
+
+impl FoxgloveCommand {
+    /// Returns the arguments of the process.
+    fn arguments(&self) -> Vec<String> {
+        let mut arguments = ["cluster", FOXGLOVE].map(str::to_owned).to_vec();
+        arguments.push(self.folder.display().to_string());
+        arguments.push(format!("--address={}", self.address));
+        if let Some(run) = &self.control {
+            arguments.push(format!("--control={run}"));
+        }
+        if self.from_start {
+            arguments.push("--from-start".to_owned());
+        }
+        arguments
+    }
+
+    /// Returns the description for people.
+    fn describe(&self) -> String {
+        format!("Foxglove ws://{}", self.address)
+    }
+
+    /// Starts the log of this process.
+    pub fn start_log(&self) {
+        log_to_stderr(LogArgs::default(), FOXGLOVE);
+    }
+
+    /// Serves the run until it is over.
+    ///
+    /// Exit status 0 at the end of the run or after an interrupt, 2 if the run cannot be served, 3 if its log cannot be
+    /// read.
+    #[must_use]
+    pub fn run(&self) -> ExitCode {
+        const NAME: &str = "alliance cluster foxglove";
+        let checked = optional::check(FOXGLOVE, cfg!(feature = "foxglove"));
+        let is_local = || check_control(self.control.is_some(), self.address, "--control");
+        match checked.and_then(|()| Ok(is_local()?)) {
+            Ok(()) => publish::run(NAME, self),
+            Err(error) => fail(NAME, &error, 2),
+        }
+    }
+}
