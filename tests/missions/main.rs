@@ -43,6 +43,7 @@ mod own_controllers;
 mod page;
 mod parity;
 mod parker;
+mod playground;
 mod profile;
 mod push;
 mod python_greedy;

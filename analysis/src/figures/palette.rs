@@ -1,51 +1,21 @@
 //! Colors of robots, tasks and marks in figures.
 
+use observation::colors::{Rgb, TASKS};
 use plotters::style::RGBColor;
 use proto::view::{Mark, MarkRole};
 
-/// Colors of robots in the order of their use, with the name of the robot that has the color first. They are legible as
-/// thin lines on white and on the dark floor of the page.
-const ROBOTS: [(&str, RGBColor); 14] = [
-    ("blue", RGBColor(26, 120, 190)),
-    ("orange", RGBColor(224, 98, 8)),
-    ("green", RGBColor(0, 150, 108)),
-    ("pink", RGBColor(226, 120, 178)),
-    ("cyan", RGBColor(64, 170, 214)),
-    ("gold", RGBColor(216, 148, 0)),
-    ("violet", RGBColor(138, 100, 214)),
-    ("brown", RGBColor(146, 102, 60)),
-    ("red", RGBColor(210, 58, 58)),
-    ("yellow", RGBColor(176, 164, 0)),
-    ("gray", RGBColor(146, 146, 146)),
-    ("purple", RGBColor(158, 72, 158)),
-    ("magenta", RGBColor(206, 64, 146)),
-    ("black", RGBColor(96, 96, 96)),
-];
-
-/// The hues of tasks and kinds of marks: the color-blind safe palette of Okabe and Ito, without yellow, which is too
-/// light for lines. Gray and black have other meanings in task figures.
-const TASKS: [RGBColor; 6] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-];
-
 /// The color of robots that share a row.
-pub const SHARED_ROW: RGBColor = TASKS[0];
+pub const SHARED_ROW: RGBColor = drawn(TASKS[0]);
 
-/// Returns the hues of tasks by catalog index, in turn, as in CSS.
-#[must_use]
-pub fn task_hues() -> Vec<String> {
-    TASKS.map(css).to_vec()
+/// Returns a color as the figures draw it.
+const fn drawn(Rgb(red, green, blue): Rgb) -> RGBColor {
+    RGBColor(red, green, blue)
 }
 
 /// Returns the color of a task by its catalog index: each hue full, pale and dark in turn.
 #[must_use]
 pub fn task_color(task: usize) -> RGBColor {
-    let RGBColor(red, green, blue) = TASKS[task % TASKS.len()];
+    let Rgb(red, green, blue) = TASKS[task % TASKS.len()];
     let toned = |part: u8| match task / TASKS.len() % 3 {
         0 => part,
         1 => part + (255 - part) / 2,
@@ -90,7 +60,7 @@ const DONE: RGBColor = RGBColor(225, 225, 225);
 /// Returns the colors of a mark without and with all of its work: those of its kind, or else of its role.
 #[must_use]
 pub fn mark_colors(mark: &Mark) -> (RGBColor, RGBColor) {
-    let of_kind = |kind: usize| (DONE, TASKS[kind % TASKS.len()]);
+    let of_kind = |kind: usize| (DONE, drawn(TASKS[kind % TASKS.len()]));
     mark.kind().map_or_else(|| of_role(mark.role), of_kind)
 }
 
@@ -126,79 +96,12 @@ pub fn of_role(role: MarkRole) -> (RGBColor, RGBColor) {
 /// Returns a color as in CSS: `#0072b2`.
 #[must_use]
 pub fn css(RGBColor(red, green, blue): RGBColor) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
+    Rgb(red, green, blue).css()
 }
 
-/// Returns one color for each name: first that of the name, then the free ones in turn. Colors repeat only after all of
-/// them are used.
+/// Returns one color for each name, see [`observation::colors::colors`].
 #[must_use]
 pub fn colors<'n>(names: impl Iterator<Item = &'n str>) -> Vec<RGBColor> {
-    let names: Vec<&str> = names.collect();
-    let is_named = |color: &str| names.contains(&color);
-    let mut free = ROBOTS.iter().filter(|(color, _)| !is_named(color));
-    let mut again = ROBOTS.iter().cycle();
-    let color = |name: &&str| {
-        let named = ROBOTS.iter().find(|(color, _)| color == name);
-        named.or_else(|| free.next()).or_else(|| again.next())
-    };
-    names
-        .iter()
-        .filter_map(color)
-        .map(|(_, color)| *color)
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_two_robots_have_one_color_while_colors_are_free() {
-        let names = [
-            "r0", "blue", "r1", "gold", "grey", "r3", "red", "r5", "r6", "r7", "r8", "r9", "r10",
-            "r11",
-        ];
-        let found = colors(names.into_iter());
-        let named = |name| ROBOTS.iter().find(|(color, _)| *color == name).unwrap().1;
-        assert_eq!(
-            [found[1], found[3], found[6]],
-            ["blue", "gold", "red"].map(named)
-        );
-        assert_eq!([found[0], found[2]], ["orange", "green"].map(named));
-        for (rank, color) in found.iter().enumerate() {
-            assert!(
-                !found[..rank].contains(color),
-                "{} has {color:?}",
-                names[rank]
-            );
-        }
-        let more = colors(names.into_iter().chain(["r12"]));
-        assert_eq!(more[14], ROBOTS[0].1, "from the start again");
-    }
-
-    /// The contrast ratio of WCAG 2.
-    fn contrast(one: RGBColor, other: RGBColor) -> f64 {
-        let light = |RGBColor(red, green, blue)| {
-            let linear = |part: u8| {
-                let part = f64::from(part) / 255.0;
-                match part <= 0.04045 {
-                    true => part / 12.92,
-                    false => ((part + 0.055) / 1.055).powf(2.4),
-                }
-            };
-            0.2126 * linear(red) + 0.7152 * linear(green) + 0.0722 * linear(blue) + 0.05
-        };
-        let (one, other) = (light(one), light(other));
-        one.max(other) / one.min(other)
-    }
-
-    #[test]
-    fn robots_are_legible_on_white_and_on_the_dark_floor() {
-        for (name, color) in ROBOTS {
-            for floor in [RGBColor(255, 255, 255), RGBColor(35, 39, 46)] {
-                let ratio = contrast(color, floor);
-                assert!(ratio >= 2.3, "{name} on {floor:?}: {ratio:.2}");
-            }
-        }
-    }
+    let colors = observation::colors::colors(names).into_iter();
+    colors.map(drawn).collect()
 }

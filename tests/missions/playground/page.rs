@@ -1,0 +1,122 @@
+//! The page of the playground in a real browser, opened from disk.
+
+use std::fs::File;
+
+use alliance_tests::harness::Lab;
+use serde_json::{Value, json};
+
+use super::{DEFAULT_HASH, Run, compare, module, project, runs};
+use crate::page::browser::{Browser, LAPTOP};
+
+/// Writes the page. Returns its link, or `None` without the module.
+fn page(lab: &Lab) -> Option<String> {
+    let module = std::fs::read(module()?).unwrap();
+    let path = lab.path("index.html");
+    launch::page::playground::write(&module, &mut File::create(&path).unwrap()).unwrap();
+    Some(format!("file://{}", path.canonicalize().unwrap().display()))
+}
+
+#[test]
+fn a_person_plays_in_the_browser() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let is = |id: &str, text: &str| {
+        browser.wait_for(&format!(
+            "document.querySelector('#{id}').textContent == '{text}'"
+        ));
+    };
+    // The default mission, as fast as possible.
+    browser.open(&link);
+    browser.wait_for("document.body.dataset.state == 'paused'");
+    browser.press('m');
+    browser.press(' ');
+    browser.wait_for("document.body.dataset.state == 'ended'");
+    is("run-hash", &format!("hash {DEFAULT_HASH}"));
+
+    // The form starts another run in the same page.
+    browser.choose("#choose-scenario", "janitorial");
+    browser.choose("#choose-allocator", "cbba");
+    browser.input("#choose-seed", "7");
+    browser.click("#playground button");
+    browser.wait_for("document.body.dataset.state == 'paused' && alliance.run.run == 'janitorial'");
+    assert_eq!(browser.eval("alliance.run.seed"), 7);
+    assert_eq!(browser.eval("alliance.run.scenario.allocator"), "cbba");
+    // Steps, and a robot that a person kills.
+    browser.press('.');
+    browser.wait_for("document.body.dataset.tick == '1'");
+    browser.press('>');
+    browser.wait_for("document.body.dataset.tick == '11'");
+    browser.press('1');
+    browser.press('k');
+    browser.wait_for("alliance.view.faults.length == 0 && document.querySelector('.notice')");
+    browser.press('.');
+    browser.wait_for("alliance.view.robots[0].state == 'dead'");
+    browser.assert_no_console_message();
+
+    // Links with mistakes say what to do, and the form stays.
+    for (hash, why) in [
+        (
+            "#scenario=nowhere",
+            "scenario: no built-in scenario 'nowhere'",
+        ),
+        (
+            "#seed=one",
+            "seed: 'one' is no seed; use a whole number from 0 to 18446744073709551615",
+        ),
+        (
+            "#speed=3",
+            "This link is damaged at 'speed=3': copy it once more, or choose a run above",
+        ),
+        (
+            "#scenario=%E0%A4%A",
+            "This link is damaged at 'scenario=%E0%A4%A': copy it once more, or choose a run above",
+        ),
+    ] {
+        browser.open("about:blank");
+        browser.open(&format!("{link}{hash}"));
+        browser.wait_for("document.body.dataset.state == 'refused'");
+        let shown = browser.eval("document.querySelector('#refused-why').textContent");
+        assert!(shown.as_str().unwrap().starts_with(why), "{shown}");
+        assert_eq!(
+            browser.eval("document.querySelector('#playground').checkVisibility()"),
+            true
+        );
+    }
+}
+
+/// The same comparison as in Node.js, in the page's own module.
+#[test]
+fn the_browser_has_the_hashes_of_the_native_program() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    browser.open(&link);
+    browser.wait_for("document.body.dataset.state == 'paused'");
+    let text = |path: &str| std::fs::read_to_string(project().join(path)).unwrap();
+    let runs = runs();
+    let plan: Vec<Value> = runs.iter().map(Run::plan).collect();
+    // The rules of the page allow modules only as data.
+    let start = format!(
+        "(async () => {{
+            const load = (source) => import(`data:text/javascript,${{encodeURIComponent(source)}}`);
+            const {{ Program }} = await load({worker});
+            const {{ results }} = await load({hashes});
+            const {{ unpack }} = await import('alliance/source/part.js');
+            const bytes = await (await unpack(document, 'engine')).arrayBuffer();
+            return results(bytes, Program, {plan});
+        }})().then((results) => (window.found = {{ results }}), (error) => (window.found = {{ error: String(error) }})) && true",
+        worker = json!(text("launch/page/source/worker.js")),
+        hashes = json!(text("tests/missions/playground/hashes.mjs")),
+        plan = json!(plan),
+    );
+    browser.eval(&start);
+    browser.wait_for("window.found");
+    let found = browser.eval("window.found");
+    assert_eq!(found.get("error"), None, "{found}");
+    compare(&runs, &found["results"]);
+}
