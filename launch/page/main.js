@@ -12,7 +12,7 @@ import { Links } from "./panels/links.js";
 import { Matrix } from "./panels/matrix.js";
 import { Messages } from "./panels/messages.js";
 import { drawMission, drawState } from "./panels/mission.js";
-import { drawHash, showChoice } from "./panels/playground.js";
+import { drawHash, offerLink, showChoice } from "./panels/playground.js";
 import { Robots } from "./panels/robots.js";
 import { Tasks } from "./panels/tasks.js";
 import { Timeline } from "./panels/timeline.js";
@@ -63,11 +63,13 @@ async function play(engine) {
     const list = await engine.load();
     let choice = {};
     try {
-      choice = choiceOf(location.hash);
+      choice = await choiceOf(location.hash);
     } finally {
       showChoice(list, choice);
     }
-    await show(engine, await engine.open(choice));
+    const run = await engine.open(choice);
+    offerLink(engine, choice);
+    await show(engine, run);
   } catch (error) {
     // Another choice starts the page again.
     addEventListener("hashchange", () => location.reload());

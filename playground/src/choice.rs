@@ -1,6 +1,8 @@
 //! The choice of a run: a built-in scenario, an allocator and a seed.
 
 use missions::Registry;
+use proto::control::ControlCommand;
+use scenario::ids::Tick;
 use scenario::limits::{TIME, check_known};
 use scenario::{Problem, Scenario, Setup};
 use serde::Deserialize;
@@ -22,7 +24,13 @@ pub struct Choice {
     /// The time limit in simulated seconds; `None` for that of the scenario.
     #[serde(default)]
     pub limit_s: Option<f64>,
+    /// Orders of a person that the run repeats, by tick.
+    #[serde(default)]
+    pub orders: Vec<GivenOrder>,
 }
+
+/// A command to the run, and the tick before which it is given.
+pub type GivenOrder = (Tick, ControlCommand);
 
 impl Choice {
     /// Returns the setup of the run.
@@ -69,7 +77,7 @@ impl Choice {
         })
     }
 
-    /// Returns the command that repeats the run natively, without the orders of a person.
+    /// Returns the command that repeats the run natively, without orders of a person.
     #[must_use]
     pub fn command(&self) -> String {
         let mut command = "alliance run".to_owned();
@@ -110,4 +118,75 @@ pub fn choices() -> Value {
         "scenarios": scenarios.collect::<Vec<_>>(),
         "allocators": allocators.collect::<Vec<_>>(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_listed_scenario_and_allocator_can_be_chosen() {
+        let list = choices();
+        let names = |kind: &str| -> Vec<String> {
+            let all = list[kind].as_array().unwrap().iter();
+            all.map(|entry| entry["name"].as_str().unwrap().to_owned())
+                .collect()
+        };
+        let vocabulary = Registry::current().vocabulary();
+        assert_eq!(names("scenarios").len(), vocabulary.builtins().count());
+        for name in names("scenarios") {
+            let scenario = Some(name);
+            let choice = Choice {
+                scenario,
+                ..Choice::default()
+            };
+            assert!(choice.setup().is_ok(), "{:?}", choice.scenario);
+        }
+        for name in names("allocators") {
+            let allocator = Some(name);
+            let choice = Choice {
+                allocator,
+                ..Choice::default()
+            };
+            let setup = choice.setup().unwrap();
+            assert_eq!(setup.scenario.allocator, choice.allocator);
+        }
+    }
+
+    #[test]
+    fn mistakes_are_refused_in_one_line() {
+        let refusal = |json: Value| {
+            let choice: Choice = serde_json::from_value(json).unwrap();
+            choice.setup().unwrap_err().to_string()
+        };
+        for (choice, start) in [
+            (
+                json!({"scenario": "nowhere"}),
+                "scenario: no built-in scenario 'nowhere'; ",
+            ),
+            (
+                json!({"allocator": "mine"}),
+                "allocator: there is no allocator 'mine'",
+            ),
+            (
+                json!({"seed": "-1"}),
+                "seed: '-1' is no seed; use a whole number from 0 to 18446744073709551615",
+            ),
+            (json!({"limit_s": -1.0}), "limit_s: "),
+        ] {
+            let found = refusal(choice);
+            assert!(found.starts_with(start), "{found}");
+            assert_eq!(found.lines().count(), 1, "{found}");
+        }
+    }
+
+    #[test]
+    fn the_command_has_the_choice() {
+        let choice =
+            json!({"scenario": "janitorial", "allocator": "cbba", "seed": "7", "limit_s": 60.5});
+        let choice: Choice = serde_json::from_value(choice).unwrap();
+        let command = "alliance run janitorial --allocator cbba --seed 7 --limit 60.5 --in-process";
+        assert_eq!(choice.command(), command);
+        assert_eq!(Choice::default().command(), "alliance run --in-process");
+    }
 }

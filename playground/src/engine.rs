@@ -1,5 +1,6 @@
 //! A run with a clock, orders of a person, and frames for the page.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use in_process::{StartError, Team, TickError};
@@ -13,7 +14,7 @@ use scenario::Problem;
 use serde_json::{Value, json};
 use world_server::pace::{Pace, Speed};
 
-use crate::choice::Choice;
+use crate::choice::{Choice, GivenOrder};
 
 /// The reason why a chosen run does not start.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +31,10 @@ pub struct Engine {
     feed: Feed,
     pace: Pace<Duration>,
     about: Value,
+    /// Orders of the choice whose ticks have not begun.
+    planned: VecDeque<GivenOrder>,
+    /// The orders so far.
+    given: Vec<GivenOrder>,
     /// Frames of events since the last call of [`Engine::frames`].
     news: Vec<String>,
     outcome: Option<Outcome>,
@@ -59,6 +64,8 @@ impl Engine {
             feed,
             pace,
             about,
+            planned: choice.orders.iter().cloned().collect(),
+            given: Vec::new(),
             news: Vec::new(),
             outcome,
             has_sent_end: false,
@@ -73,6 +80,8 @@ impl Engine {
 
     /// Executes a command of the page.
     pub fn execute(&mut self, command: ControlCommand, now: Duration) -> Reply {
+        let tick = self.team.simulation().tick();
+        let given = command.clone();
         let reply = match command {
             ControlCommand::Fault(order) => self.team.order(order).map(Reply::Armed),
             ControlCommand::Clear(id) => self.team.clear(id.as_deref()).map(Reply::Cleared),
@@ -86,7 +95,16 @@ impl Engine {
                 Err(Problem::of_value(what, "use 'list'"))
             }
         };
+        if matches!(reply, Ok(Reply::Armed(_) | Reply::Cleared(_))) {
+            self.given.push((tick, given));
+        }
         reply.unwrap_or_else(|problem| Reply::Refused(problem.to_string()))
+    }
+
+    /// Returns the orders so far, with which a [`Choice`] repeats the run.
+    #[must_use]
+    pub fn orders(&self) -> &[GivenOrder] {
+        &self.given
     }
 
     /// Runs the ticks that are due, at most `ticks`. Returns the time until the next one, or `None` if the clock stands.
@@ -117,6 +135,10 @@ impl Engine {
     /// If the tick cannot be recorded.
     pub fn tick(&mut self) -> Result<Option<Outcome>, TickError> {
         let tick = self.team.simulation().tick();
+        while let Some((_, command)) = self.planned.pop_front_if(|(at, _)| *at <= tick) {
+            // A refused order has no effect, as when it was given.
+            self.execute(command, Duration::ZERO);
+        }
         self.outcome = self.team.tick()?;
         let events = self.team.take_events();
         if !events.is_empty() {
@@ -149,5 +171,122 @@ impl Engine {
     #[must_use]
     pub fn hash(&self) -> String {
         self.team.hash()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proto::control::ClockCommand;
+    use scenario::fault::{Fault, Order};
+
+    use super::*;
+
+    const NOW: Duration = Duration::from_secs(9);
+
+    fn engine() -> Engine {
+        Engine::open(&Choice::default(), Duration::ZERO).unwrap()
+    }
+
+    fn clock(engine: &mut Engine, command: ClockCommand) -> Reply {
+        engine.execute(ControlCommand::Clock(command), NOW)
+    }
+
+    fn parsed(frames: &[String]) -> Vec<Value> {
+        let frames = frames.iter();
+        frames
+            .map(|frame| serde_json::from_str(frame).unwrap())
+            .collect()
+    }
+
+    fn kinds(frames: &[Value]) -> Vec<&str> {
+        let frames = frames.iter();
+        frames
+            .map(|frame| frame.as_object().unwrap().keys().next().unwrap().as_str())
+            .collect()
+    }
+
+    #[test]
+    fn a_run_waits_at_its_start_and_follows_its_clock() {
+        let mut engine = engine();
+        assert_eq!(engine.advance(NOW, 100).unwrap(), None);
+        let start = parsed(&engine.frames());
+        assert_eq!(kinds(&start), ["view", "hash"]);
+        assert_eq!(start[0]["view"]["tick"], 0);
+
+        // One tick of real time, and the next one 50 ms later.
+        let reply = clock(&mut engine, ClockCommand::Resume);
+        assert!(matches!(reply, Reply::Clock(status) if !status.paused));
+        let next = engine.advance(NOW, 100).unwrap();
+        assert_eq!(next, Some(Duration::from_millis(50)));
+        assert_eq!(engine.team.simulation().tick(), 1);
+
+        clock(&mut engine, ClockCommand::Step(3));
+        clock(&mut engine, ClockCommand::Speed(None));
+        assert_eq!(engine.advance(NOW, 2).unwrap(), Some(Duration::ZERO));
+        assert_eq!(engine.advance(NOW, 100).unwrap(), None);
+        assert_eq!(engine.team.simulation().tick(), 4);
+        let refused = clock(&mut engine, ClockCommand::Step(0));
+        assert_eq!(
+            refused,
+            Reply::Refused("step: 0 is no step; use at least 1".to_owned())
+        );
+    }
+
+    #[test]
+    fn orders_become_events_and_the_end_is_sent_once() {
+        let mut engine = engine();
+        let kill = |robot: &str| ControlCommand::Fault(Order::now(Fault::Kill(robot.to_owned())));
+        engine.tick().unwrap();
+        let reply = engine.execute(kill("gold"), NOW);
+        assert!(matches!(reply, Reply::Armed(armed) if armed.tick == Some(1)));
+        engine.tick().unwrap();
+        let frames = parsed(&engine.frames());
+        let events = frames.iter().filter_map(|frame| frame["events"].as_array());
+        let is_death = |event: &&Value| event["kind"] == "gone" && event["robot"] == "gold";
+        assert_eq!(events.flatten().filter(is_death).count(), 1);
+        let Reply::Refused(reason) = engine.execute(kill("gold"), NOW) else {
+            panic!("a dead robot is killed");
+        };
+        assert!(reason.starts_with("'gold' has no process"), "{reason}");
+
+        for robot in ["blue", "green"] {
+            engine.execute(kill(robot), NOW);
+        }
+        while engine.tick().unwrap().is_none() {}
+        let frames = parsed(&engine.frames());
+        assert_eq!(frames.last().unwrap()["ended"]["outcome"], "no-robot-left");
+        assert_eq!(engine.advance(NOW, 1).unwrap(), None);
+        assert_eq!(kinds(&parsed(&engine.frames())), ["view", "hash"]);
+    }
+
+    /// A person kills and restarts a robot while the run goes on. The choice with the same orders has the same hash.
+    #[test]
+    fn a_choice_with_the_orders_of_a_run_repeats_it() {
+        let mut first = engine();
+        let ordered = |fault| ControlCommand::Fault(Order::now(fault));
+        for _ in 0..2000 {
+            match first.team.simulation().tick() {
+                500 => first.execute(ordered(Fault::Kill("gold".to_owned())), NOW),
+                501 => first.execute(ordered(Fault::Kill("gold".to_owned())), NOW),
+                900 => first.execute(ordered(Fault::Restart("gold".to_owned())), NOW),
+                901 => first.execute(ControlCommand::Clear(None), NOW),
+                _ => Reply::Faults(Vec::new()),
+            };
+            first.tick().unwrap();
+        }
+        // The second kill is refused. The kill is cleared last.
+        let ticks: Vec<u64> = first.orders().iter().map(|(tick, _)| *tick).collect();
+        assert_eq!(ticks, [500, 900, 901]);
+        let choice = json!({"orders": first.orders()});
+        let choice: Choice = serde_json::from_value(choice).unwrap();
+        let mut again = Engine::open(&choice, Duration::ZERO).unwrap();
+        let mut plain = engine();
+        for _ in 0..2000 {
+            again.tick().unwrap();
+            plain.tick().unwrap();
+        }
+        assert_eq!(again.hash(), first.hash());
+        assert_eq!(again.orders(), first.orders());
+        assert_ne!(plain.hash(), first.hash());
     }
 }

@@ -100,6 +100,12 @@ extern "C" fn frames() {
     answer(frames.unwrap_or_default());
 }
 
+/// Answers with the orders so far, for a [`Choice`](crate::choice::Choice) that repeats the run.
+#[unsafe(no_mangle)]
+extern "C" fn orders() {
+    answer_json(with_engine(|engine| json!(engine.orders())));
+}
+
 /// Answers with the hash of the run so far.
 #[unsafe(no_mangle)]
 extern "C" fn hash() {

@@ -25,15 +25,13 @@ export class Engine extends EventTarget {
   async load() {
     if (!canUnpack() || typeof WebAssembly === "undefined" || typeof Worker === "undefined") throw new Error(TOO_OLD);
     let bytes;
-    let url;
     try {
-      const [module, code] = await Promise.all(["engine", "worker"].map((name) => unpack(this.#document, name)));
-      bytes = await module.arrayBuffer();
-      url = URL.createObjectURL(new Blob([await code.text()], { type: "text/javascript" }));
+      bytes = await (await unpack(this.#document, "engine")).arrayBuffer();
     } catch {
       throw new Error(DAMAGED);
     }
-    this.#worker = new Worker(url, { type: "module" });
+    // The import map has the file as a URL with its content. A file opened from disk cannot start a worker from another URL.
+    this.#worker = new Worker(import.meta.resolve("alliance/source/worker.js"), { type: "module" });
     this.#worker.onmessage = ({ data }) => this.#receive(data);
     const failed = new Promise((_, reject) => {
       this.#worker.onerror = () => reject(new Error(TOO_OLD));
@@ -41,7 +39,7 @@ export class Engine extends EventTarget {
     return Promise.race([this.#ask("load", { bytes }), failed]);
   }
 
-  /** Opens a run: `{scenario, allocator, seed, limit_s}`, each may be missing. Returns its description. */
+  /** Opens a run: `{scenario, allocator, seed, limit_s, orders}`, each may be missing. Returns its description. */
   async open(choice) {
     return this.#ask("open", { choice });
   }
@@ -49,6 +47,11 @@ export class Engine extends EventTarget {
   /** Sends a command and returns the reply. */
   async control(command) {
     return this.#ask("control", { command });
+  }
+
+  /** Returns the orders so far, which a choice repeats. */
+  async orders() {
+    return this.#ask("orders", {});
   }
 
   /** Starts the run. Its frames arrive as with the server's socket. */

@@ -52,6 +52,11 @@ export class Program {
     return this.#call("frames").split("\n");
   }
 
+  /** Returns the orders so far, each a tick and a command. A choice with them repeats the run. */
+  orders() {
+    return JSON.parse(this.#call("orders"));
+  }
+
   hash() {
     return this.#call("hash");
   }
@@ -161,6 +166,7 @@ function serve(scope) {
     },
     start: () => runner.start(),
     shown: () => runner.shown(),
+    orders: () => program.orders(),
     control: ({ command }) => runner.control(command),
   };
   scope.onmessage = async ({ data: { id, kind, ...content } }) => {

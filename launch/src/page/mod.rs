@@ -87,14 +87,6 @@ mod tests {
         }
         let item = format!("--item: {};", palette::css(palette::ITEM));
         assert!(light.contains(&item), "{item}");
-        let about = about("live", "r", "runs/r", &default_setup(1), Value::Null);
-        let setup = default_setup(1);
-        let names = setup.scenario.robots.iter().map(|robot| &*robot.name);
-        let of_reports: Vec<String> = palette::colors(names)
-            .into_iter()
-            .map(palette::css)
-            .collect();
-        assert_eq!(about["colors"]["robots"], json!(of_reports));
     }
 
     /// The curves, the faults, marks, skills, columns and events of a mission, the end of a run, cut links, and the
@@ -111,6 +103,7 @@ mod tests {
             "player",
             "mission",
             "branch",
+            "choice",
             "faults",
             "embedded",
             "late_events",

@@ -1,6 +1,6 @@
 //! The playground: the page with the simulator as a WebAssembly module inside, in one HTML file.
 //!
-//! `launch/page/source/engine.js` starts the part `worker` in a thread of the browser, which runs the part `engine`.
+//! `launch/page/source/engine.js` starts a thread of the browser, which runs the part `engine`.
 
 use std::io::Write;
 
@@ -16,8 +16,6 @@ pub fn write(module: &[u8], file: &mut dyn Write) -> anyhow::Result<()> {
     single_file::write(file, true, |file| {
         let version = json!({"version": env!("CARGO_PKG_VERSION")});
         single_file::write_index(file, "embedded-engine", &version)?;
-        single_file::write_part(file, "engine", module)?;
-        let worker = single_file::text("source/worker.js")?;
-        single_file::write_part(file, "worker", worker.as_bytes())
+        single_file::write_part(file, "engine", module)
     })
 }

@@ -62,7 +62,7 @@ pub fn write_part(file: &mut dyn Write, name: &str, content: &[u8]) -> anyhow::R
 /// Returns the rules for the browser: the file contains everything, and no request leaves it.
 fn policy(has_program: bool) -> String {
     let (scripts, workers) = match has_program {
-        true => (" 'wasm-unsafe-eval'", " worker-src blob:;"),
+        true => (" 'wasm-unsafe-eval'", " worker-src data:;"),
         false => ("", ""),
     };
     format!(
@@ -110,8 +110,7 @@ fn page(has_program: bool) -> anyhow::Result<String> {
     Ok(page)
 }
 
-/// Returns the text of a file of the page.
-pub fn text(path: &str) -> anyhow::Result<&'static str> {
+fn text(path: &str) -> anyhow::Result<&'static str> {
     let asset = assets::find(path).with_context(|| format!("the page has no file {path}"))?;
     std::str::from_utf8(asset.bytes).with_context(|| path.to_owned())
 }

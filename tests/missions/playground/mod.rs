@@ -14,6 +14,7 @@ use playground::choice::Choice;
 use proto::control::{ControlCommand, Reply};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use run_log::recorder::{Folder, Sink};
 use run_log::{LogLevel, MemoryLog};
 use scenario::fault::Order;
 use serde_json::{Value, json};
@@ -40,12 +41,16 @@ impl Run {
 
     /// Returns the result of the native program, as of `hashes.mjs`.
     fn result(&self) -> Value {
+        self.result_in(MemoryLog::default())
+    }
+
+    fn result_in(&self, sink: impl Sink) -> Value {
         let choice: Choice = serde_json::from_value(self.choice.clone()).unwrap();
         let setup = choice.setup().unwrap();
-        let mut team = Team::new(setup, LogLevel::Full, MemoryLog::default()).unwrap();
+        let mut team = Team::new(setup, LogLevel::Full, sink).unwrap();
         let mut orders = self.orders.iter().peekable();
         let mut replies = Vec::new();
-        loop {
+        let outcome = loop {
             let tick = team.simulation().tick();
             while let Some((_, command)) = orders.next_if(|(at, _)| *at <= tick) {
                 let reply = match command {
@@ -55,12 +60,26 @@ impl Run {
                 };
                 replies.push(reply.unwrap_or_else(|error| Reply::Refused(error.to_string())));
             }
-            if team.tick().unwrap().is_some() {
-                break;
+            if let Some(outcome) = team.tick().unwrap() {
+                break outcome;
             }
-        }
-        let ticks = team.simulation().tick();
-        json!({"hash": team.hash(), "replies": replies, "ticks": ticks})
+        };
+        let (ticks, hash) = (team.simulation().tick(), team.hash());
+        team.end(outcome).unwrap();
+        json!({"hash": hash, "replies": replies, "ticks": ticks})
+    }
+}
+
+/// A person gives orders while a run goes on. Its log repeats them.
+#[test]
+fn the_log_repeats_orders_by_hand() {
+    let lab = Lab::new();
+    for (index, run) in runs().iter().enumerate().step_by(9) {
+        let out = format!("run-{index}");
+        let sink = Folder::create(lab.path(&out)).unwrap();
+        let result = run.result_in(sink);
+        assert_eq!(lab.log(&out).run.hash.as_deref(), result["hash"].as_str());
+        lab.assert_repeated(&out);
     }
 }
 

@@ -51,9 +51,25 @@ fn a_person_plays_in_the_browser() {
     browser.wait_for("document.body.dataset.tick == '11'");
     browser.press('1');
     browser.press('k');
-    browser.wait_for("alliance.view.faults.length == 0 && document.querySelector('.notice')");
+    browser.wait_for("alliance.view.faults[0]?.id == 'f1'");
     browser.press('.');
     browser.wait_for("alliance.view.robots[0].state == 'dead'");
+    // The link of this run repeats it with the order, in the same tick.
+    browser.click("#share");
+    browser.wait_for("location.hash.includes('&orders=')");
+    let shared = browser.eval("location.href");
+    let play = || {
+        browser.press('m');
+        browser.press(' ');
+        browser.wait_for("document.body.dataset.state == 'ended'");
+        browser.eval("document.querySelector('#run-hash').textContent")
+    };
+    let hash = play();
+    browser.open("about:blank");
+    browser.open(shared.as_str().unwrap());
+    browser.wait_for("document.body.dataset.state == 'paused'");
+    assert_eq!(browser.eval("alliance.view.robots[0].state"), "present");
+    assert_eq!(play(), hash);
     browser.assert_no_console_message();
 
     // Links with mistakes say what to do, and the form stays.
