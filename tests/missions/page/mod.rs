@@ -1,6 +1,6 @@
 //! The page of a run: its server, and the page itself in a real browser.
 
-mod accessible;
+pub mod accessible;
 pub mod browser;
 mod client;
 mod exported;

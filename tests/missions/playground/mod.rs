@@ -2,12 +2,13 @@
 
 mod page;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use alliance_tests::harness::{Lab, alliance};
 use alliance_tests::needs::cannot_run;
 use alliance_tests::runs::{builtin, vocabulary};
+use alliance_tests::testkit::in_repository;
 use analysis::random_mission::faults::{RandomFaults, timeline};
 use in_process::Team;
 use playground::choice::Choice;
@@ -95,12 +96,6 @@ fn module() -> Option<PathBuf> {
     None
 }
 
-/// Returns the project's folder.
-fn project() -> &'static Path {
-    // The package of the tests is in a folder of the project.
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
-}
-
 /// Returns all built-in scenarios with at most [`ROBOTS_MAX`] robots, each with three seeds and with faults by hand, and the
 /// complete default mission.
 fn runs() -> Vec<Run> {
@@ -169,9 +164,9 @@ fn the_module_has_the_hashes_of_the_native_program() {
     let plan: Vec<Value> = runs.iter().map(Run::plan).collect();
     lab.write("plan.json", json!(plan).to_string());
     let output = Command::new("node")
-        .arg(project().join("tests/missions/playground/node.mjs"))
+        .arg(in_repository("tests/missions/playground/node.mjs"))
         .arg(module)
-        .arg(project().join("launch/page/source/worker.js"))
+        .arg(in_repository("launch/page/source/worker.js"))
         .arg(lab.path("plan.json"))
         .output();
     let Ok(output) = output else {

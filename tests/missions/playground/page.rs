@@ -3,10 +3,12 @@
 use std::fs::File;
 
 use alliance_tests::harness::Lab;
+use alliance_tests::testkit::in_repository;
 use serde_json::{Value, json};
 
-use super::{DEFAULT_HASH, Run, compare, module, project, runs};
-use crate::page::browser::{Browser, LAPTOP};
+use super::{DEFAULT_HASH, Run, compare, module, runs};
+use crate::page::accessible::axe;
+use crate::page::browser::{Browser, LAPTOP, PHONE};
 
 /// Writes the page. Returns its link, or `None` without the module.
 fn page(lab: &Lab) -> Option<String> {
@@ -113,7 +115,7 @@ fn the_browser_has_the_hashes_of_the_native_program() {
     };
     browser.open(&link);
     browser.wait_for("document.body.dataset.state == 'paused'");
-    let text = |path: &str| std::fs::read_to_string(project().join(path)).unwrap();
+    let text = |path: &str| std::fs::read_to_string(in_repository(path)).unwrap();
     let runs = runs();
     let plan: Vec<Value> = runs.iter().map(Run::plan).collect();
     // The rules of the page allow modules only as data.
@@ -135,4 +137,21 @@ fn the_browser_has_the_hashes_of_the_native_program() {
     let found = browser.eval("window.found");
     assert_eq!(found.get("error"), None, "{found}");
     compare(&runs, &found["results"]);
+}
+
+#[test]
+fn axe_core_finds_no_violation() {
+    let lab = Lab::new();
+    let (Some(link), Some(axe)) = (page(&lab), axe()) else {
+        return;
+    };
+    for (size, hash) in [(LAPTOP, ""), (PHONE, ""), (LAPTOP, "#speed=3")] {
+        let Some(browser) = Browser::start(size) else {
+            return;
+        };
+        browser.open(&format!("{link}{hash}"));
+        browser.wait_for("['paused', 'refused'].includes(document.body.dataset.state)");
+        let found = browser.accessibility_violations(&axe);
+        assert!(found.is_empty(), "{size:?} {hash}: {}", found.join("\n"));
+    }
 }
