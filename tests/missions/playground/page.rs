@@ -105,6 +105,36 @@ fn a_person_plays_in_the_browser() {
     }
 }
 
+#[test]
+fn a_damaged_page_and_an_old_browser_get_a_sentence() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let why = |browser: &Browser, link: &str| {
+        browser.open(link);
+        browser.wait_for("document.body.dataset.state == 'refused'");
+        let why = browser.eval("document.querySelector('#refused-why').textContent");
+        why.as_str().unwrap().to_owned()
+    };
+    let text = lab.text("index.html");
+    let data = text.find("id=\"embedded-engine\"").unwrap();
+    lab.write("index.html", &text[..data.midpoint(text.len())]);
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let found = why(&browser, &link);
+    assert!(found.starts_with("This file is damaged: "), "{found}");
+
+    lab.write("index.html", text);
+    let Some(browser) = Browser::start_without_webassembly(LAPTOP) else {
+        return;
+    };
+    let found = why(&browser, &link);
+    assert!(
+        found.starts_with("This browser cannot run the simulator: "),
+        "{found}"
+    );
+}
+
 /// The same comparison as in Node.js, in the page's own module.
 #[test]
 fn the_browser_has_the_hashes_of_the_native_program() {
