@@ -266,8 +266,7 @@ mod tests {
         let ordered = |fault| ControlCommand::Fault(Order::now(fault));
         for _ in 0..2000 {
             match first.team.simulation().tick() {
-                500 => first.execute(ordered(Fault::Kill("gold".to_owned())), NOW),
-                501 => first.execute(ordered(Fault::Kill("gold".to_owned())), NOW),
+                500 | 501 => first.execute(ordered(Fault::Kill("gold".to_owned())), NOW),
                 900 => first.execute(ordered(Fault::Restart("gold".to_owned())), NOW),
                 901 => first.execute(ControlCommand::Clear(None), NOW),
                 _ => Reply::Faults(Vec::new()),
