@@ -54,21 +54,28 @@ impl Run {
         let outcome = loop {
             let tick = team.simulation().tick();
             while let Some((_, command)) = orders.next_if(|(at, _)| *at <= tick) {
-                let reply = match command {
-                    ControlCommand::Fault(order) => team.order(order.clone()).map(Reply::Armed),
-                    ControlCommand::Clear(id) => team.clear(id.as_deref()).map(Reply::Cleared),
-                    _ => unreachable!("a plan contains faults only"),
-                };
-                replies.push(reply.unwrap_or_else(|error| Reply::Refused(error.to_string())));
+                replies.push(give(&mut team, command));
             }
             if let Some(outcome) = team.tick().unwrap() {
                 break outcome;
             }
         };
+        // The run may be over before the last orders, which it then refuses.
+        replies.extend(orders.map(|(_, command)| give(&mut team, command)));
         let (ticks, hash) = (team.simulation().tick(), team.hash());
         team.end(outcome).unwrap();
         json!({"hash": hash, "replies": replies, "ticks": ticks})
     }
+}
+
+/// Gives a command to a run, as a person does.
+fn give(team: &mut Team<impl Sink>, command: &ControlCommand) -> Reply {
+    let reply = match command {
+        ControlCommand::Fault(order) => team.order(order.clone()).map(Reply::Armed),
+        ControlCommand::Clear(id) => team.clear(id.as_deref()).map(Reply::Cleared),
+        _ => unreachable!("a plan contains faults only"),
+    };
+    reply.unwrap_or_else(|error| Reply::Refused(error.to_string()))
 }
 
 /// A person gives orders while a run goes on. Its log repeats them.
@@ -128,7 +135,6 @@ fn runs() -> Vec<Run> {
             let all_clear = (LIMIT_S * 900.0) as u64 / step_ms;
             orders.push((all_clear, ControlCommand::Clear(None)));
             orders.sort_by_key(|(at, _)| *at);
-            // An order after the end of the run has no tick in the module.
             runs.push(Run {
                 choice: json!({"scenario": name, "seed": seed.to_string(), "limit_s": LIMIT_S}),
                 orders,
