@@ -22,12 +22,14 @@ mod threads;
 mod traffic;
 
 use missions::Registry;
+use proto::control::{Armed, Cleared};
 use proto::event::EventLine;
 use proto::tick::Outcome;
 use proto::view::View;
 use robot_agent::allocator::ConfigError;
 use run_log::recorder::{RecordError, Recorder, Sink};
 use run_log::{Branch, BranchOrigin, Input, InputLine, LogLevel, RunFile, Table};
+use scenario::fault::Order;
 use scenario::ids::RobotId;
 use scenario::{Problem, Profile, Setup};
 use world_server::barrier::Presence;
@@ -199,6 +201,27 @@ impl<S: Sink> Team<S> {
 
     pub fn view(&self) -> View {
         self.run.simulation.view_without_history()
+    }
+
+    /// Returns a view with the messages and curves since the previous call; the first call returns none of them.
+    pub fn observe(&mut self) -> View {
+        self.run.simulation.view()
+    }
+
+    /// Orders a fault for a person. The order takes effect in the next tick, of which it is an input.
+    ///
+    /// # Errors
+    /// If the order is invalid or would have no effect; the text contains a remedy.
+    pub fn order(&mut self, order: Order) -> Result<Armed, Problem> {
+        self.run.simulation.order_by_hand(order, false)
+    }
+
+    /// Clears the fault with this id, or all faults, for a person.
+    ///
+    /// # Errors
+    /// If there is no such fault, or it has already ended.
+    pub fn clear(&mut self, id: Option<&str>) -> Result<Cleared, Problem> {
+        self.run.simulation.clear(id)
     }
 
     /// Runs one tick. Returns the outcome if the run has ended.

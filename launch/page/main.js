@@ -1,5 +1,6 @@
 // Entry point of the page: connects the source of the run, the model, the panels and the keys.
 
+import { choiceOf } from "./model/choice.js";
 import { Model } from "./model/model.js";
 import { stateOf } from "./model/state.js";
 import { openBranch } from "./panels/branch.js";
@@ -11,6 +12,7 @@ import { Links } from "./panels/links.js";
 import { Matrix } from "./panels/matrix.js";
 import { Messages } from "./panels/messages.js";
 import { drawMission, drawState } from "./panels/mission.js";
+import { drawHash, offerLink, showChoice } from "./panels/playground.js";
 import { Robots } from "./panels/robots.js";
 import { Tasks } from "./panels/tasks.js";
 import { Timeline } from "./panels/timeline.js";
@@ -19,6 +21,7 @@ import { Room } from "./room/room.js";
 import { Tools } from "./room/tools.js";
 import { Api } from "./source/api.js";
 import { Embedded } from "./source/embedded.js";
+import { Engine } from "./source/engine.js";
 import { followLive, wasLive } from "./source/live.js";
 import { LiveClock } from "./source/live_clock.js";
 import { Log } from "./source/log.js";
@@ -54,7 +57,32 @@ function readLink() {
   return { token: words[0] === time ? "" : words[0], start_s: Number.isFinite(start_s) ? start_s : null };
 }
 
+/** Starts the simulator inside this file with the run that the link names. */
+async function play(engine) {
+  try {
+    const list = await engine.load();
+    let choice = {};
+    try {
+      choice = await choiceOf(location.hash);
+    } finally {
+      showChoice(list, choice);
+    }
+    const run = await engine.open(choice);
+    offerLink(engine, choice);
+    await show(engine, run);
+  } catch (error) {
+    // Another choice starts the page again.
+    addEventListener("hashchange", () => location.reload());
+    showNoRun(error.message);
+  }
+}
+
 async function start() {
+  const engine = Engine.in(document);
+  if (engine) {
+    await play(engine);
+    return;
+  }
   const { token } = readLink();
   const file = Embedded.in(document);
   if (!file && !token) {
@@ -88,10 +116,10 @@ async function show(source, run) {
   byId("run-name").title = run.run;
   const origin = run.log?.branch ? `, branch of ${folderName({ folder: run.log.branch.run })} at ${seconds(run.log.branch.t_ms, 2)}` : "";
   const mode = model.isLive
-    ? `live, seed ${run.seed}, folder ${folderName(run)}`
+    ? `live, seed ${run.seed}${run.folder && `, folder ${folderName(run)}`}`
     : `log, seed ${run.seed}${origin}: ${run.log.outcome ?? "unfinished"}`;
   text(byId("run-mode"), mode);
-  byId("run-mode").title = `${mode}\nfolder: ${run.folder}`;
+  byId("run-mode").title = run.folder ? `${mode}\nfolder: ${run.folder}` : mode;
   document.title = `${run.run} – alliance`;
   if (run.log?.warning) showBar("warning", run.log.warning);
   document.body.dataset.mode = run.mode;
@@ -142,6 +170,7 @@ async function show(source, run) {
     clock.draw();
     timeline?.draw();
     drawMission(model);
+    drawHash(model);
     drawState(model, stateOf(model, clockwork), player?.isWaiting ?? false);
     for (const name of ["rays", "trails", "radio"]) attribute(byId(`show-${name}`), "aria-pressed", String(choices[name]));
   });

@@ -175,6 +175,14 @@ impl Scenario {
         self.step_order = Some(order);
         self.alliance.switches.step_order = None;
     }
+
+    /// Gives all robots the same allocator.
+    pub fn set_allocator(&mut self, name: &str) {
+        self.allocator = Some(name.to_owned());
+        for robot in &mut self.robots {
+            robot.allocator = None;
+        }
+    }
 }
 
 impl Scenario {

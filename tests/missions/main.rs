@@ -45,6 +45,7 @@ mod page;
 mod parity;
 mod parker;
 mod pictures;
+mod playground;
 mod profile;
 mod push;
 mod python_greedy;

@@ -45,6 +45,8 @@ fn no_file_outside_the_missions_crate_uses_a_term_of_the_waste_mission() {
         "cluster/src",
         "world-server/src",
         "robot-agent/src",
+        "observation/src",
+        "playground/src",
         "analysis/src",
         "launch/src",
         "launch/page",

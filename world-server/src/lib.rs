@@ -5,10 +5,10 @@
 //! - [`interruption`]: changes of the world from outside.
 //! - [`faults`]: begin and end of faults, and their effects on readings and commands.
 //! - [`barrier`]: participants of a tick, counted reports and delivery lists.
-//! - [`simulation`]: world and barrier together, one run tick by tick.
+//! - [`simulation`]: world and barrier together, one run tick by tick. [`pace`]: its speed.
 //!
-//! Modules with side effects: [`server`] is a run behind one lock. [`process`] connects it to the bus and the disk at a
-//! [`pace`]. [`latest`] links to it. [`args`] and [`size`] are its command line, and [`mission_args`] the arguments of a mission. [`gateway`] is a separate process that
+//! Modules with side effects: [`server`] is a run behind one lock. [`process`] connects it to the bus and the disk.
+//! [`latest`] links to it. [`args`] and [`size`] are its command line, and [`mission_args`] the arguments of a mission. [`gateway`] is a separate process that
 //! operators connect to.
 
 // `println!` panics if the output is closed; `terminal` does not.
@@ -26,12 +26,12 @@ pub mod faults;
 pub mod gateway;
 pub mod interruption;
 pub mod invocation;
+#[cfg(feature = "bus")]
 pub mod latest;
 #[cfg(feature = "bus")]
 pub mod metrics;
 pub mod mission;
 pub mod mission_args;
-#[cfg(feature = "bus")]
 pub mod pace;
 #[cfg(feature = "bus")]
 pub mod process;

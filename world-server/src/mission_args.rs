@@ -81,10 +81,7 @@ impl MissionArgs {
             scenario.set_step_order(order);
         }
         if let Some(name) = &self.allocator {
-            scenario.allocator = Some(name.clone());
-            for robot in &mut scenario.robots {
-                robot.allocator = None;
-            }
+            scenario.set_allocator(name);
         }
         scenario.check_allocators(&known.vocabulary.allocators)?;
         let parameters = match &self.params {

@@ -1,10 +1,13 @@
 //! The speed of simulated time relative to the wall clock. It does not change the result of a run.
 
 use std::fmt;
+use std::ops::Add;
 use std::str::FromStr;
 use std::time::Duration;
 
-use tokio::time::Instant;
+use proto::control::{ClockCommand, ClockStatus};
+use scenario::Problem;
+use scenario::ids::Tick;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Speed {
@@ -52,20 +55,21 @@ impl Speed {
     }
 }
 
+/// The schedule of ticks. `T` is a time of the wall clock, such as an instant or the time since some start.
 #[derive(Clone, Copy, Debug)]
-pub struct Pace {
+pub struct Pace<T> {
     speed: Speed,
     step: Duration,
-    due: Instant,
+    due: T,
     paused: bool,
     /// Number of ticks that may begin despite the pause.
     steps_left: u64,
 }
 
-impl Pace {
+impl<T: Add<Duration, Output = T> + Copy + Ord> Pace<T> {
     /// Creates a schedule whose first tick is due at once.
     #[must_use]
-    pub fn new(speed: Speed, step_ms: u64, now: Instant) -> Self {
+    pub fn new(speed: Speed, step_ms: u64, now: T) -> Self {
         Self {
             speed,
             step: Duration::from_millis(step_ms),
@@ -76,7 +80,7 @@ impl Pace {
     }
 
     /// Registers the begin of a tick and schedules the next one. A run that is too slow does not try to catch up later.
-    pub fn tick_begun(&mut self, now: Instant) {
+    pub fn tick_begun(&mut self, now: T) {
         self.steps_left = self.steps_left.saturating_sub(1);
         if let Some(interval) = self.interval() {
             self.due = (self.due + interval).max(now);
@@ -84,13 +88,13 @@ impl Pace {
     }
 
     #[must_use]
-    pub fn is_due(&self, now: Instant) -> bool {
+    pub fn is_due(&self, now: T) -> bool {
         self.may_begin() && (self.interval().is_none() || self.due <= now)
     }
 
     /// Returns the time at which the next tick may begin; `None` at full speed and during a pause.
     #[must_use]
-    pub fn due(&self) -> Option<Instant> {
+    pub fn due(&self) -> Option<T> {
         self.interval()
             .filter(|_| self.may_begin())
             .map(|_| self.due)
@@ -102,22 +106,63 @@ impl Pace {
         self.steps_left = 0;
     }
 
-    pub fn resume(&mut self, now: Instant) {
+    pub fn resume(&mut self, now: T) {
         self.paused = false;
         self.steps_left = 0;
         self.due = self.due.max(now);
     }
 
     /// Allows a number of further ticks, followed by a pause.
-    pub fn step(&mut self, ticks: u64, now: Instant) {
+    pub fn step(&mut self, ticks: u64, now: T) {
         self.paused = true;
         self.steps_left = self.steps_left.saturating_add(ticks);
         self.due = self.due.max(now);
     }
 
-    pub fn set_speed(&mut self, speed: Speed, now: Instant) {
+    pub fn set_speed(&mut self, speed: Speed, now: T) {
         self.speed = speed;
         self.due = now;
+    }
+
+    /// Executes an operator's command.
+    ///
+    /// # Errors
+    /// If the number of steps or the speed is out of range.
+    pub fn execute(&mut self, command: ClockCommand, now: T) -> Result<(), Problem> {
+        match command {
+            ClockCommand::Pause => self.pause(),
+            ClockCommand::Resume => self.resume(now),
+            ClockCommand::Step(0) => {
+                return Err(Problem::at(["step"], "0 is no step", "use at least 1"));
+            }
+            ClockCommand::Step(ticks) => self.step(ticks, now),
+            ClockCommand::Speed(factor) => {
+                let speed = match factor {
+                    None => Speed::Max,
+                    Some(factor) => Speed::factor(factor).ok_or_else(|| {
+                        let what = format!("{factor} is out of range");
+                        Problem::at(["speed"], what, "use 0.001 to 1000000, or max")
+                    })?,
+                };
+                self.set_speed(speed, now);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the state of the clock for operators, without a cause of waiting.
+    #[must_use]
+    pub fn status(&self, tick: Tick) -> ClockStatus {
+        ClockStatus {
+            paused: self.paused,
+            speed: match self.speed {
+                Speed::Max => None,
+                Speed::Factor(factor) => Some(factor),
+            },
+            steps_left: self.steps_left,
+            tick,
+            waits_for: None,
+        }
     }
 
     #[must_use]
@@ -151,6 +196,8 @@ impl Pace {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Instant;
+
     use super::*;
 
     #[test]

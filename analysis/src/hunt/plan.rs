@@ -260,10 +260,7 @@ fn scenarios(
                 .into());
         }
         let mut scenario = scenario.clone();
-        scenario.allocator = Some(name.clone());
-        for robot in &mut scenario.robots {
-            robot.allocator = None;
-        }
+        scenario.set_allocator(name);
         all.push((name.clone(), scenario));
     }
     if all.is_empty() {

@@ -1,19 +1,11 @@
 //! Losses of robots: detection by teammates, takeovers, and the outcome for their tasks.
 
+use observation::stints::{Loss, Span, Stint, StintEnd, kept, predecessor};
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
 use super::history::History;
 use super::robot_history::SetHistory;
-use super::spans::Span;
-use super::stints::{Stint, StintEnd};
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Loss {
-    Died,
-    /// The process was stopped or did not respond.
-    Stopped,
-}
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
@@ -250,47 +242,6 @@ fn aftermath(
     } else {
         OrphanOutcome::Continued { at, by }
     }
-}
-
-/// Returns the stints that count for takeovers: all but bids and claims that yielded to another claim.
-pub(super) fn kept(stints: &[Stint], step: SimTime) -> Vec<&Stint> {
-    stints
-        .iter()
-        .filter(|stint| !is_bid(stint, step) && !gave_in(stint, stints))
-        .collect()
-}
-
-/// Returns the latest stint for the same task, of another robot, before a stint that can be a takeover. `kept` are the
-/// stints that count.
-pub(super) fn predecessor<'a>(after: &Stint, kept: &[&'a Stint]) -> Option<&'a Stint> {
-    let at = after.span.from;
-    let on_task = || kept.iter().filter(|stint| stint.task == after.task);
-    let is_second = on_task().any(|stint| stint.span.from == at && stint.robot < after.robot);
-    if is_second {
-        return None;
-    }
-    // Of robots that are still active, the one that began last is the predecessor.
-    let before = on_task()
-        .filter(|stint| stint.span.from < at)
-        .max_by_key(|stint| (stint.span.to.min(at), stint.span.from))?;
-    (before.robot != after.robot).then_some(before)
-}
-
-/// Returns whether the claim lasted one step: a bid that the robot withdrew or that the log does not show further.
-fn is_bid(stint: &Stint, step: SimTime) -> bool {
-    stint.end != StintEnd::Absent && stint.span.length() <= step
-}
-
-/// Returns whether the robot activated the task while another robot had it, and then left it to that robot.
-fn gave_in(stint: &Stint, stints: &[Stint]) -> bool {
-    let at = stint.span.from;
-    let claimed = |other: &Stint| {
-        other.robot != stint.robot
-            && other.task == stint.task
-            && other.span.from <= at
-            && at < other.span.to
-    };
-    stint.end == StintEnd::Left("arbitration".to_owned()) && stints.iter().any(claimed)
 }
 
 /// Returns the takeover that a stint begins, if any.

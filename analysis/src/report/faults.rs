@@ -3,7 +3,7 @@
 use run_log::EventRow;
 use scenario::time::SimTime;
 
-use super::spans::Span;
+use observation::stints::Span;
 
 /// An event that the report lists as a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, ScopedJoinHandle};
 
 use missions::Registry;
+use observation::stints::Span;
 use proto::view::{ItemView, LevelUnit, Mark};
 use run_log::{
     AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, ReadError, RunFile,
@@ -19,7 +20,7 @@ use world_server::simulation::Simulation;
 
 use super::links::LinkHistory;
 use super::robot_history::{ReceivedClaim, RobotHistory, SetHistory, TrackPoint};
-use super::spans::{Span, Spans};
+use super::spans::Spans;
 
 /// The maximum number of levels of all curves. Beyond it, curves are thinned: no figure shows as many.
 const LEVELS_MAX: usize = 8_000_000;

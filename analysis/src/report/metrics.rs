@@ -1,5 +1,6 @@
 //! The metrics of a report. `page` contains their definitions.
 
+use observation::stints::Stint;
 use proto::tick::Outcome;
 use run_log::{RobotFigures, RunFile, RunOutcome};
 use scenario::ids::TaskId;
@@ -9,7 +10,7 @@ use scenario::time::SimTime;
 use super::failures::{Failure, Takeover, losses_and_takeovers};
 use super::history::History;
 use super::spans::Spans;
-use super::stints::{Stint, stints};
+use super::stints::stints;
 
 #[derive(Clone, Debug)]
 pub struct Metrics {

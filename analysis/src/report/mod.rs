@@ -2,7 +2,7 @@
 //!
 //! - `history` sorts the rows of a full log by robot and behavior set (`robot_history`). `stints`, `failures` and `metrics` are computed
 //!   from it, without I/O or drawing.
-//! - [`takeovers`] and [`detections`] find the events after a loss while the run is live. `figures` draws. `page` and `page_of_two` write pages. `command` reads and writes files.
+//! - [`takeovers`] reads the events after a loss. `figures` draws. `page` and `page_of_two` write pages. `command` reads and writes files.
 //!
 //! A tick lasts until the start of the next one. A robot is *present* in the ticks in which its report counted. A *stint*
 //! is an unbroken time in which a behavior set for a task is active in a present robot. The *effects* of a stint are the
@@ -11,7 +11,6 @@
 
 pub mod command;
 mod comparison_page;
-pub mod detections;
 pub(crate) mod failures;
 mod faults;
 pub(crate) mod figures;

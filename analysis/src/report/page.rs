@@ -1,11 +1,12 @@
 //! The page of a report, as one file that needs no other.
 
 use maud::{Markup, PreEscaped, html};
+use observation::stints::Loss;
 use run_log::{RunFile, RunOutcome};
 use scenario::mission::columns::{display_name, format_value, short_summary};
 use scenario::time::SimTime;
 
-use super::failures::{DetectionSign, Loss, OrphanOutcome, Takeover, TakeoverCause};
+use super::failures::{DetectionSign, OrphanOutcome, Takeover, TakeoverCause};
 use super::faults::{FaultMark, FaultMarkPhase, faults};
 use super::files;
 use super::history::History;

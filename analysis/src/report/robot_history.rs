@@ -1,12 +1,13 @@
 //! The log data of one robot: its presence, its behavior sets, its received claims and its track.
 
+use observation::stints::Span;
 use proto::view::LevelUnit;
 use run_log::MotivationRow;
 use scenario::BehaviorParams;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
-use super::spans::{Span, Spans};
+use super::spans::Spans;
 use crate::figures::simplify::first_last_and_extremes;
 
 #[derive(Clone, Debug)]

@@ -1,20 +1,7 @@
 //! Sets of intervals of simulated time.
 
+use observation::stints::Span;
 use scenario::time::SimTime;
-
-/// The half-open interval from `from` up to, but not including, `to`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
-    pub from: SimTime,
-    pub to: SimTime,
-}
-
-impl Span {
-    #[must_use]
-    pub fn length(self) -> SimTime {
-        self.to.since(self.from)
-    }
-}
 
 /// Ordered spans that neither overlap nor touch.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

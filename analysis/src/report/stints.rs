@@ -1,55 +1,10 @@
-//! Stints: the time that a robot works on a task, with its effects and the reason for its end.
+//! The stints of a logged run, with their effects and the reasons for their ends.
 
+use observation::stints::{Span, Stint, StintEnd};
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
 use super::history::History;
-use super::spans::Span;
-
-/// An unbroken time in which one of a robot's behavior sets for a task is active.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Stint {
-    pub robot: usize,
-    pub task: TaskId,
-    /// The time from activation to the end.
-    pub span: Span,
-    /// The effects on the world, in order: ends of steps with an event that changed a column of mission.csv, notes of
-    /// progress on the task, and events that the mission declares as effects.
-    pub effects: Vec<SimTime>,
-    /// `true` if the whole stint is an effect ([`MissionVocabulary::continuous`](scenario::mission::MissionVocabulary)).
-    pub continuous: bool,
-    pub end: StintEnd,
-}
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum StintEnd {
-    /// The log ended before the stint.
-    Ongoing,
-    /// The set left the active state for this reason, as in events.csv.
-    Left(String),
-    Absent,
-}
-
-impl Stint {
-    /// Returns the productive part: from activation to the latest effect.
-    #[must_use]
-    pub fn productive(&self) -> Span {
-        Span {
-            from: self.span.from,
-            to: self.idle_since(self.span.to),
-        }
-    }
-
-    /// Returns the time of the latest effect up to `at`, or the activation if there is none.
-    #[must_use]
-    pub fn idle_since(&self, at: SimTime) -> SimTime {
-        if self.continuous {
-            return at.min(self.span.to);
-        }
-        let before = self.effects.iter().rev().find(|effect| **effect <= at);
-        before.copied().unwrap_or(self.span.from)
-    }
-}
 
 /// Returns all stints, sorted by start and then rank.
 #[must_use]

@@ -1,11 +1,12 @@
 //! The verdict of a run in three sentences, made from its metrics.
 
+use observation::stints::Loss;
 use proto::tick::Outcome;
 use run_log::{RunFile, RunOutcome};
 use scenario::mission::columns::short_summary;
 use scenario::time::SimTime;
 
-use super::failures::{Failure, Loss, OrphanOutcome};
+use super::failures::{Failure, OrphanOutcome};
 use super::history::History;
 use super::metrics::Metrics;
 

@@ -35,8 +35,13 @@ export class Model {
   events = [];
   /** The number of events that did not reach this page or were dropped. */
   missed = 0;
-  /** The end of a live run: `{outcome, folder}`, or `{isDisconnected}` if only the page's server ended. */
+  /**
+   * The end of a live run: `{outcome, folder}`, `{isDisconnected}` if only the page's server ended, or `{stopped}` with
+   * the reason if the simulator of this page failed.
+   */
   ended = null;
+  /** The hash of a run in this page so far, or null. */
+  hash = null;
 
   #changed;
   #nextEvent = 0;
@@ -185,6 +190,11 @@ export class Model {
 
   addMissed(count) {
     this.missed += count;
+    this.#changed();
+  }
+
+  setHash(hash) {
+    this.hash = hash;
     this.#changed();
   }
 

@@ -43,9 +43,13 @@ export function drawState(model, state, isLoading) {
     }
   }
   if (!model.ended) return;
-  const { outcome, folder, isDisconnected } = model.ended;
+  const { outcome, folder, isDisconnected, stopped } = model.ended;
   const result = outcome ? `The run is over: ${outcome}.` : "The run stopped unexpectedly.";
-  if (isDisconnected) {
+  if (stopped) {
+    showBar("ended", stopped);
+  } else if (model.run.command) {
+    showBar("ended", `${result} Without orders of this page, the program repeats it with:`, model.run.command);
+  } else if (isDisconnected) {
     const line = "The process that serves this page has ended; the run may still go on. Open it again with:";
     showBar("ended", line, `alliance watch ${model.run.run}`);
   } else if (model.run.stays) {

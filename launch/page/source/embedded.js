@@ -1,7 +1,7 @@
-// The run inside this file, as a source of data like the server (see api.js). Each part is compressed, as base64 in an
-// element of its own, and is read when it is needed.
+// The run inside this file, as a source of data like the server (see api.js). Each part is read when it is needed.
 
 import { applyChange } from "./delta.js";
+import { canUnpack, unpack } from "./part.js";
 
 const DAMAGED = "This file is damaged: copy it once more, or make it again with: alliance export RUN --html";
 const TOO_OLD = "This browser cannot unpack the run: open the file in Chrome 114, Firefox 125, Safari 17.4 or a later one";
@@ -32,7 +32,7 @@ export class Embedded {
 
   /** Returns the description of the run. Throws an Error whose message is one line for users, like all requests. */
   async run() {
-    if (typeof DecompressionStream === "undefined") throw new Error(TOO_OLD);
+    if (!canUnpack()) throw new Error(TOO_OLD);
     if (this.#document.querySelectorAll("[data-part]").length !== this.#index.parts) throw new Error(DAMAGED);
     return this.#json("run");
   }
@@ -99,12 +99,7 @@ export class Embedded {
 
   async #text(name) {
     try {
-      const packed = atob(this.#document.querySelector(`[data-part="${name}"]`).textContent);
-      const bytes = new Uint8Array(packed.length);
-      for (let at = 0; at < packed.length; at += 1) bytes[at] = packed.charCodeAt(at);
-      // The format has a checksum.
-      const unpacked = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-      return await new Response(unpacked).text();
+      return await (await unpack(this.#document, name)).text();
     } catch {
       throw new Error(DAMAGED);
     }

@@ -28,11 +28,17 @@ export function followLive(api, model) {
       case "events":
         model.addEvents(content);
         break;
+      case "hash":
+        model.setHash(content);
+        break;
       case "missed":
         model.addMissed(content);
         break;
       case "ended":
         model.setEnded(content);
+        break;
+      case "stopped":
+        model.setEnded({ stopped: content });
         break;
     }
   });

@@ -3,23 +3,20 @@
 use missions::Registry;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use analysis::report::detections::DetectionWatch;
-use analysis::report::takeovers::{LossTakeover, TakeoverDetector};
 use anyhow::{Context, bail};
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use cluster::rendezvous::{ConnectionRole, Rendezvous};
+use observation::about::about;
+use observation::feed::Feed;
 use proto::control::{ControlCommand, Reply};
-use proto::event::{EventLine, TickEvents};
+use proto::event::TickEvents;
 use proto::tick::Outcome;
 use proto::view::View;
 use scenario::Setup;
-use scenario::time::SimTime;
 use serde_json::{Value, json};
 use tokio::sync::{broadcast, watch};
 use zenoh::sample::SampleKind;
 
-use super::about::about;
-use super::past::RecordedRun;
 use crate::control;
 use crate::observer::Observer;
 
@@ -36,7 +33,7 @@ pub struct Live {
 
 /// The data received over the bus, and the channels to open pages.
 struct Received {
-    memory: Mutex<Memory>,
+    feed: Mutex<Feed>,
     /// The newest view, as a frame.
     view: watch::Sender<Utf8Bytes>,
     /// Events, message receptions and curve corners, as frames.
@@ -45,15 +42,6 @@ struct Received {
     over: watch::Sender<Option<Option<Outcome>>>,
     /// `true` if this process ends, although the run may continue.
     leaving: watch::Sender<bool>,
-}
-
-struct Memory {
-    past: RecordedRun,
-    takeovers: TakeoverDetector,
-    detections: DetectionWatch,
-    /// The ticks of the newest view and the newest events, for the detection of repetitions.
-    view: Option<u64>,
-    events: Option<u64>,
 }
 
 impl Live {
@@ -200,13 +188,7 @@ impl Received {
     /// Creates the state of a run without data.
     fn new(setup: &Setup) -> Self {
         Self {
-            memory: Mutex::new(Memory {
-                past: RecordedRun::new(SimTime(setup.scenario.step_ms)),
-                takeovers: TakeoverDetector::new(setup),
-                detections: DetectionWatch::new(setup),
-                view: None,
-                events: None,
-            }),
+            feed: Mutex::new(Feed::new(setup)),
             view: watch::Sender::default(),
             news: broadcast::Sender::new(FRAME_QUEUE),
             over: watch::Sender::default(),
@@ -214,69 +196,31 @@ impl Received {
         }
     }
 
-    /// Stores a view unless it is outdated. Its messages and curve corners go to the frame queue, because pages may skip views.
-    fn view(&self, mut view: View) {
-        let mut memory = self.memory();
-        if memory.view.is_some_and(|newest| view.tick < newest) {
+    /// Stores a view unless it is outdated. Its news go to the frame queue, because pages may skip views.
+    fn view(&self, view: View) {
+        let outcome = view.outcome;
+        let mut feed = self.feed();
+        let Some(frames) = feed.add_view(view) else {
             return;
+        };
+        for frame in frames.news {
+            // Under the lock, as with events. An error means that no page is connected.
+            let _ = self.news.send(frame.into());
         }
-        memory.view = Some(view.tick);
-        let mut found = memory.detections.see(&view);
-        let takeovers = memory.takeovers.take(view.now).into_iter();
-        found.extend(takeovers.map(LossTakeover::into_event));
-        if !found.is_empty() {
-            self.send_events(&mut memory, &found);
-        }
-        let messages = std::mem::take(&mut view.messages);
-        let left_out = std::mem::take(&mut view.messages_left_out);
-        if !messages.is_empty() || left_out > 0 {
-            for message in &messages {
-                memory.past.keep_message(json!(message).to_string());
-            }
-            memory.past.count_dropped_messages(left_out);
-            let frame = json!({"messages": {"receptions": messages, "left_out": left_out}});
-            // Under the lock, as with events.
-            let _ = self.news.send(frame.to_string().into());
-        }
-        let corners = std::mem::take(&mut view.corners);
-        if !corners.is_empty() {
-            for corner in &corners {
-                memory.past.keep_corner(json!(corner).to_string());
-            }
-            let _ = self
-                .news
-                .send(json!({"corners": corners}).to_string().into());
-        }
-        // Serialization to memory cannot fail, because all map keys are strings.
-        let text = serde_json::to_string(&view).unwrap_or_default();
-        memory.past.keep_view(view.now, &text);
-        self.view
-            .send_replace(format!(r#"{{"view":{text}}}"#).into());
-        drop(memory);
-        if view.outcome.is_some() {
-            self.end(view.outcome);
+        self.view.send_replace(frames.view.into());
+        drop(feed);
+        if outcome.is_some() {
+            self.end(outcome);
         }
     }
 
+    /// Sends events to the pages, under the lock, so that a page that catches up receives each event exactly once.
     fn events(&self, news: &TickEvents) {
-        let mut memory = self.memory();
-        if memory.events.is_some_and(|newest| news.tick <= newest) {
-            return;
+        let mut feed = self.feed();
+        if let Some(frame) = feed.add_events(news) {
+            // An error means that no page is connected.
+            let _ = self.news.send(frame.into());
         }
-        memory.events = Some(news.tick);
-        for event in &news.events {
-            memory.takeovers.add(event);
-        }
-        self.send_events(&mut memory, &news.events);
-    }
-
-    /// Sends events to the pages. `memory` is locked, so that a page that catches up receives each event exactly once.
-    fn send_events(&self, memory: &mut Memory, events: &[EventLine]) {
-        for event in events {
-            memory.past.keep_event(json!(event).to_string());
-        }
-        // An error means that no page is connected.
-        let _ = self.news.send(json!({"events": events}).to_string().into());
     }
 
     fn end(&self, outcome: Option<Outcome>) {
@@ -289,23 +233,24 @@ impl Received {
 
     /// Returns the history as a frame, and the receiver of all later frames.
     fn catch_up(&self) -> (Utf8Bytes, broadcast::Receiver<Utf8Bytes>) {
-        let memory = self.memory();
-        let past = format!(r#"{{"past":{}}}"#, memory.past.to_json());
-        (past.into(), self.news.subscribe())
+        let feed = self.feed();
+        (feed.past().into(), self.news.subscribe())
     }
 
-    /// Locks the memory. A panic ends the process, so the lock is never poisoned.
-    fn memory(&self) -> MutexGuard<'_, Memory> {
-        self.memory.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Locks the feed. A panic ends the process, so the lock is never poisoned.
+    fn feed(&self) -> MutexGuard<'_, Feed> {
+        self.feed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use proto::event::EventLine;
     use proto::telemetry::BehaviorState;
     use proto::view::Corner;
     use scenario::ids::{BehaviorId, RobotId};
     use scenario::testkit::default_setup;
+    use scenario::time::SimTime;
     use tokio::sync::broadcast::error::TryRecvError;
 
     use super::*;

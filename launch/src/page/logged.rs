@@ -6,9 +6,11 @@ use std::path::Path;
 use std::time::Duration;
 
 use analysis::replay_views::retrace_into;
-use analysis::report::detections::DetectionWatch;
-use analysis::report::takeovers::{LossTakeover, event_line, loss_takeovers};
+use analysis::report::takeovers::event_line;
 use axum::extract::ws::WebSocket;
+use observation::about::about;
+use observation::detections::DetectionWatch;
+use observation::takeovers::{LossTakeover, loss_takeovers};
 use proto::control::AgentState;
 use proto::event::EventLine;
 use proto::tick::Outcome;
@@ -20,7 +22,6 @@ use serde_json::{Value, json};
 use tokio::sync::watch;
 use tokio::time::timeout;
 
-use super::about::about;
 use super::corners::Corners;
 use super::views::{Views, in_brief, remove_idle_sets};
 

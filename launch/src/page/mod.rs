@@ -2,8 +2,9 @@
 //!
 //! - [`watch`]: `alliance watch`. [`view`]: the page of a finished run.
 //! - [`link`]: socket, token and link. `gate`: access control. `server`: the HTTP server. `assets`: the files of `launch/page/`.
-//! - [`mod@file`]: a finished run with the page as one file, for `alliance export --html`. `delta`: the changes between its views.
-//! - `live`: a live run, received over the bus. `past`: the history for pages that open later. `logged`: a finished run, from its log.
+//! - `single_file`: the page with all its files inside. [`mod@file`]: a finished run in it, for `alliance export --html`. `delta`:
+//!   the changes between its views. [`playground`]: the simulator in it.
+//! - `live`: a live run, received over the bus. `logged`: a finished run, from its log.
 //!
 //! # Requests to the server
 //! The link is `http://127.0.0.1:PORT/#TOKEN`. Requests below `/api/` contain the token, as `Authorization: Bearer TOKEN`. A WebSocket
@@ -23,7 +24,6 @@
 //!
 //! A refused request or an invalid command returns `{"error": "…"}`.
 
-mod about;
 mod assets;
 mod corners;
 mod delta;
@@ -32,8 +32,9 @@ mod gate;
 pub mod link;
 mod live;
 pub(crate) mod logged;
-mod past;
+pub mod playground;
 pub mod server;
+mod single_file;
 pub mod view;
 mod views;
 pub mod watch;
@@ -63,6 +64,31 @@ fn node(command: &mut std::process::Command, file: &str) {
 mod tests {
     use std::process::Command;
 
+    use analysis::palette;
+    use proto::view::MarkRole;
+
+    /// The light theme of the page has the colors of reports.
+    #[test]
+    fn the_page_and_reports_have_one_palette() {
+        let theme = include_str!("../../page/theme.css");
+        let (light, _) = theme.split_once("data-theme").unwrap();
+        for (role, name) in [
+            (MarkRole::Target, "target"),
+            (MarkRole::Zone, "zone"),
+            (MarkRole::Goal, "goal"),
+            (MarkRole::Range, "range"),
+            (MarkRole::Link, "link"),
+        ] {
+            let (empty, full) = palette::of_role(role);
+            for (name, color) in [(name.to_owned(), empty), (format!("{name}-full"), full)] {
+                let line = format!("--{name}: {};", palette::css(color));
+                assert!(light.contains(&line), "{line}");
+            }
+        }
+        let item = format!("--item: {};", palette::css(palette::ITEM));
+        assert!(light.contains(&item), "{item}");
+    }
+
     /// The curves, the faults, marks, skills, columns and events of a mission, the end of a run, cut links, and the
     /// player of a log, and the projection of the room.
     #[test]
@@ -77,6 +103,7 @@ mod tests {
             "player",
             "mission",
             "branch",
+            "choice",
             "faults",
             "embedded",
             "late_events",

@@ -3,7 +3,7 @@
 use std::mem;
 
 use analysis::report::detections::DetectionWatch;
-use analysis::report::takeovers::TakeoverDetector;
+use observation::takeovers::TakeoverDetector;
 use proto::event::{EventLine, TickEvents};
 use proto::view::View;
 use scenario::Setup;

@@ -29,7 +29,7 @@ timeline = [{ fault.kill = 'gold', at_s = 4.0 }]
 ";
 
 /// Returns the source of axe-core, or `None` if it is not installed and the test may be skipped.
-fn axe() -> Option<String> {
+pub fn axe() -> Option<String> {
     let file = in_repository(".ci/node_modules/axe-core/axe.min.js");
     let source = std::fs::read_to_string(file).ok();
     if source.is_none() {

@@ -59,6 +59,11 @@ impl Browser {
         Self::start_with(size, &["--blink-settings=preferredColorScheme=0"])
     }
 
+    /// Starts a browser like one before WebAssembly. See [`Browser::start`].
+    pub fn start_without_webassembly(size: (u32, u32)) -> Option<Self> {
+        Self::start_with(size, &["--js-flags=--jitless"])
+    }
+
     fn start_with((width, height): (u32, u32), more: &[&str]) -> Option<Self> {
         let folder = TempDir::new().unwrap();
         let log = folder.path().join("driver.log");

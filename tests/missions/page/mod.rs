@@ -1,7 +1,7 @@
 //! The page of a run: its server, and the page itself in a real browser.
 
-mod accessible;
-mod browser;
+pub mod accessible;
+pub mod browser;
 mod client;
 mod exported;
 mod finished;

@@ -7,13 +7,11 @@ use proto::control::{
 };
 use proto::telemetry::BehaviorState;
 use scenario::Problem;
-use scenario::fault::{Fault, Order};
 use scenario::ids::RobotId;
 use tokio::time::Instant;
 
 use super::Server;
 use crate::barrier::Presence;
-use crate::pace::Speed;
 
 impl Server {
     /// Executes a request on the control topic and returns the reply.
@@ -42,11 +40,12 @@ impl Server {
             return Reply::Refused(problem.to_string());
         }
         let reply = match request.command {
-            ControlCommand::Fault(order) => self
-                .check_now(&order)
-                .and_then(|()| self.simulation.refusal(&order).map_or(Ok(()), Err))
-                .and_then(|()| self.simulation.order(order))
-                .map(Reply::Armed),
+            ControlCommand::Fault(order) => {
+                let target = order.fault.robot().and_then(|name| self.robot_named(name));
+                let is_stopped = target.is_some_and(|robot| self.peers[robot.index()].stopped);
+                let armed = self.simulation.order_by_hand(order, is_stopped);
+                armed.map(Reply::Armed)
+            }
             ControlCommand::Clear(id) => self.simulation.clear(id.as_deref()).map(Reply::Cleared),
             ControlCommand::List => Ok(Reply::Faults(self.simulation.faults())),
             ControlCommand::Status => Ok(Reply::Status(Box::new(self.status()))),
@@ -62,65 +61,15 @@ impl Server {
         })
     }
 
-    /// Rejects an immediate fault that would have no effect, because the operator must have meant something else.
-    fn check_now(&self, order: &Order) -> Result<(), Problem> {
-        let barrier = self.simulation.barrier();
-        let robot = order.fault.robot().and_then(|name| self.robot_named(name));
-        let is_now = order.at_s.is_none() && order.every_s.is_none() && order.when.is_none();
-        let Some(robot) = robot.filter(|_| is_now && barrier.started()) else {
-            return Ok(());
-        };
-        let peer = &self.peers[robot.index()];
-        let name = &peer.name;
-        match order.fault {
-            Fault::Kill(_) | Fault::Terminate(_) | Fault::Pause(_)
-                if barrier.presence(robot) == Presence::Empty =>
-            {
-                let remedy = format!("`alliance fault restart {name}` starts one");
-                Err(Problem::of_value(
-                    format!("'{name}' has no process"),
-                    remedy,
-                ))
-            }
-            Fault::Continue(_) if !barrier.is_suspended(robot) && !peer.stopped => {
-                Err(Problem::of_value(format!("'{name}' is not paused"), ""))
-            }
-            _ => Ok(()),
-        }
-    }
-
     fn apply_clock_command(&mut self, command: ClockCommand) -> Result<ClockStatus, Problem> {
-        match command {
-            ClockCommand::Pause => self.pace.pause(),
-            ClockCommand::Resume => self.pace.resume(Instant::now()),
-            ClockCommand::Step(0) => {
-                return Err(Problem::at(["step"], "0 is no step", "use at least 1"));
-            }
-            ClockCommand::Step(ticks) => self.pace.step(ticks, Instant::now()),
-            ClockCommand::Speed(factor) => {
-                let speed = match factor {
-                    None => Speed::Max,
-                    Some(factor) => Speed::factor(factor).ok_or_else(|| {
-                        let what = format!("{factor} is out of range");
-                        Problem::at(["speed"], what, "use 0.001 to 1000000, or max")
-                    })?,
-                };
-                self.pace.set_speed(speed, Instant::now());
-            }
-        }
+        self.pace.execute(command, Instant::now())?;
         Ok(self.clock())
     }
 
     pub(super) fn clock(&self) -> ClockStatus {
         ClockStatus {
-            paused: self.pace.is_paused(),
-            speed: match self.pace.speed() {
-                Speed::Max => None,
-                Speed::Factor(factor) => Some(factor),
-            },
-            steps_left: self.pace.steps_left(),
-            tick: self.simulation.tick(),
             waits_for: self.standstill_cause(),
+            ..self.pace.status(self.simulation.tick())
         }
     }
 

@@ -85,7 +85,7 @@ pub struct Server {
     this: Weak<Mutex<Server>>,
     view: Publisher<'static>,
     events: Publisher<'static>,
-    pace: Pace,
+    pace: Pace<Instant>,
     stall_after: Duration,
     /// The current tick if it has begun. Its messages are then sent regardless of the pace.
     begun: Option<u64>,
@@ -132,7 +132,7 @@ impl Server {
         simulation: Simulation,
         recorder: Recorder<Folder>,
         bus: Bus,
-        pace: Pace,
+        pace: Pace<Instant>,
         stall_after: Duration,
         ended: oneshot::Sender<Ended>,
     ) -> Result<Self, RecordError> {

@@ -4,12 +4,13 @@ use std::borrow::Cow;
 
 use proto::control::{Armed, Cleared, FaultStatus, Phase};
 use run_log::{Branch, Input};
-use scenario::fault::Order;
+use scenario::fault::{Fault, Order};
 use scenario::ids::Tick;
 use scenario::time::SimTime;
 use scenario::{Problem, Setup};
 
 use super::Simulation;
+use crate::barrier::Presence;
 use crate::interruption::Interruption;
 use run_log::recorder::FaultEvent;
 
@@ -62,11 +63,46 @@ impl Simulation {
         })
     }
 
+    /// Orders a fault for a person, who must have meant something else if it has no effect. `is_stopped`: the launcher
+    /// has reported that the target's process is stopped.
+    ///
+    /// # Errors
+    /// If the order is invalid, or would have no effect at once; the text contains a remedy.
+    pub fn order_by_hand(&mut self, order: Order, is_stopped: bool) -> Result<Armed, Problem> {
+        self.check_target(&order, is_stopped)?;
+        self.refusal(&order).map_or(Ok(()), Err)?;
+        self.order(order)
+    }
+
+    /// Rejects an immediate fault of a process that does not exist, or a continuation of one that is not stopped.
+    fn check_target(&self, order: &Order, is_stopped: bool) -> Result<(), Problem> {
+        let robot = order.fault.robot().and_then(|name| self.robot_named(name));
+        let is_now = order.at_s.is_none() && order.every_s.is_none() && order.when.is_none();
+        let Some(robot) = robot.filter(|_| is_now && self.barrier.started()) else {
+            return Ok(());
+        };
+        let name = self.name(robot);
+        match order.fault {
+            Fault::Kill(_) | Fault::Terminate(_) | Fault::Pause(_)
+                if self.barrier.presence(robot) == Presence::Empty =>
+            {
+                let remedy = format!("`alliance fault restart {name}` starts one");
+                Err(Problem::of_value(
+                    format!("'{name}' has no process"),
+                    remedy,
+                ))
+            }
+            Fault::Continue(_) if !self.barrier.is_suspended(robot) && !is_stopped => {
+                Err(Problem::of_value(format!("'{name}' is not paused"), ""))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Returns the reason why an operator's order has no effect if it takes effect at once: its change of the world is
     /// tried on a copy, after the orders that wait for the same tick. A replay does not call it, because the world may
     /// change between an order and its effect.
-    #[must_use]
-    pub fn refusal(&self, order: &Order) -> Option<Problem> {
+    fn refusal(&self, order: &Order) -> Option<Problem> {
         let Setup {
             scenario,
             catalog,

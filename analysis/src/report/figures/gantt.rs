@@ -15,7 +15,7 @@ use crate::figures::canvas::{
 use crate::figures::legend::Sample;
 use crate::figures::palette;
 use crate::report::spans::Spans;
-use crate::report::stints::Stint;
+use observation::stints::Stint;
 
 /// Height of a lane for a robot and a task, px.
 const LANE_PX: f64 = 17.0;

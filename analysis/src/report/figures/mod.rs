@@ -16,6 +16,7 @@ use std::ops::Range;
 use crate::figures::{Figure, palette, plain};
 use crate::progress::Progress;
 use anyhow::bail;
+use observation::stints::Loss;
 use plotters::style::RGBColor;
 use proto::view::LevelUnit;
 use scenario::ids::TaskId;
@@ -23,7 +24,7 @@ use scenario::mission::columns::{ColumnKind, display_name};
 
 pub use self::room::Room;
 use self::timeline::Timeline;
-use super::failures::{Loss, Takeover};
+use super::failures::Takeover;
 use super::faults::{FaultSpan, fault_spans};
 use super::history::History;
 use super::metrics::Metrics;

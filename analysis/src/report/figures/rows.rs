@@ -191,7 +191,7 @@ mod tests {
     use scenario::time::SimTime;
 
     use super::*;
-    use crate::report::spans::Span;
+    use observation::stints::Span;
 
     #[test]
     fn each_thing_has_its_own_row_while_rows_are_visible() {

@@ -161,7 +161,7 @@ fn more_robots_than_rows_are_drawn_together() {
     let scenario = vocabulary.missions[0].family(1_400, 900).unwrap();
     let mut history = History::new(resolved(scenario), SimTime(4_000));
     let span = |from, to| {
-        crate::report::spans::Spans::from_iter([crate::report::spans::Span {
+        crate::report::spans::Spans::from_iter([observation::stints::Span {
             from: SimTime(from),
             to: SimTime(to),
         }])

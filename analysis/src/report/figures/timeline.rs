@@ -14,7 +14,7 @@ use crate::figures::canvas::{
 };
 use crate::figures::legend::{Legend, ROW_PX, Sample};
 use crate::report::faults::FaultSpan;
-use crate::report::spans::Span;
+use observation::stints::Span;
 
 /// The maximum number of rows for fault labels.
 const LABEL_ROWS: usize = 6;

@@ -19,18 +19,19 @@ use scenario::ids::TaskId;
 use scenario::time::SimTime;
 use scenario::{Robot, Scenario, Setup, TaskSection};
 
-use super::detections::DetectionWatch;
 use super::failures::TakeoverCause;
 use super::figures::{FigureSelection, figures};
 use super::history::History;
 use super::made::RunOrigin as MadeHow;
 use super::metrics::{Metrics, Occurrence, SentTotals};
 use super::page::{RunSection, page};
-use super::spans::{Span, Spans};
-use super::stints::StintEnd;
-use super::takeovers::{LossTakeover, TakeoverDetector, event_line, loss_takeovers};
+use super::spans::Spans;
+use super::takeovers::event_line;
 use crate::replay_views::retrace_into;
 use crate::{testkit, visit};
+use observation::detections::DetectionWatch;
+use observation::stints::{Span, StintEnd};
+use observation::takeovers::{LossTakeover, TakeoverDetector, loss_takeovers};
 
 const BLUE: usize = 0;
 const GOLD: usize = 1;

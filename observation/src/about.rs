@@ -1,6 +1,5 @@
 //! The constant description of a run for the page.
 
-use analysis::palette;
 use scenario::fault::{
     ArgumentForm, Device, Fault, FaultArgument, FaultRange, FaultSpec, ModeSize, ValueKind,
 };
@@ -8,6 +7,8 @@ use scenario::mission::registry::Mission;
 use scenario::names::ALL;
 use scenario::{Scenario, Setup};
 use serde_json::{Value, json};
+
+use super::colors;
 
 /// Returns the answer to `GET /api/run`: catalog, setup and possible faults. `mode`, `folder` and `log` depend on the source of the run.
 #[must_use]
@@ -35,8 +36,8 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         "faults": mission_faults.map(|spec| fault(spec, &setup.scenario)).collect::<Vec<_>>(),
     });
     let robots = setup.scenario.robots.iter().map(|robot| &*robot.name);
-    let robot_colors = palette::colors(robots).into_iter().map(palette::css);
-    let colors = json!({"robots": robot_colors.collect::<Vec<_>>(), "tasks": palette::task_hues()});
+    let robot_colors = colors::colors(robots).into_iter().map(colors::Rgb::css);
+    let colors = json!({"robots": robot_colors.collect::<Vec<_>>(), "tasks": colors::task_hues()});
     let setup_file = json!(setup);
     json!({
         "mode": mode,
@@ -162,40 +163,9 @@ fn modes(argument: &FaultArgument) -> Option<Vec<Value>> {
 
 #[cfg(test)]
 mod tests {
-    use proto::view::MarkRole;
     use scenario::testkit::default_setup;
 
     use super::*;
-
-    /// The light theme of the page has the colors of reports.
-    #[test]
-    fn the_page_and_reports_have_one_palette() {
-        let theme = include_str!("../../page/theme.css");
-        let (light, _) = theme.split_once("data-theme").unwrap();
-        for (role, name) in [
-            (MarkRole::Target, "target"),
-            (MarkRole::Zone, "zone"),
-            (MarkRole::Goal, "goal"),
-            (MarkRole::Range, "range"),
-            (MarkRole::Link, "link"),
-        ] {
-            let (empty, full) = palette::of_role(role);
-            for (name, color) in [(name.to_owned(), empty), (format!("{name}-full"), full)] {
-                let line = format!("--{name}: {};", palette::css(color));
-                assert!(light.contains(&line), "{line}");
-            }
-        }
-        let item = format!("--item: {};", palette::css(palette::ITEM));
-        assert!(light.contains(&item), "{item}");
-        let about = about("live", "r", "runs/r", &default_setup(1), Value::Null);
-        let setup = default_setup(1);
-        let names = setup.scenario.robots.iter().map(|robot| &*robot.name);
-        let of_reports: Vec<String> = palette::colors(names)
-            .into_iter()
-            .map(palette::css)
-            .collect();
-        assert_eq!(about["colors"]["robots"], json!(of_reports));
-    }
 
     /// The drill mission is used only through its declarations.
     #[test]

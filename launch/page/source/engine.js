@@ -1,0 +1,85 @@
+// The simulator inside this file, as the source of a live run like the server (see api.js). It runs in a worker.
+
+import { canUnpack, unpack } from "./part.js";
+
+const DAMAGED = "This file is damaged: download it once more, or build it again with: playground/build";
+const TOO_OLD = "This browser cannot run the simulator: open the file in Chrome 114, Firefox 125, Safari 17.4 or a later one";
+
+export class Engine extends EventTarget {
+  #document;
+  #worker = null;
+  #answers = new Map();
+  #nextId = 0;
+
+  /** Returns the simulator inside a document, or null for other pages. */
+  static in(document) {
+    return document.getElementById("embedded-engine") && new Engine(document);
+  }
+
+  constructor(document) {
+    super();
+    this.#document = document;
+  }
+
+  /** Starts the worker. Returns the scenarios and allocators. Throws an Error whose message is one line for users. */
+  async load() {
+    if (!canUnpack() || typeof WebAssembly === "undefined" || typeof Worker === "undefined") throw new Error(TOO_OLD);
+    let bytes;
+    try {
+      bytes = await (await unpack(this.#document, "engine")).arrayBuffer();
+    } catch {
+      throw new Error(DAMAGED);
+    }
+    // The import map has the file as a URL with its content. A file opened from disk cannot start a worker from another URL.
+    this.#worker = new Worker(import.meta.resolve("alliance/source/worker.js"), { type: "module" });
+    this.#worker.onmessage = ({ data }) => this.#receive(data);
+    const failed = new Promise((_, reject) => {
+      this.#worker.onerror = () => reject(new Error(TOO_OLD));
+    });
+    return Promise.race([this.#ask("load", { bytes }), failed]);
+  }
+
+  /** Opens a run: `{scenario, allocator, seed, limit_s, orders}`, each may be missing. Returns its description. */
+  async open(choice) {
+    return this.#ask("open", { choice });
+  }
+
+  /** Sends a command and returns the reply. */
+  async control(command) {
+    return this.#ask("control", { command });
+  }
+
+  /** Returns the orders so far, which a choice repeats. */
+  async orders() {
+    return this.#ask("orders", {});
+  }
+
+  /** Starts the run. Its frames arrive as with the server's socket. */
+  openLiveSocket() {
+    this.#ask("start", {});
+    return this;
+  }
+
+  #ask(kind, content) {
+    this.#nextId += 1;
+    const id = this.#nextId;
+    return new Promise((resolve, reject) => {
+      this.#answers.set(id, { resolve, reject });
+      this.#worker.postMessage({ id, kind, ...content });
+    });
+  }
+
+  #receive({ id, answer, error, frames, stopped }) {
+    if (frames) {
+      for (const data of frames) this.dispatchEvent(new MessageEvent("message", { data }));
+      this.#worker.postMessage({ kind: "shown" });
+    } else if (stopped) {
+      this.dispatchEvent(new MessageEvent("message", { data: JSON.stringify({ stopped }) }));
+    } else if (id) {
+      const { resolve, reject } = this.#answers.get(id);
+      this.#answers.delete(id);
+      if (error === undefined) resolve(answer);
+      else reject(new Error(error));
+    }
+  }
+}

@@ -1,0 +1,192 @@
+//! The choice of a run: a built-in scenario, an allocator and a seed.
+
+use missions::Registry;
+use proto::control::ControlCommand;
+use scenario::ids::Tick;
+use scenario::limits::{TIME, check_known};
+use scenario::{Problem, Scenario, Setup};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+/// A run that a person chooses.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Choice {
+    /// The name of a built-in scenario; `None` for the default mission.
+    #[serde(default)]
+    pub scenario: Option<String>,
+    /// The allocator of all robots; `None` for those of the scenario.
+    #[serde(default)]
+    pub allocator: Option<String>,
+    /// A text, because the numbers of JavaScript have 53 bits only; `None` for 1.
+    #[serde(default)]
+    pub seed: Option<String>,
+    /// The time limit in simulated seconds; `None` for that of the scenario.
+    #[serde(default)]
+    pub limit_s: Option<f64>,
+    /// Orders of a person that the run repeats, by tick.
+    #[serde(default)]
+    pub orders: Vec<GivenOrder>,
+}
+
+/// A command to the run, and the tick before which it is given.
+pub type GivenOrder = (Tick, ControlCommand);
+
+impl Choice {
+    /// Returns the setup of the run.
+    ///
+    /// # Errors
+    /// If the scenario, the allocator or a number is invalid, or the scenario does not accept the allocator.
+    pub fn setup(&self) -> Result<Setup, Problem> {
+        let registry = Registry::current();
+        let vocabulary = registry.vocabulary();
+        let mut scenario = match &self.scenario {
+            None => vocabulary.default_scenario()?,
+            Some(name) => {
+                let names = vocabulary.builtins().map(|builtin| builtin.name);
+                check_known(["scenario"], "no built-in scenario", name, names)?;
+                let builtin = vocabulary.builtin(name);
+                let text = builtin.map_or("", |builtin| builtin.text);
+                Scenario::parse(name, text, &vocabulary)?
+            }
+        };
+        if let Some(name) = &self.allocator {
+            scenario.set_allocator(name);
+        }
+        if let Some(limit_s) = self.limit_s {
+            TIME.check(["limit_s"], limit_s)?;
+            scenario.limit_s = limit_s;
+        }
+        scenario.check_allocators(&vocabulary.allocators)?;
+        let setup = Setup::resolve(scenario, self.seed()?, None)?.setup;
+        let world = registry.worlds().find(&setup.scenario);
+        let world = world.map_err(|error| Problem::of_value(error.to_string(), ""))?;
+        world
+            .start_poses(&setup.scenario)
+            .map_err(|error| Problem::of_value(error.describe(&setup.scenario), ""))?;
+        Ok(setup)
+    }
+
+    fn seed(&self) -> Result<u64, Problem> {
+        let Some(text) = &self.seed else {
+            return Ok(1);
+        };
+        text.parse().map_err(|_| {
+            let remedy = format!("use a whole number from 0 to {}", u64::MAX);
+            Problem::at(["seed"], format!("'{text}' is no seed"), remedy)
+        })
+    }
+
+    /// Returns the command that repeats the run natively, without orders of a person.
+    #[must_use]
+    pub fn command(&self) -> String {
+        let mut command = "alliance run".to_owned();
+        let mut add = |option: &str, value: &Option<String>| {
+            if let Some(value) = value {
+                command.push_str(option);
+                command.push_str(value);
+            }
+        };
+        add(" ", &self.scenario);
+        add(" --allocator ", &self.allocator);
+        add(" --seed ", &self.seed);
+        add(
+            " --limit ",
+            &self.limit_s.map(|limit_s| limit_s.to_string()),
+        );
+        command + " --in-process"
+    }
+}
+
+/// Returns the built-in scenarios, with the number of their robots, and the allocators.
+#[must_use]
+pub fn choices() -> Value {
+    let vocabulary = Registry::current().vocabulary();
+    let scenarios = vocabulary.builtins().filter_map(|builtin| {
+        // A test reads all of them.
+        let scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary).ok()?;
+        Some(json!({
+            "name": builtin.name,
+            "about": scenario.description,
+            "robots": scenario.robots.len(),
+            "allocators": scenario.allocator_list(),
+        }))
+    });
+    let allocators = vocabulary.allocators.iter();
+    let allocators = allocators.map(|spec| json!({"name": spec.name, "about": spec.about}));
+    json!({
+        "scenarios": scenarios.collect::<Vec<_>>(),
+        "allocators": allocators.collect::<Vec<_>>(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_listed_scenario_and_allocator_can_be_chosen() {
+        let list = choices();
+        let names = |kind: &str| -> Vec<String> {
+            let all = list[kind].as_array().unwrap().iter();
+            all.map(|entry| entry["name"].as_str().unwrap().to_owned())
+                .collect()
+        };
+        let vocabulary = Registry::current().vocabulary();
+        assert_eq!(names("scenarios").len(), vocabulary.builtins().count());
+        for name in names("scenarios") {
+            let scenario = Some(name);
+            let choice = Choice {
+                scenario,
+                ..Choice::default()
+            };
+            assert!(choice.setup().is_ok(), "{:?}", choice.scenario);
+        }
+        for name in names("allocators") {
+            let allocator = Some(name);
+            let choice = Choice {
+                allocator,
+                ..Choice::default()
+            };
+            let setup = choice.setup().unwrap();
+            assert_eq!(setup.scenario.allocator, choice.allocator);
+        }
+    }
+
+    #[test]
+    fn mistakes_are_refused_in_one_line() {
+        let refusal = |json: Value| {
+            let choice: Choice = serde_json::from_value(json).unwrap();
+            choice.setup().unwrap_err().to_string()
+        };
+        for (choice, start) in [
+            (
+                json!({"scenario": "nowhere"}),
+                "scenario: no built-in scenario 'nowhere'; ",
+            ),
+            (
+                json!({"allocator": "mine"}),
+                "allocator: there is no allocator 'mine'",
+            ),
+            (
+                json!({"seed": "-1"}),
+                "seed: '-1' is no seed; use a whole number from 0 to 18446744073709551615",
+            ),
+            (json!({"limit_s": -1.0}), "limit_s: "),
+        ] {
+            let found = refusal(choice);
+            assert!(found.starts_with(start), "{found}");
+            assert_eq!(found.lines().count(), 1, "{found}");
+        }
+    }
+
+    #[test]
+    fn the_command_has_the_choice() {
+        let choice =
+            json!({"scenario": "janitorial", "allocator": "cbba", "seed": "7", "limit_s": 60.5});
+        let choice: Choice = serde_json::from_value(choice).unwrap();
+        let command = "alliance run janitorial --allocator cbba --seed 7 --limit 60.5 --in-process";
+        assert_eq!(choice.command(), command);
+        assert_eq!(Choice::default().command(), "alliance run --in-process");
+    }
+}

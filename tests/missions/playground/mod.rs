@@ -1,0 +1,184 @@
+//! The playground: the simulator as a WebAssembly module has the hashes of the native program.
+
+mod page;
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use alliance_tests::harness::{Lab, alliance};
+use alliance_tests::needs::cannot_run;
+use alliance_tests::runs::{builtin, vocabulary};
+use alliance_tests::testkit::in_repository;
+use analysis::random_mission::faults::{RandomFaults, timeline};
+use in_process::Team;
+use playground::choice::Choice;
+use proto::control::{ControlCommand, Reply};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use run_log::recorder::{Folder, Sink};
+use run_log::{LogLevel, MemoryLog};
+use scenario::fault::Order;
+use serde_json::{Value, json};
+
+/// The largest team of the comparison.
+const ROBOTS_MAX: usize = 100;
+
+/// The simulated time of a run of the comparison, s.
+const LIMIT_S: f64 = 20.0;
+
+/// The hash of the default mission.
+const DEFAULT_HASH: &str = "cf2fc051d99e95cf";
+
+/// A run with orders of a person, by tick.
+struct Run {
+    choice: Value,
+    orders: Vec<(u64, ControlCommand)>,
+}
+
+impl Run {
+    fn plan(&self) -> Value {
+        json!({"choice": self.choice, "orders": self.orders})
+    }
+
+    /// Returns the result of the native program, as of `hashes.mjs`.
+    fn result(&self) -> Value {
+        self.result_in(MemoryLog::default())
+    }
+
+    fn result_in(&self, sink: impl Sink) -> Value {
+        let choice: Choice = serde_json::from_value(self.choice.clone()).unwrap();
+        let setup = choice.setup().unwrap();
+        let mut team = Team::new(setup, LogLevel::Full, sink).unwrap();
+        let mut orders = self.orders.iter().peekable();
+        let mut replies = Vec::new();
+        let outcome = loop {
+            let tick = team.simulation().tick();
+            while let Some((_, command)) = orders.next_if(|(at, _)| *at <= tick) {
+                replies.push(give(&mut team, command));
+            }
+            if let Some(outcome) = team.tick().unwrap() {
+                break outcome;
+            }
+        };
+        // The run may be over before the last orders, which it then refuses.
+        replies.extend(orders.map(|(_, command)| give(&mut team, command)));
+        let (ticks, hash) = (team.simulation().tick(), team.hash());
+        team.end(outcome).unwrap();
+        json!({"hash": hash, "replies": replies, "ticks": ticks})
+    }
+}
+
+/// Gives a command to a run, as a person does.
+fn give(team: &mut Team<impl Sink>, command: &ControlCommand) -> Reply {
+    let reply = match command {
+        ControlCommand::Fault(order) => team.order(order.clone()).map(Reply::Armed),
+        ControlCommand::Clear(id) => team.clear(id.as_deref()).map(Reply::Cleared),
+        _ => unreachable!("a plan contains faults only"),
+    };
+    reply.unwrap_or_else(|error| Reply::Refused(error.to_string()))
+}
+
+/// A person gives orders while a run goes on. Its log repeats them.
+#[test]
+fn the_log_repeats_orders_by_hand() {
+    let lab = Lab::new();
+    for (index, run) in runs().iter().enumerate().step_by(9) {
+        let out = format!("run-{index}");
+        let sink = Folder::create(lab.path(&out)).unwrap();
+        let result = run.result_in(sink);
+        assert_eq!(lab.log(&out).run.hash.as_deref(), result["hash"].as_str());
+        lab.assert_repeated(&out);
+    }
+}
+
+/// Returns the file of the module. Without it the test fails, or is skipped and listed.
+fn module() -> Option<PathBuf> {
+    let target = alliance().ancestors().nth(2).unwrap().to_owned();
+    let module = target.join("wasm32-unknown-unknown/browser/playground.wasm");
+    if module.exists() {
+        return Some(module);
+    }
+    let how = "no module of the playground: run `rustup target add wasm32-unknown-unknown` and `playground/build --module`";
+    cannot_run(how);
+    None
+}
+
+/// Returns all built-in scenarios with at most [`ROBOTS_MAX`] robots, each with three seeds and with faults by hand, and the
+/// complete default mission.
+fn runs() -> Vec<Run> {
+    let mut runs = vec![Run {
+        choice: json!({}),
+        orders: Vec::new(),
+    }];
+    for name in vocabulary().builtins().map(|builtin| builtin.name) {
+        let mut scenario = builtin(name);
+        if scenario.robots.len() > ROBOTS_MAX {
+            continue;
+        }
+        for seed in 1..=3 {
+            let faults = RandomFaults {
+                min: 4,
+                max: 8,
+                until_s: LIMIT_S,
+            };
+            scenario.limit_s = LIMIT_S;
+            let step_ms = scenario.step_ms;
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let orders = timeline(&faults, &scenario, &mut random);
+            // A person gives the order at its time. Some wait for an event.
+            let by_hand = |mut order: Order| {
+                let at = order.at().map_or(0, |at| at.0.div_ceil(step_ms));
+                order.at_s = None;
+                (at, ControlCommand::Fault(order))
+            };
+            let mut orders: Vec<_> = orders.into_iter().map(by_hand).collect();
+            let all_clear = (LIMIT_S * 900.0) as u64 / step_ms;
+            orders.push((all_clear, ControlCommand::Clear(None)));
+            orders.sort_by_key(|(at, _)| *at);
+            runs.push(Run {
+                choice: json!({"scenario": name, "seed": seed.to_string(), "limit_s": LIMIT_S}),
+                orders,
+            });
+        }
+    }
+    runs
+}
+
+/// Compares the results of the module with those of the native program.
+#[track_caller]
+fn compare(runs: &[Run], found: &Value) {
+    let found = found.as_array().unwrap();
+    assert_eq!(found.len(), runs.len());
+    let mut armed = 0;
+    for (run, found) in runs.iter().zip(found) {
+        let expected = run.result();
+        assert_eq!(*found, expected, "{}", run.choice);
+        let replies = expected["replies"].as_array().unwrap().iter();
+        armed += replies.filter(|reply| reply.get("armed").is_some()).count();
+    }
+    assert_eq!(found[0]["hash"], DEFAULT_HASH);
+    assert!(armed >= 2 * runs.len(), "only {armed} faults were armed");
+}
+
+#[test]
+fn the_module_has_the_hashes_of_the_native_program() {
+    let Some(module) = module() else {
+        return;
+    };
+    let lab = Lab::new();
+    let runs = runs();
+    let plan: Vec<Value> = runs.iter().map(Run::plan).collect();
+    lab.write("plan.json", json!(plan).to_string());
+    let output = Command::new("node")
+        .arg(in_repository("tests/missions/playground/node.mjs"))
+        .arg(module)
+        .arg(in_repository("launch/page/source/worker.js"))
+        .arg(lab.path("plan.json"))
+        .output();
+    let Ok(output) = output else {
+        return cannot_run("no Node.js: install Node.js 20");
+    };
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    compare(&runs, &serde_json::from_slice(&output.stdout).unwrap());
+}

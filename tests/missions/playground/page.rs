@@ -1,0 +1,187 @@
+//! The page of the playground in a real browser, opened from disk.
+
+use std::fs::File;
+
+use alliance_tests::harness::Lab;
+use alliance_tests::testkit::in_repository;
+use serde_json::{Value, json};
+
+use super::{DEFAULT_HASH, Run, compare, module, runs};
+use crate::page::accessible::axe;
+use crate::page::browser::{Browser, LAPTOP, PHONE};
+
+/// Writes the page. Returns its link, or `None` without the module.
+fn page(lab: &Lab) -> Option<String> {
+    let module = std::fs::read(module()?).unwrap();
+    let path = lab.path("index.html");
+    launch::page::playground::write(&module, &mut File::create(&path).unwrap()).unwrap();
+    Some(format!("file://{}", path.canonicalize().unwrap().display()))
+}
+
+#[test]
+fn a_person_plays_in_the_browser() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let is = |id: &str, text: &str| {
+        browser.wait_for(&format!(
+            "document.querySelector('#{id}').textContent == '{text}'"
+        ));
+    };
+    // The default mission, as fast as possible.
+    browser.open(&link);
+    browser.wait_for("document.body.dataset.state == 'paused'");
+    browser.press('m');
+    browser.press(' ');
+    browser.wait_for("document.body.dataset.state == 'ended'");
+    is("run-hash", &format!("hash {DEFAULT_HASH}"));
+
+    // The form starts another run in the same page.
+    browser.choose("#choose-scenario", "janitorial");
+    browser.choose("#choose-allocator", "cbba");
+    browser.input("#choose-seed", "7");
+    browser.click("#playground button");
+    browser.wait_for("document.body.dataset.state == 'paused' && alliance.run.run == 'janitorial'");
+    assert_eq!(browser.eval("alliance.run.seed"), 7);
+    assert_eq!(browser.eval("alliance.run.scenario.allocator"), "cbba");
+    // Steps, and a robot that a person kills.
+    browser.press('.');
+    browser.wait_for("document.body.dataset.tick == '1'");
+    browser.press('>');
+    browser.wait_for("document.body.dataset.tick == '11'");
+    browser.press('1');
+    browser.press('k');
+    browser.wait_for("alliance.view.faults[0]?.id == 'f1'");
+    browser.press('.');
+    browser.wait_for("alliance.view.robots[0].state == 'dead'");
+    // The link of this run repeats it with the order, in the same tick.
+    browser.click("#share");
+    browser.wait_for("location.hash.includes('&orders=')");
+    let shared = browser.eval("location.href");
+    let play = || {
+        browser.press('m');
+        browser.press(' ');
+        browser.wait_for("document.body.dataset.state == 'ended'");
+        browser.eval("document.querySelector('#run-hash').textContent")
+    };
+    let hash = play();
+    browser.open("about:blank");
+    browser.open(shared.as_str().unwrap());
+    browser.wait_for("document.body.dataset.state == 'paused'");
+    assert_eq!(browser.eval("alliance.view.robots[0].state"), "present");
+    assert_eq!(play(), hash);
+    browser.assert_no_console_message();
+
+    // Links with mistakes say what to do, and the form stays.
+    for (hash, why) in [
+        (
+            "#scenario=nowhere",
+            "scenario: no built-in scenario 'nowhere'",
+        ),
+        (
+            "#seed=one",
+            "seed: 'one' is no seed; use a whole number from 0 to 18446744073709551615",
+        ),
+        (
+            "#speed=3",
+            "This link is damaged at 'speed=3': copy it once more, or choose a run above",
+        ),
+        (
+            "#scenario=%E0%A4%A",
+            "This link is damaged at 'scenario=%E0%A4%A': copy it once more, or choose a run above",
+        ),
+    ] {
+        browser.open("about:blank");
+        browser.open(&format!("{link}{hash}"));
+        browser.wait_for("document.body.dataset.state == 'refused'");
+        let shown = browser.eval("document.querySelector('#refused-why').textContent");
+        assert!(shown.as_str().unwrap().starts_with(why), "{shown}");
+        assert_eq!(
+            browser.eval("document.querySelector('#playground').checkVisibility()"),
+            true
+        );
+    }
+}
+
+#[test]
+fn a_damaged_page_and_an_old_browser_get_a_sentence() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let why = |browser: &Browser, link: &str| {
+        browser.open(link);
+        browser.wait_for("document.body.dataset.state == 'refused'");
+        let why = browser.eval("document.querySelector('#refused-why').textContent");
+        why.as_str().unwrap().to_owned()
+    };
+    let text = lab.text("index.html");
+    let data = text.find("id=\"embedded-engine\"").unwrap();
+    lab.write("index.html", &text[..data.midpoint(text.len())]);
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let found = why(&browser, &link);
+    assert!(found.starts_with("This file is damaged: "), "{found}");
+
+    lab.write("index.html", text);
+    let Some(browser) = Browser::start_without_webassembly(LAPTOP) else {
+        return;
+    };
+    let found = why(&browser, &link);
+    assert!(
+        found.starts_with("This browser cannot run the simulator: "),
+        "{found}"
+    );
+}
+
+/// The same comparison as in Node.js, in the page's own module.
+#[test]
+fn the_browser_has_the_hashes_of_the_native_program() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    browser.open(&link);
+    browser.wait_for("document.body.dataset.state == 'paused'");
+    let text = |path: &str| std::fs::read_to_string(in_repository(path)).unwrap();
+    let runs = runs();
+    let plan: Vec<Value> = runs.iter().map(Run::plan).collect();
+    // The rules of the page allow modules only as data.
+    let start = format!(
+        "(async () => {{
+            const load = (source) => import(`data:text/javascript,${{encodeURIComponent(source)}}`);
+            const {{ Program }} = await load({worker});
+            const {{ results }} = await load({hashes});
+            const {{ unpack }} = await import('alliance/source/part.js');
+            const bytes = await (await unpack(document, 'engine')).arrayBuffer();
+            return results(bytes, Program, {plan});
+        }})().then((results) => (window.found = {{ results }}), (error) => (window.found = {{ error: String(error) }})) && true",
+        worker = json!(text("launch/page/source/worker.js")),
+        hashes = json!(text("tests/missions/playground/hashes.mjs")),
+        plan = json!(plan),
+    );
+    browser.eval(&start);
+    browser.wait_for("window.found");
+    let found = browser.eval("window.found");
+    assert_eq!(found.get("error"), None, "{found}");
+    compare(&runs, &found["results"]);
+}
+
+#[test]
+fn axe_core_finds_no_violation() {
+    let lab = Lab::new();
+    let (Some(link), Some(axe)) = (page(&lab), axe()) else {
+        return;
+    };
+    for (size, hash) in [(LAPTOP, ""), (PHONE, ""), (LAPTOP, "#speed=3")] {
+        let Some(browser) = Browser::start(size) else {
+            return;
+        };
+        browser.open(&format!("{link}{hash}"));
+        browser.wait_for("['paused', 'refused'].includes(document.body.dataset.state)");
+        let found = browser.accessibility_violations(&axe);
+        assert!(found.is_empty(), "{size:?} {hash}: {}", found.join("\n"));
+    }
+}
