@@ -1,6 +1,5 @@
 //! Command line, output files and terminal output of `alliance bench`.
 
-use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
