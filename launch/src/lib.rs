@@ -132,7 +132,7 @@ fn plan_controllers(command: &mut Command) -> Option<&mut ControllerFiles> {
         Command::Sweep(command) => Some(command.controllers()),
         Command::Compare(command) => Some(command.controllers()),
         Command::Tune(command) => Some(command.controllers()),
-        Command::Bench(command) => command.controllers(),
+        Command::Bench(command) => Some(command.controllers()),
         _ => None,
     }
 }

@@ -39,7 +39,7 @@ pub struct BenchCommand {
     #[command(subcommand)]
     check: Option<BenchSubcommand>,
     #[command(flatten)]
-    run: Option<BenchArguments>,
+    run: BenchArguments,
 }
 
 #[derive(Subcommand, Clone, Debug)]
@@ -51,8 +51,9 @@ enum BenchSubcommand {
 #[derive(Args, Clone, Debug)]
 struct BenchArguments {
     /// Name of the suite, such as v1
-    #[arg(value_name = "SUITE")]
-    suite: String,
+    // Absent beside a subcommand only.
+    #[arg(value_name = "SUITE", required = true)]
+    suite: Option<String>,
     /// Allocator to measure, repeatable [default: all, and the controllers]
     #[arg(long = "allocator", value_name = "NAME")]
     allocators: Vec<String>,
@@ -92,10 +93,10 @@ fn percent(text: &str) -> Result<f64, String> {
 
 impl BenchCommand {
     /// Returns the controllers in Python that the command measures or repeats.
-    pub fn controllers(&mut self) -> Option<&mut ControllerFiles> {
-        match (&mut self.check, &mut self.run) {
-            (Some(BenchSubcommand::Check(check)), _) => Some(&mut check.controllers),
-            (None, run) => run.as_mut().map(|run| &mut run.controllers),
+    pub fn controllers(&mut self) -> &mut ControllerFiles {
+        match &mut self.check {
+            Some(BenchSubcommand::Check(check)) => &mut check.controllers,
+            None => &mut self.run.controllers,
         }
     }
 
@@ -103,16 +104,12 @@ impl BenchCommand {
     /// input, 3 a file cannot be written, 130 an interruption.
     #[must_use]
     pub fn run(&self, known: &Known) -> ExitCode {
-        match (&self.check, &self.run) {
-            (Some(BenchSubcommand::Check(check)), _) => {
-                exit_status("bench check", check.run(known), 2)
-            }
-            (None, Some(run)) => match run.prepare(known) {
-                Ok(prepared) => exit_status("bench", run.run(prepared), 3),
-                Err(error) => exit_status("bench", Err(error), 2),
-            },
-            // The command line requires a suite or a subcommand.
-            (None, None) => ExitCode::from(2),
+        if let Some(BenchSubcommand::Check(check)) = &self.check {
+            return exit_status("bench check", check.run(known), 2);
+        }
+        match self.run.prepare(known) {
+            Ok(prepared) => exit_status("bench", self.run.run(prepared), 3),
+            Err(error) => exit_status("bench", Err(error), 2),
         }
     }
 }
@@ -141,7 +138,7 @@ struct Prepared {
 
 impl BenchArguments {
     fn prepare(&self, known: &Known) -> anyhow::Result<Prepared> {
-        let suite = Suite::find(&self.suite)?;
+        let suite = Suite::find(self.suite.as_deref().unwrap_or_default())?;
         let allocators = self.allocators(known);
         let plan = suite.plan(&allocators, known)?;
         let document = self.table.as_ref().map(|path| {
