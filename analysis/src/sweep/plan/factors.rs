@@ -334,9 +334,11 @@ pub(super) fn faults(
     columns: &mut Columns,
 ) -> anyhow::Result<Factor> {
     let mut levels = Vec::new();
+    // A key that also another factor varies must stay a second column.
+    let mut set = Columns::new();
     for (name, class) in classes {
         let at = KeyPath::new(["faults", &name]);
-        let changes = class_changes(file, &at, &class, columns)?;
+        let changes = class_changes(file, &at, &class, &mut set)?;
         stated.push(CheckedSetting {
             at,
             changes: changes.clone(),
@@ -346,6 +348,7 @@ pub(super) fn faults(
             changes,
         });
     }
+    columns.extend(set);
     Ok(Factor {
         columns: vec![FAULTS.to_owned()],
         levels,
