@@ -97,6 +97,8 @@ enum Command {
     Tune(analysis::tune::command::TuneCommand),
     /// Search for faults that break an allocator, and shrink them
     Hunt(analysis::hunt::command::HuntCommand),
+    /// Run a suite that never changes, or check a result of it
+    Bench(analysis::bench::command::BenchCommand),
     /// Explain a scenario's parameters and report conflicts
     Check(analysis::check::CheckCommand),
     /// Convert an instance of other programs into a scenario
@@ -132,6 +134,7 @@ fn plan_controllers(command: &mut Command) -> Option<&mut ControllerFiles> {
         Command::Sweep(command) => Some(command.controllers()),
         Command::Compare(command) => Some(command.controllers()),
         Command::Tune(command) => Some(command.controllers()),
+        Command::Bench(command) => Some(command.controllers()),
         _ => None,
     }
 }
@@ -154,9 +157,10 @@ pub fn execute_plan(registry: Registry, words: &[OsString], modules: Vec<PathBuf
         Command::Sweep(command) => command.run(&program_content()),
         Command::Compare(command) => command.run(&program_content()),
         Command::Tune(command) => command.run(&program_content()),
+        Command::Bench(command) => command.run(&program_content()),
         _ => {
             stderr_line!(
-                "alliance: the Python package executes sweep, compare and tune; use the program `alliance`"
+                "alliance: the Python package executes sweep, compare, tune and bench; use the program `alliance`"
             );
             ExitCode::from(2)
         }
@@ -206,6 +210,7 @@ pub fn main(registry: Registry) -> ExitCode {
         Command::Compare(command) => command.run(&program_content()),
         Command::Tune(command) => command.run(&program_content()),
         Command::Hunt(command) => command.run(&program_content()),
+        Command::Bench(command) => command.run(&program_content()),
         Command::Check(command) => command.run(&program_content()),
         Command::Import(command) => command.run(&program_content()),
         Command::List(command) => command.run(),

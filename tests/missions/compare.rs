@@ -220,7 +220,12 @@ fn mistakes_give_one_line_before_any_run() {
 #[test]
 fn the_campaigns_are_valid_plans() {
     let lab = Lab::new();
-    for (plan, runs) in [("allocators", 36_960), ("allocators-small", 1680)] {
+    for (plan, runs) in [
+        ("allocators", 36_960),
+        ("allocators-small", 1680),
+        ("radio", 34_000),
+        ("radio-small", 162),
+    ] {
         for (run, status) in [(runs - 1, 0), (runs, 2)] {
             let plan = campaign(plan);
             let run = run.to_string();

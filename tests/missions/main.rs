@@ -4,6 +4,7 @@
 
 mod advice;
 mod allocators;
+mod bench;
 mod branch;
 mod by_command;
 mod by_hand;

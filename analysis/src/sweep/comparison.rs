@@ -60,8 +60,8 @@ impl OwnFigure {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axes {
     pub robots: usize,
-    /// The probability of message loss on every link during the entire run, 0 to 1. `None` if the block has any other fault; 0
-    /// without faults.
+    /// The probability of message loss on every link during the entire run, 0 to 1. `None` if the block has any other fault
+    /// or a fading radio; 0 without faults.
     pub loss: Option<f64>,
 }
 
@@ -70,7 +70,7 @@ impl Axes {
     pub fn from_scenario(scenario: &Scenario) -> Self {
         let faults = &scenario.faults;
         let loss = match &faults.timeline[..] {
-            _ if faults.random.is_some() => None,
+            _ if faults.random.is_some() || scenario.radio.fading.is_some() => None,
             [] => Some(0.0),
             [order] => match &order.fault {
                 Fault::Drop(loss)
@@ -96,6 +96,7 @@ impl Axes {
 #[cfg(test)]
 mod tests {
     use missions::waste::data::default_scenario;
+    use scenario::Fading;
 
     use super::*;
 
@@ -126,5 +127,11 @@ mod tests {
             let expected = Axes { robots: 3, loss };
             assert_eq!(Axes::from_scenario(&scenario), expected, "{timeline}");
         }
+        let mut faded = default_scenario();
+        faded.radio.fading = Some(Fading {
+            d0_m: 6.0,
+            path_loss_exponent: 3.0,
+        });
+        assert_eq!(Axes::from_scenario(&faded).loss, None);
     }
 }

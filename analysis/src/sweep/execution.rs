@@ -93,7 +93,7 @@ pub type Finish = fn(&Path, &Header, &[Row], Option<&str>, &Sheet) -> anyhow::Re
 type Task<'t> = Box<dyn FnOnce() -> anyhow::Result<bool> + 't>;
 
 /// A sweep, or a shard of it, that is ready to run.
-struct Work {
+pub struct Work {
     plan: Plan,
     header: Header,
     folder: PathBuf,
@@ -205,20 +205,7 @@ impl Arguments {
         if self.dry_run {
             return Ok(Box::new(move || self.estimate(&plan, &header, study)));
         }
-        let done = known_rows(&folder, &header)?;
-        make_folder(&folder)?;
-        let journal = journal::open(&folder, self.shard, &header)?;
-        write_atomically(&folder.join(PLAN), text.as_bytes())?;
-        write_atomically(&folder.join(SCENARIO), plan.base().as_bytes())?;
-        let work = Work {
-            plan,
-            header,
-            folder,
-            shard: self.shard,
-            journal,
-            done,
-            sheet,
-        };
+        let work = Work::open((plan, &text), header, folder, self.shard, sheet)?;
         let stated = shell_quoted(file) + &self.controllers.options();
         Ok(Box::new(move || {
             work.run(self.jobs(), study, &self.again(study), &stated)
@@ -386,8 +373,36 @@ fn known_rows(folder: &Path, header: &Header) -> anyhow::Result<RowsByRun> {
 }
 
 impl Work {
-    /// Executes the runs. Returns `true` if all are done and none failed.
-    fn run(
+    /// Opens the journal of a plan in a folder, with the runs that are done already. The text is that of the plan.
+    ///
+    /// # Errors
+    /// Returns an error if the folder belongs to another sweep or version, or cannot be written.
+    pub fn open(
+        (plan, text): (Plan, &str),
+        header: Header,
+        folder: PathBuf,
+        shard: Option<Shard>,
+        sheet: Sheet,
+    ) -> anyhow::Result<Self> {
+        let done = known_rows(&folder, &header)?;
+        make_folder(&folder)?;
+        let journal = journal::open(&folder, shard, &header)?;
+        write_atomically(&folder.join(PLAN), text.as_bytes())?;
+        write_atomically(&folder.join(SCENARIO), plan.base().as_bytes())?;
+        Ok(Self {
+            plan,
+            header,
+            folder,
+            shard,
+            journal,
+            done,
+            sheet,
+        })
+    }
+
+    /// Executes the runs. Returns `true` if all are done and none failed. `again`: the command that resumes them;
+    /// `plan`: the arguments that state the plan.
+    pub fn run(
         mut self,
         jobs: NonZeroUsize,
         study: &PlanCommand,

@@ -4,7 +4,10 @@
 pub const HEADINGS: [(&str, &[&str]); 6] = [
     ("Run", &["run", "watch", "fault", "clock", "status"]),
     ("Results", &["replay", "diff", "report", "export"]),
-    ("Studies", &["sweep", "compare", "tune", "hunt", "check"]),
+    (
+        "Studies",
+        &["sweep", "compare", "tune", "hunt", "bench", "check"],
+    ),
     ("Content", &["import", "list"]),
     ("Processes and machines", &["cluster"]),
     ("Shell", &["generate"]),
@@ -257,6 +260,34 @@ pub(super) const ENTRIES: &[Entry] = &[
             "2 An argument or the plan is invalid.",
             "3 A file cannot be written.",
             RESUMABLE,
+        ],
+    ),
+    entry(
+        "bench",
+        &[
+            "alliance bench v1 # all allocators",
+            "alliance bench v1 --allocator mine --controller mine=mine.py --out mine # your own",
+            "alliance bench check mine/result.json --controller mine=mine.py # repeats 1 %",
+        ],
+        &[
+            "0 The result is written.",
+            "1 Runs failed, so there is no result.",
+            "2 An argument is invalid, or the folder belongs to other runs.",
+            "3 A file cannot be written.",
+            RESUMABLE,
+        ],
+    ),
+    entry(
+        "bench check",
+        &[
+            "alliance bench check bench/v1/result.json # content, and 1 % of the runs",
+            "alliance bench check theirs.json --share 100 # all runs again",
+        ],
+        &[
+            "0 The content is complete, and all repeated runs are equal.",
+            "1 A repeated run differs.",
+            "2 The file is invalid, was changed, or belongs to another suite or program.",
+            "130 The command was interrupted.",
         ],
     ),
     entry(

@@ -2,7 +2,7 @@
 
 use std::mem;
 
-use analysis::report::detections::DetectionWatch;
+use observation::detections::DetectionWatch;
 use observation::takeovers::TakeoverDetector;
 use proto::event::{EventLine, TickEvents};
 use proto::view::View;

@@ -1,6 +1,6 @@
-"""Command `python3 -m alliance_sim`: sweeps, comparisons and searches with controllers in Python.
+"""Command `python3 -m alliance_sim`: sweeps, comparisons, searches and suites with controllers in Python.
 
-`alliance sweep`, `compare` and `tune` start it for `--controller NAME=FILE`.
+`alliance sweep`, `compare`, `tune` and `bench` start it for `--controller NAME=FILE`.
 """
 
 from __future__ import annotations

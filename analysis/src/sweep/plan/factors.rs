@@ -8,6 +8,7 @@ use scenario::{KeyPath, Preset, Problem, TomlFile};
 use serde::Deserialize;
 use toml::Value;
 
+use super::file::FaultClass;
 use super::seeds::Seeds;
 use super::{MAX_RUNS, table_of};
 use crate::random_mission::RandomMission;
@@ -301,18 +302,45 @@ pub(super) fn presets(file: &TomlFile<'_>, presets: &[Preset]) -> Result<Factor,
 }
 
 /// Creates the factor of fault plans. Each plan replaces the scenario's faults.
+/// Returns the changes of the scenario under a class of faults, and adds the keys that its `set` varies to the columns.
+/// Several classes may set the same key.
+pub(super) fn class_changes(
+    file: &TomlFile<'_>,
+    at: &KeyPath,
+    class: &FaultClass,
+    columns: &mut Columns,
+) -> anyhow::Result<Vec<Change>> {
+    let faults = Faults {
+        timeline: class.timeline.clone(),
+        random: class.random,
+    };
+    let mut changes = vec![Change {
+        path: path("faults"),
+        value: Value::Table(table_of(&faults)?),
+    }];
+    for leaf in leaves(file, &at.key("set"), class.set.clone(), |_| false) {
+        if !columns.iter().any(|(_, path)| *path == leaf.path) {
+            columns.push((leaf.at.clone(), leaf.path.clone()));
+        }
+        changes.push(leaf.change());
+    }
+    Ok(changes)
+}
+
 pub(super) fn faults(
-    plans: BTreeMap<String, Faults>,
+    file: &TomlFile<'_>,
+    classes: BTreeMap<String, FaultClass>,
     stated: &mut Vec<CheckedSetting>,
+    columns: &mut Columns,
 ) -> anyhow::Result<Factor> {
     let mut levels = Vec::new();
-    for (name, faults) in plans {
-        let changes = vec![Change {
-            path: path("faults"),
-            value: Value::Table(table_of(&faults)?),
-        }];
+    // A key that also another factor varies must stay a second column.
+    let mut set = Columns::new();
+    for (name, class) in classes {
+        let at = KeyPath::new(["faults", &name]);
+        let changes = class_changes(file, &at, &class, &mut set)?;
         stated.push(CheckedSetting {
-            at: KeyPath::new(["faults", &name]),
+            at,
             changes: changes.clone(),
         });
         levels.push(Level {
@@ -320,6 +348,7 @@ pub(super) fn faults(
             changes,
         });
     }
+    columns.extend(set);
     Ok(Factor {
         columns: vec![FAULTS.to_owned()],
         levels,

@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use scenario::Preset;
-use scenario::fault::Faults;
+use scenario::fault::{Order, RandomFaults};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -22,7 +22,7 @@ pub(super) struct PlanFile {
     pub(super) limit_s: Option<f64>,
     pub(super) seeds: Seeds,
     pub(super) presets: Vec<Preset>,
-    pub(super) faults: BTreeMap<String, Faults>,
+    pub(super) faults: BTreeMap<String, FaultClass>,
     pub(super) grid: toml::Table,
     pub(super) list: Vec<toml::Table>,
     pub(super) random: Option<toml::Table>,
@@ -47,7 +47,17 @@ pub(super) struct MissionFile {
     /// Scenario keys with other values.
     pub(super) set: toml::Table,
     /// Classes of faults by name; they replace those for all missions.
-    pub(super) faults: BTreeMap<String, Faults>,
+    pub(super) faults: BTreeMap<String, FaultClass>,
+}
+
+/// A class of faults.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct FaultClass {
+    pub(super) timeline: Vec<Order>,
+    pub(super) random: Option<RandomFaults>,
+    /// Scenario keys with other values, such as those of the radio channel.
+    pub(super) set: toml::Table,
 }
 
 /// The scenario of a plan: a name or file, or the table `scenario` of the plan itself.

@@ -122,7 +122,7 @@ impl Plan {
                 &contents.faults,
                 contents.limit_s,
                 &scenario,
-                &mut stated,
+                (&mut stated, &mut columns),
             )?;
             if found.factor.columns.len() > 1 {
                 columns.push((KeyPath::new(["faults"]), path("faults")));
@@ -147,7 +147,7 @@ impl Plan {
         }
         if !has_missions && !contents.faults.is_empty() {
             columns.push((KeyPath::new(["faults"]), path("faults")));
-            factors.push(faults(contents.faults, &mut stated)?);
+            factors.push(faults(&file, contents.faults, &mut stated, &mut columns)?);
         }
         factors.push(seeds(&file, contents.seeds)?);
         let mission = contents.random_mission;

@@ -3,13 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::Context;
-use scenario::fault::Faults;
 use scenario::limits::whole;
 use scenario::{KeyPath, MAX_ROBOTS, Scenario, TomlFile};
 use toml::Value;
 
-use super::factors::{CheckedSetting, leaves, path};
-use super::file::MissionFile;
+use super::factors::{CheckedSetting, Columns, class_changes, leaves};
+use super::file::{FaultClass, MissionFile};
 use super::{table_of, vocabulary};
 use crate::distinct;
 use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, MISSION, apply_change};
@@ -29,10 +28,10 @@ pub(super) struct Missions {
 pub(super) fn missions(
     file: &TomlFile<'_>,
     missions: BTreeMap<String, MissionFile>,
-    common: &BTreeMap<String, Faults>,
+    common: &BTreeMap<String, FaultClass>,
     limit_s: Option<f64>,
     scenario: &impl Fn(&str) -> anyhow::Result<Scenario>,
-    stated: &mut Vec<CheckedSetting>,
+    (stated, columns): (&mut Vec<CheckedSetting>, &mut Columns),
 ) -> anyhow::Result<Missions> {
     let at = |name: &str| KeyPath::new(["missions", name]);
     let mut missions: Vec<(String, MissionFile)> = missions.into_iter().collect();
@@ -72,17 +71,12 @@ pub(super) fn missions(
                 );
                 return Err(file.error_at(at(&name), what, remedy).into());
             };
-            let changes = vec![
-                whole.clone(),
-                Change {
-                    path: path("faults"),
-                    value: Value::Table(table_of(faults)?),
-                },
-            ];
             let place = match specific {
                 Some(_) => at(&name).key("faults").key(class),
                 None => KeyPath::new(["faults", class]),
             };
+            let mut changes = vec![whole.clone()];
+            changes.extend(class_changes(file, &place, faults, columns)?);
             stated.push(CheckedSetting {
                 at: place,
                 changes: changes.clone(),
@@ -100,7 +94,7 @@ pub(super) fn missions(
 fn classes(
     file: &TomlFile<'_>,
     missions: &[(String, MissionFile)],
-    common: &BTreeMap<String, Faults>,
+    common: &BTreeMap<String, FaultClass>,
 ) -> Vec<String> {
     let for_all = common.keys().map(|class| {
         let line = file.line_of(["faults", class]);

@@ -69,6 +69,39 @@ fn grid_list_presets_faults_and_seeds_are_combined() {
 }
 
 #[test]
+fn a_class_of_faults_sets_keys_of_the_scenario() {
+    let classes = "[faults.faded.set]\nradio.fading = { d0_m = 5.0, path_loss_exponent = 3.0 }\n\
+         [faults.near.set]\nradio.range_m = 2.0\n[faults.nearer.set]\nradio.range_m = 1.0\n";
+    for missions in ["", "[missions.one]\nscenario = 'mine'\n"] {
+        let plan = parse(&format!("{missions}{classes}")).unwrap();
+        let columns: Vec<&str> = plan.design.columns().collect();
+        assert_eq!(columns[columns.len() - 2..], ["faults", "seed"]);
+        let radios = (0..3).map(|run| scenario(&plan, run).radio);
+        let radios: Vec<::scenario::Radio> = radios.collect();
+        assert_eq!(radios[0].fading.map(|fading| fading.d0_m), Some(5.0));
+        assert_eq!(
+            (radios[1].range_m, radios[2].range_m),
+            (Some(2.0), Some(1.0))
+        );
+        assert_eq!((radios[0].range_m, radios[1].fading), (None, None));
+        for (wrong, expected) in [
+            ("[faults.far.set]\nradio.range_m = 0.0\n", "radio.range_m"),
+            (
+                "[grid]\nradio.range_m = [3.0]\n",
+                "varies the same key; vary each key in one place",
+            ),
+        ] {
+            let error = parse(&format!("{missions}{classes}{wrong}")).unwrap_err();
+            let error = format!("{error:#}");
+            assert!(
+                error.contains("plan.toml:") && error.contains(expected),
+                "{error}"
+            );
+        }
+    }
+}
+
+#[test]
 fn random_points_with_an_inline_scenario() {
     let plan = parse(
         "seeds = [5]\nscenario = { name = 'here', robots = [{ name = 'solo', side_sensor = true }] }\n\
