@@ -81,9 +81,16 @@ pub(crate) struct Places {
 
 impl Places {
     pub fn new(places: &[Vec2]) -> Self {
-        let size = places.iter().copied().fold(Vec2::ONE, Vec2::max);
+        let all = || places.iter().copied();
+        let low = all().reduce(Vec2::min).unwrap_or_default();
+        let size = (all().fold(low, Vec2::max) - low).max(Vec2::ONE);
+        let room = Room {
+            x_m: low.x,
+            y_m: low.y,
+            ..Room::of_size(size.x, size.y)
+        };
         let first_m = (size.x * size.y / places.len().max(1) as f32).sqrt();
-        let mut grid = Grid::new(size, first_m / 2.0, places.len());
+        let mut grid = Grid::new(&room, first_m / 2.0, places.len());
         for (index, place) in places.iter().enumerate() {
             grid.insert(index, *place);
         }

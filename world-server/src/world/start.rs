@@ -206,7 +206,7 @@ struct Bodies {
 impl Bodies {
     fn new(space: &Space, radius_m: f32, most: usize) -> Self {
         Self {
-            centers: Grid::new(space.size, 2.0 * radius_m + SKIN_M, most),
+            centers: Grid::new(&space.room, 2.0 * radius_m + SKIN_M, most),
             count: 0,
         }
     }
