@@ -234,7 +234,11 @@ impl Schedule {
             let heals = entry.until.is_some()
                 && matches!(
                     entry.status.order.fault,
-                    Fault::Kill(_) | Fault::Terminate(_) | Fault::Pause(_) | Fault::Remove(_)
+                    Fault::Kill(_)
+                        | Fault::Terminate(_)
+                        | Fault::Pause(_)
+                        | Fault::Remove(_)
+                        | Fault::Power(_)
                 );
             let begins = entry.due.is_some()
                 && matches!(

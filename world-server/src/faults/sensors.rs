@@ -214,7 +214,7 @@ impl Broken {
                 before,
             } => (device, number, mode, before),
             Defect::NoPower => {
-                readings.energy_j = readings.energy_j.map(|_| 0.0);
+                readings.energy_j = Some(0.0);
                 return;
             }
         };

@@ -20,7 +20,7 @@ impl Simulation {
         }
     }
 
-    /// Returns the outcome if the run is over: the mission has ended, time is up, or no robot has energy left.
+    /// Returns the outcome if the run is over: the mission has ended, time is up, or no robot can act again.
     pub(super) fn decide_outcome(&self) -> Option<Outcome> {
         let limit = SimTime::from_secs_f64(self.setup.scenario.limit_s);
         let end = self.world.mission().end(self.world.now());
@@ -28,12 +28,9 @@ impl Simulation {
             .or_else(|| self.is_out_of_energy().then_some(Outcome::NoRobotLeft))
     }
 
-    /// Checks whether no robot will act again, because all robots with a running agent have used up their energy. A robot
-    /// without energy cannot drive to a charger, and the schedule brings no other robot back.
+    /// Checks whether all robots with a running agent have used up their energy or have no power, and the schedule brings
+    /// no other robot and no power back. A robot without energy cannot drive to a charger.
     fn is_out_of_energy(&self) -> bool {
-        if self.setup.scenario.energy.is_none() || self.schedule.will_return_robots() {
-            return false;
-        }
         let runs = |robot: &RobotId| {
             !matches!(
                 self.barrier.presence(*robot),
@@ -41,11 +38,8 @@ impl Simulation {
             )
         };
         let mut left = self.barrier.robots().filter(runs).peekable();
-        let is_empty = |robot| {
-            self.world
-                .energy_j(robot)
-                .is_some_and(|left_j| left_j <= 0.0)
-        };
-        left.peek().is_some() && left.all(is_empty)
+        left.peek().is_some()
+            && left.all(|robot| !self.world.can_act(robot))
+            && !self.schedule.will_return_robots()
     }
 }

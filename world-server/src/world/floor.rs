@@ -216,6 +216,12 @@ impl Floor {
         battery.map(|battery| battery.charge_j())
     }
 
+    /// Returns whether the body of a robot executes commands: it is in the room, has power and a charge.
+    #[must_use]
+    pub fn can_act(&self, robot: RobotId) -> bool {
+        self.robots[robot.index()].can_act()
+    }
+
     /// Charges the battery of a robot, at most up to its capacity. Returns the energy that the battery took, J; 0 if energy is
     /// not simulated.
     pub fn charge(&mut self, robot: RobotId, energy_j: f64) -> f64 {
