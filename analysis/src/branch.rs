@@ -28,6 +28,7 @@ use world_server::simulation::Simulation;
 use crate::open;
 use crate::progress::Progress;
 use crate::replay::{setup_of, tell_other_programs};
+use crate::sweep::shell_quoted;
 
 /// The options of a branch.
 #[derive(Args, Clone, Debug, Default)]
@@ -352,7 +353,10 @@ impl BranchPlan {
     fn differs(&self, tick: Tick) -> Problem {
         let run = self.request.run.display();
         let what = format!("this program repeats the run differently in tick {tick}");
-        let remedy = format!("`alliance replay {run}` shows the difference");
+        let remedy = format!(
+            "`alliance replay {}` shows the difference",
+            shell_quoted(&self.request.run)
+        );
         Problem::with_source(run.to_string(), what, remedy)
     }
 

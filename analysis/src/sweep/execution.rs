@@ -514,10 +514,15 @@ pub fn repeat_command(scenario: &str, seed: u64, check: bool) -> String {
     format!("alliance run {scenario} --seed {seed} --in-process{check}")
 }
 
-/// Quotes a path for a shell.
+/// Quotes a path for a shell. A path that begins with `-` would be read as an option.
 #[must_use]
 pub fn shell_quoted(path: &Path) -> String {
-    let text = path.display().to_string();
+    let here = if path.to_string_lossy().starts_with('-') {
+        "./"
+    } else {
+        ""
+    };
+    let text = format!("{here}{}", path.display());
     let plain = |c: char| c.is_alphanumeric() || "/._-+,=:@".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
         text
@@ -550,6 +555,7 @@ mod tests {
         );
         assert_eq!(shell_quoted(Path::new("my $weep")), "'my $weep'");
         assert_eq!(shell_quoted(Path::new("it's")), r"'it'\''s'");
+        assert_eq!(shell_quoted(Path::new("-x y")), "'./-x y'");
     }
 
     #[test]

@@ -7,8 +7,9 @@ export const CONTINUATIONS = [
   [null, "like the run"],
 ];
 
-/** Quotes a text as one word of a shell. */
-export function shellWord(text) {
+/** Quotes a path as one word of a shell. A path that begins with `-` would be read as an option. */
+export function shellWord(path) {
+  const text = path.startsWith("-") ? `./${path}` : path;
   return /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
 }
 

@@ -147,9 +147,9 @@ impl RunProcesses {
             team.start_observer(command);
         }
         if plan.paused {
-            team.progress.print_line(
-                "the clock is held; start it on the page or with `alliance clock resume`",
-            );
+            let resume = format!("`alliance clock resume --run {}`", plan.run);
+            let held = format!("the clock is held; start it on the page or with {resume}");
+            team.progress.print_line(&held);
         }
         Ok(team)
     }

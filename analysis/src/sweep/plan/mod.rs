@@ -13,7 +13,7 @@ pub mod space;
 mod tests;
 pub mod tuning;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use missions::Registry;
@@ -22,6 +22,7 @@ use scenario::{KeyPath, Problem, Scenario, Setup, TomlFile, Vocabulary};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::design::{Design, apply_change};
+use super::execution::shell_quoted;
 use crate::random_mission::RandomMission;
 use factors::{
     CheckedSetting, disjoint, drawn, faults, grid, leaves, list, path, presets, sample, seeds,
@@ -67,8 +68,10 @@ fn refuse_scenario(file: &TomlFile<'_>) -> anyhow::Result<()> {
         return Ok(());
     };
     let name = file.name();
-    let remedy =
-        format!("run it with `alliance run {name}`, or write a plan with scenario = \"{name}\"");
+    let remedy = format!(
+        "run it with `alliance run {}`, or write a plan with scenario = \"{name}\"",
+        shell_quoted(Path::new(name))
+    );
     let what = "this is a scenario, not a plan";
     Err(file.error_at([of_scenario], what, remedy).into())
 }
