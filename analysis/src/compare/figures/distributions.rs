@@ -27,8 +27,8 @@ pub(super) fn draw(
 ) -> anyhow::Result<Vec<Figure>> {
     let missions = by_mission(data).into_iter();
     let figures = missions.map(|(mission, blocks)| {
-        let primary = &data.blocks[blocks[0]].primary;
-        let place = data.metric_index(primary);
+        let metric = data.drawn(&blocks);
+        let place = data.metric_index(metric);
         let summaries = |block: usize| {
             let metrics = analysis.blocks[block].summaries.iter();
             metrics.map(|metrics| metrics[place]).collect::<Vec<_>>()
@@ -42,7 +42,7 @@ pub(super) fn draw(
         let columns = COLUMNS.min(blocks.len()).min(((sheet.width_px / LEAST_PX) as usize).max(1));
         let column_px = sheet.width_px / columns as f64;
         let height_px = panel_px * blocks.len().div_ceil(columns) as f64;
-        let title = titled(&format!("{} over the seeds", primary.heading()), mission);
+        let title = titled(&format!("{} over the seeds", metric.heading()), mission);
         let svg = sheet.svg(&title, height_px, |area| {
             for (place, block) in blocks.iter().enumerate() {
                 let (column, row) = ((place % columns) as f64, (place / columns) as f64);

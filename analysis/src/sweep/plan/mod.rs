@@ -46,8 +46,18 @@ pub struct Plan {
     /// The question that the plan states.
     pub question: Option<String>,
     pub hypotheses: Vec<Hypothesis>,
+    /// The primary metrics that the plan states, by mission.
+    pub metrics: Vec<StatedMetric>,
     /// The settings of `alliance tune`.
     pub tuning: Option<SearchSettings>,
+}
+
+/// A primary metric that a plan states for one of its missions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StatedMetric {
+    pub mission: String,
+    pub metric: String,
+    pub line: usize,
 }
 
 /// Refuses a file that states a scenario and nothing of a plan.
@@ -88,6 +98,7 @@ impl Plan {
         let mut stated = Vec::new();
         let mut columns = Vec::new();
         let mut factors = Vec::new();
+        let metrics = metrics(&file, &contents);
         let bases = if contents.missions.is_empty() {
             let mut base = match contents.scenario {
                 None => vocabulary().default_scenario()?,
@@ -194,6 +205,7 @@ impl Plan {
             measures: false,
             question: contents.question,
             hypotheses,
+            metrics,
             tuning: contents.tune,
         })
     }
@@ -208,6 +220,12 @@ impl Plan {
         }
         if let Some(tuning) = &self.tuning {
             whole.push_str(&format!("\n{tuning:?}"));
+        }
+        for StatedMetric {
+            mission, metric, ..
+        } in &self.metrics
+        {
+            whole.push_str(&format!("\n{mission} by {metric}"));
         }
         // A hypothesis that changes after the first run would be worthless.
         for hypothesis in &self.hypotheses {
@@ -253,6 +271,18 @@ pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
     let worlds = Registry::current().worlds();
     worlds.find(&scenario)?.start_poses(&scenario)?;
     Ok(Setup::resolve(scenario, seed, None)?.setup)
+}
+
+fn metrics(file: &TomlFile<'_>, contents: &PlanFile) -> Vec<StatedMetric> {
+    let missions = contents.missions.iter();
+    let metrics = missions.filter_map(|(mission, contents)| {
+        Some(StatedMetric {
+            mission: mission.clone(),
+            metric: contents.metric.clone()?,
+            line: file.line_of(["missions", mission, "metric"]),
+        })
+    });
+    metrics.collect()
 }
 
 /// Converts through text, so that a 32-bit float stays 0.2.
