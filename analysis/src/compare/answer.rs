@@ -197,13 +197,16 @@ fn undecided_by_primary(data: &ComparisonData) -> String {
     let blocks = data.blocks.iter().enumerate();
     let others = blocks.filter_map(|(number, block)| {
         let deciding = data.deciding(number)?;
-        (*deciding != block.primary).then(|| {
-            let (primary, deciding) = (block.primary.name(), deciding.name());
-            format!("By {primary} all are equal, but they differ in {deciding}.")
-        })
+        (*deciding != block.primary).then_some((&block.primary, deciding))
     });
-    let sentences = distinct(others).into_iter();
-    sentences.map(|sentence| format!(" {sentence}")).collect()
+    let others: Vec<(&Metric, &Metric)> = others.collect();
+    let sentences = distinct(others.clone()).into_iter().map(|both| {
+        let count = others.iter().filter(|other| **other == both).count();
+        let (primary, deciding) = (both.0.name(), both.1.name());
+        let blocks = counted(count, "block");
+        format!(" In {blocks} {primary} is the same for all, but {deciding} differs.")
+    });
+    sentences.collect()
 }
 
 fn can_differ(data: &ComparisonData, analysis: &Analysis, block: usize) -> bool {

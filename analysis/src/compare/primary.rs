@@ -5,6 +5,7 @@ use scenario::mission::data::Objective;
 use scenario::{Problem, Scenario};
 
 use super::metrics::Metric;
+use crate::distinct;
 use crate::sweep::comparison::OwnFigure;
 use crate::sweep::design::MISSION;
 use crate::sweep::plan::{Plan, StatedMetric};
@@ -38,8 +39,7 @@ pub fn of_run(plan: &Plan, run: usize, scenario: &Scenario) -> Result<Metric, Pr
         metric,
         line,
     } = stated;
-    let common = Metric::ALL.into_iter().filter(|known| *known != declared);
-    let known: Vec<Metric> = [declared].into_iter().chain(common).collect();
+    let known = distinct([declared].into_iter().chain(Metric::ALL));
     let names: Vec<String> = known.iter().map(Metric::name).collect();
     let names = names.iter().map(String::as_str);
     let at = ["missions", mission, "metric"];
