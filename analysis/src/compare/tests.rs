@@ -65,7 +65,7 @@ fn foraging_is_compared_by_its_rate() {
         panic!("{found:?}")
     };
     assert!(
-        best.starts_with("Best: in m nearest (items_per_hour "),
+        best.starts_with("Best: in m static (items_per_hour "),
         "{best}"
     );
     assert!(best.ends_with("; all others are worse)."), "{best}");
