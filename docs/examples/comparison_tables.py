@@ -12,7 +12,7 @@ import csv
 import sys
 from pathlib import Path
 
-MORE_IS_BETTER = {"completion", "observed"}
+MORE_IS_BETTER = {"completion", "done", "items_per_hour", "observed", "value_collected"}
 DIGITS = {"completion": 2, "observed": 2, "detection_s": 1, "takeover_s": 1}
 
 

@@ -68,6 +68,7 @@ fn figure(run: &Row, metric: &str) -> Option<f64> {
     Some(match metric {
         "par2_s" if run["outcome"] != "complete" => 240.0,
         "par2_s" => number(run, "sim_time_ms") / 1000.0,
+        "done" => number(run, "items_delivered"),
         "messages" => number(run, "messages_sent"),
         "distance_m" | "energy_j" | "orphan_s" => number(run, metric),
         _ => return None,

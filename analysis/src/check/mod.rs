@@ -20,6 +20,8 @@ use terminal::stderr_line;
 use world_server::mission_args::{Known, MissionArgs};
 use world_server::size::SizeArgs;
 
+use crate::compare::metrics::Metric;
+use crate::compare::primary;
 use crate::exit_status;
 use class::TaskClass;
 use forecast::{Forecast, forecasts};
@@ -44,6 +46,8 @@ pub struct CheckCommand {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
     pub class: TaskClass,
+    /// The metric that ranks runs of the scenario in comparisons and searches.
+    pub primary: Metric,
     /// One forecast per robot and behavior set, by rank and in catalog order.
     pub forecasts: Vec<Forecast>,
     pub warnings: Vec<Warning>,
@@ -59,6 +63,7 @@ impl Check {
         let warnings = warnings(setup, &forecasts);
         Self {
             class: TaskClass::of(&setup.scenario),
+            primary: primary::of_scenario(&setup.scenario),
             forecasts,
             warnings,
             contradictions: contradictions(&setup.scenario, starts),

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use super::Check;
 use super::forecast::{Forecast, Takeover};
+use crate::compare::metrics::Metric;
 use crate::table;
 
 pub fn text(setup: &Setup, check: &Check) -> String {
@@ -18,6 +19,12 @@ pub fn text(setup: &Setup, check: &Check) -> String {
     }
     text += "times in s; silent, failing, working: takeover from such a teammate, counted from its first message\n";
     let _ = writeln!(text, "{}", check.class);
+    let _ = writeln!(
+        text,
+        "primary metric {}, {} is better",
+        check.primary.name(),
+        better(&check.primary)
+    );
     for warning in &check.warnings {
         let _ = writeln!(
             text,
@@ -34,6 +41,15 @@ pub fn text(setup: &Setup, check: &Check) -> String {
         let _ = writeln!(text, "{}: no warnings", setup.scenario.name);
     }
     text
+}
+
+/// Returns the direction in which values of a metric are better.
+fn better(metric: &Metric) -> &'static str {
+    if metric.more_is_better() {
+        "more"
+    } else {
+        "less"
+    }
 }
 
 /// Creates a table for each group of robots. Robots with equal figures share a row.
@@ -126,6 +142,11 @@ pub fn json(setup: &Setup, check: &Check) -> Value {
     json!({
         "scenario": setup.scenario.name,
         "class": class.collect::<Vec<_>>(),
+        "primary_metric": {
+            "name": check.primary.name(),
+            "better": better(&check.primary),
+            "meaning": check.primary.meaning(),
+        },
         "sets": check.forecasts,
         "warnings": warnings.chain(contradictions).collect::<Vec<_>>(),
     })

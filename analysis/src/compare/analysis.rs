@@ -13,13 +13,14 @@ use super::statistics::mcnemar::mcnemar;
 use super::statistics::nemenyi::{critical_difference, nemenyi};
 use super::statistics::wilcoxon::wilcoxon;
 use super::statistics::{LEVEL, SIGNIFICANT};
+use crate::distinct;
 use crate::sweep::statistics::{Interval, mean, quantile, wilson};
 use crate::workers::run_parallel;
 
 /// The further metrics of the rankings over all blocks.
 const RANKED: [Metric; 3] = [Metric::Completion, Metric::Bytes, Metric::Distance];
 
-/// The name of the ranking by the primary metrics, if they differ between missions.
+/// The name of the ranking by the deciding metrics, if they differ between blocks.
 const PRIMARY: &str = "primary";
 
 pub struct Analysis {
@@ -37,12 +38,11 @@ pub struct BlockAnalysis {
 }
 
 /// Returns the metrics of the paired comparisons within a block.
-fn paired(block: &Block) -> Vec<Metric> {
-    let mut metrics = vec![Metric::Completion, Metric::Par2, Metric::Makespan];
-    if !metrics.contains(&block.primary) {
-        metrics.push(block.primary.clone());
-    }
-    metrics
+fn paired(data: &ComparisonData, block: usize) -> Vec<Metric> {
+    let common = [Metric::Completion, Metric::Par2, Metric::Makespan];
+    let primary = data.blocks[block].primary.clone();
+    let deciding = data.deciding(block).cloned();
+    distinct(common.into_iter().chain([primary]).chain(deciding))
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +74,12 @@ pub struct Pair {
 }
 
 impl Pair {
+    /// Checks whether both allocators have the same value with each seed.
+    #[must_use]
+    pub fn is_equal(&self) -> bool {
+        self.mean == Some((0.0, (0.0, 0.0)))
+    }
+
     /// Checks whether the difference is exact or significant.
     #[must_use]
     pub fn is_significant(&self) -> bool {
@@ -136,9 +142,7 @@ impl Analysis {
     pub fn new(data: &ComparisonData, jobs: NonZeroUsize) -> Self {
         let mut blocks = vec![BlockAnalysis::default(); data.blocks.len()];
         let numbers: Vec<usize> = (0..blocks.len()).collect();
-        let analyse = |number: usize, _: &dyn Fn() -> bool| {
-            Some((number, analyse(data, &data.blocks[number])))
-        };
+        let analyse = |number: usize, _: &dyn Fn() -> bool| Some((number, analyse(data, number)));
         let done = run_parallel(&numbers, jobs, &|| false, analyse, |(number, block)| {
             blocks[number] = block;
             Ok(())
@@ -154,6 +158,27 @@ impl Analysis {
     #[must_use]
     pub fn primary(&self) -> Option<&Ranking> {
         self.rankings.iter().find(|ranking| ranking.is_primary)
+    }
+
+    /// Returns the comparison of two allocators by the deciding metric of a block, or by PAR2 if all their runs are equal
+    /// by it. The signs are as seen from `first`.
+    #[must_use]
+    pub fn decided<'d>(
+        &self,
+        data: &'d ComparisonData,
+        block: usize,
+        (first, second): (usize, usize),
+    ) -> Option<(&'d Metric, Pair)> {
+        let primary = &data.blocks[block].primary;
+        let deciding = data.deciding(block).unwrap_or(primary);
+        let pair = self.pair(block, deciding, first, second)?;
+        if !pair.is_equal() {
+            return Some((deciding, pair));
+        }
+        Some((
+            &Metric::Par2,
+            self.pair(block, &Metric::Par2, first, second)?,
+        ))
     }
 
     /// Returns the comparison of two allocators by a paired metric, with the signs as seen from `first`.
@@ -187,8 +212,9 @@ impl Pair {
     }
 }
 
-fn analyse(data: &ComparisonData, block: &Block) -> BlockAnalysis {
-    let metrics = paired(block).into_iter();
+fn analyse(data: &ComparisonData, number: usize) -> BlockAnalysis {
+    let block = &data.blocks[number];
+    let metrics = paired(data, number).into_iter();
     let pairs = metrics.map(|metric| (metric.clone(), pairs(data, block, &metric)));
     BlockAnalysis {
         summaries: summaries(data, block),
@@ -294,19 +320,35 @@ fn median(values: &[f64]) -> Option<f64> {
 }
 
 fn rankings(data: &ComparisonData) -> Vec<Ranking> {
-    let primary: BTreeSet<&Metric> = data.blocks.iter().map(|block| &block.primary).collect();
-    let name = match primary.first() {
-        Some(only) if primary.len() == 1 => only.name(),
+    let blocks = 0..data.blocks.len();
+    let deciding: BTreeSet<&Metric> = blocks
+        .map(|block| data.deciding(block).unwrap_or(&data.blocks[block].primary))
+        .collect();
+    let name = match deciding.first() {
+        Some(only) if deciding.len() == 1 => only.name(),
         _ => PRIMARY.to_owned(),
     };
-    let primary = ranking(data, |block| block.primary.clone()).map(|ranking| Ranking {
+    let primary = ranking(data, |block| {
+        data.deciding(block)?;
+        data.order(block)
+            .into_iter()
+            .map(|place| Some(place? as f64))
+            .collect()
+    });
+    let primary = primary.map(|ranking| Ranking {
         name,
         is_primary: true,
         first: "best",
         ..ranking
     });
     let further = RANKED.iter().filter_map(|metric| {
-        let ranking = ranking(data, |_| metric.clone())?;
+        let ranking = ranking(data, |block| {
+            let rivals = 0..data.allocators.len();
+            let means = rivals.map(|rival| Some(metric.sign() * data.mean(block, rival, metric)?));
+            means
+                .collect::<Option<Vec<f64>>>()
+                .filter(|_| !data.are_equal(block, metric))
+        })?;
         let more = usize::from(metric.more_is_better());
         Some(Ranking {
             name: metric.name(),
@@ -317,19 +359,14 @@ fn rankings(data: &ComparisonData) -> Vec<Ranking> {
     primary.into_iter().chain(further).collect()
 }
 
-/// Ranks the allocators in each block by their means.
-fn ranking(data: &ComparisonData, metric_of: impl Fn(&Block) -> Metric) -> Option<Ranking> {
+/// Ranks the allocators in each block. `values` returns their values, less is better, or `None` if an allocator has no data
+/// or all are equal.
+fn ranking(data: &ComparisonData, values: impl Fn(usize) -> Option<Vec<f64>>) -> Option<Ranking> {
     let mut left_out = Vec::new();
     let mut blocks = Vec::new();
-    for (number, block) in data.blocks.iter().enumerate() {
-        let metric = metric_of(block);
-        let sign = metric.sign();
-        let means =
-            (0..block.cells.len()).map(|rival| Some(sign * data.mean(number, rival, &metric)?));
-        let means: Option<Vec<f64>> = means.collect();
-        // A block in which all means are equal has no ranking.
-        match means.filter(|_| !data.are_equal(number, &metric)) {
-            Some(means) => blocks.push(means),
+    for number in 0..data.blocks.len() {
+        match values(number) {
+            Some(values) => blocks.push(values),
             None => left_out.push(number),
         }
     }
@@ -477,6 +514,20 @@ mod tests {
         assert_eq!(
             answer(&enough, &of_enough, &[]).sentences[2],
             "In 4 of 4 blocks some allocator is significantly worse than the best."
+        );
+    }
+
+    #[test]
+    fn allocators_are_equal_only_if_no_measure_of_the_outcome_differs() {
+        let data = data(|_, _, _| Some(30.0), 4);
+        let found = answer(&data, &Analysis::new(&data, JOBS), &[]);
+        assert_eq!(
+            found.sentences,
+            [
+                "All allocators with data have the same outcome by every measure.",
+                "All counted runs of a block lasted the same time, so completion and time show no difference.",
+                "In no block do the allocators differ by any measure of the outcome.",
+            ]
         );
     }
 

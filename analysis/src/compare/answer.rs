@@ -1,11 +1,12 @@
 //! The result in words: three sentences, and details.
 
 use super::analysis::{Analysis, Ranking};
-use super::data::ComparisonData;
+use super::data::{AllocatorCell, ComparisonData};
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 use super::power::seeds_needed;
 use super::statistics::SIGNIFICANT;
+use crate::distinct;
 use crate::sweep::execution::counted;
 
 /// The largest number of blocks that a sentence lists.
@@ -44,7 +45,7 @@ fn best_of_all(data: &ComparisonData, analysis: &Analysis) -> String {
         let blocks = (0..data.blocks.len()).filter_map(|block| best_in(data, analysis, block));
         let blocks: Vec<String> = blocks.take(LISTED).collect();
         return match blocks.len() {
-            0 => "All allocators with data are equal.".to_owned(),
+            0 => "All allocators with data have the same outcome by every measure.".to_owned(),
             _ => format!("Best: {}.", blocks.join("; ")),
         };
     };
@@ -103,9 +104,18 @@ fn completeness(data: &ComparisonData) -> String {
     let outcomes = || cells().flat_map(|cell| cell.values[place].iter().flatten());
     let (runs, complete) = (outcomes().count(), outcomes().sum::<f64>() as usize);
     let all = counted(runs, "counted run");
-    let mut text = match runs - complete {
-        0 => "Every counted run completed its mission".to_owned(),
-        incomplete => format!("{incomplete} of {all} did not complete their mission"),
+    let ends = (0..data.blocks.len()).filter_map(|block| common_end_s(data, block));
+    let ends: Vec<f64> = ends.collect();
+    let mut text = match (runs - complete, &ends[..]) {
+        (0, [end_s]) if data.blocks.len() == 1 => {
+            format!("Every counted run lasted {end_s} s, so completion and time show no difference")
+        }
+        (0, ends) if ends.len() == data.blocks.len() => {
+            "All counted runs of a block lasted the same time, so completion and time show no difference".to_owned()
+        }
+        (0, []) => "Every counted run completed its mission".to_owned(),
+        (0, _) => format!("Every counted run completed its mission{}", fixed(&ends)),
+        (incomplete, _) => format!("{incomplete} of {all} did not complete their mission"),
     };
     let worst = (0..data.allocators.len()).map(|rival| (incomplete_of(data, rival), rival));
     if let Some((most, rival)) = worst.max_by_key(|(count, rival)| (*count, usize::MAX - rival))
@@ -121,6 +131,25 @@ fn completeness(data: &ComparisonData) -> String {
     text + "."
 }
 
+/// Names the number of blocks in which completion and time are constants.
+fn fixed(ends: &[f64]) -> String {
+    let blocks = counted(ends.len(), "block");
+    format!(" (in {blocks} all runs last the same time, so completion shows nothing)")
+}
+
+/// Returns the time at which all counted runs of a block end as complete, s; `None` if they end at different times.
+fn common_end_s(data: &ComparisonData, block: usize) -> Option<f64> {
+    let place = data.metric_index(&Metric::Makespan);
+    let cells = data.blocks[block].cells.iter();
+    let counted: usize = cells.clone().map(AllocatorCell::counted).sum();
+    let ends: Vec<f64> = cells
+        .flat_map(|cell| cell.values[place].iter().flatten().copied())
+        .collect();
+    let first = *ends.first()?;
+    let is_common = ends.len() == counted && ends.iter().all(|end| *end == first);
+    is_common.then_some(first)
+}
+
 /// Returns the number of incomplete runs of an allocator.
 fn incomplete_of(data: &ComparisonData, rival: usize) -> usize {
     let place = data.metric_index(&Metric::Completion);
@@ -132,11 +161,11 @@ fn incomplete_of(data: &ComparisonData, rival: usize) -> usize {
 /// States in how many blocks some allocator is significantly worse than the best, or that the seeds are too few.
 fn significance(data: &ComparisonData, analysis: &Analysis) -> String {
     let blocks = 0..data.blocks.len();
-    let compared = blocks.filter(|block| !data.are_equal(*block, &data.blocks[*block].primary));
+    let compared = blocks.filter(|block| data.deciding(*block).is_some());
     let (can, cannot): (Vec<usize>, Vec<usize>) =
         compared.partition(|block| can_differ(data, analysis, *block));
     if can.is_empty() && cannot.is_empty() {
-        return "In no block do the allocators differ.".to_owned();
+        return "In no block do the allocators differ by any measure of the outcome.".to_owned();
     }
     if can.is_empty() {
         let seeds = data.blocks[0].cells[0].runs;
@@ -160,11 +189,29 @@ fn significance(data: &ComparisonData, analysis: &Analysis) -> String {
         let count = cannot.len();
         text += &format!("; {count} more have too few runs to show a difference");
     }
-    text + "."
+    text + "." + &undecided_by_primary(data)
+}
+
+/// Names the primary metrics by which all allocators of a block are equal, and the metrics by which they differ.
+fn undecided_by_primary(data: &ComparisonData) -> String {
+    let blocks = data.blocks.iter().enumerate();
+    let others = blocks.filter_map(|(number, block)| {
+        let deciding = data.deciding(number)?;
+        (*deciding != block.primary).then_some((&block.primary, deciding))
+    });
+    let others: Vec<(&Metric, &Metric)> = others.collect();
+    let sentences = distinct(others.clone()).into_iter().map(|both| {
+        let count = others.iter().filter(|other| **other == both).count();
+        let (primary, deciding) = (both.0.name(), both.1.name());
+        let blocks = counted(count, "block");
+        format!(" In {blocks} {primary} is the same for all, but {deciding} differs.")
+    });
+    sentences.collect()
 }
 
 fn can_differ(data: &ComparisonData, analysis: &Analysis, block: usize) -> bool {
-    analysis.blocks[block].can_differ(&data.blocks[block].primary)
+    let deciding = data.deciding(block).unwrap_or(&data.blocks[block].primary);
+    analysis.blocks[block].can_differ(deciding)
 }
 
 /// Names the best allocator of each mission under a class of faults, and those without a significant difference to it.
@@ -180,12 +227,9 @@ fn under(data: &ComparisonData, analysis: &Analysis, class: &str) -> Option<Stri
 
 /// Names the best allocator of a block. Returns `None` without data, and if all allocators are equal.
 fn best_in(data: &ComparisonData, analysis: &Analysis, block: usize) -> Option<String> {
-    let primary = &data.blocks[block].primary;
+    let deciding = data.deciding(block)?;
     let best = best(data, block)?;
-    let mean = data.mean(block, best, primary)?;
-    if data.are_equal(block, primary) {
-        return None;
-    }
+    let mean = data.mean(block, best, deciding)?;
     let ties = ties(analysis, data, block, best);
     let ties = match ties.len() {
         0 => "all others are worse".to_owned(),
@@ -196,50 +240,46 @@ fn best_in(data: &ComparisonData, analysis: &Analysis, block: usize) -> Option<S
         "" => String::new(),
         mission => format!("in {mission} "),
     };
-    let name = match primary {
-        Metric::Own(own) => format!("{} ", own.name),
-        _ => String::new(),
+    let name = match deciding {
+        Metric::Par2 => String::new(),
+        other => format!("{} ", other.name()),
     };
     Some(format!(
         "{mission}{} ({name}{}; {ties})",
         data.allocators[best],
-        primary.show(mean)
+        deciding.show(mean)
     ))
 }
 
-/// Returns the allocator with the best mean of the primary metric, except the reference.
+/// Returns the first allocator of a block, except the reference.
 #[must_use]
 pub fn best(data: &ComparisonData, block: usize) -> Option<usize> {
-    let primary = &data.blocks[block].primary;
-    let sign = primary.sign();
-    let rivals = (0..data.allocators.len()).filter(|place| Some(*place) != data.reference);
-    let means = rivals.filter_map(|place| Some((place, sign * data.mean(block, place, primary)?)));
-    means
-        .min_by(|(_, a), (_, b)| a.total_cmp(b))
-        .map(|(place, _)| place)
+    let order = data.order(block).into_iter().enumerate();
+    let rivals = order.filter(|(place, _)| Some(*place) != data.reference);
+    let places = rivals.filter_map(|(place, before)| Some((before?, place)));
+    places.min().map(|(_, place)| place)
 }
 
 /// Returns the allocators with data that are not significantly worse than the best.
 #[must_use]
 pub fn ties(analysis: &Analysis, data: &ComparisonData, block: usize, best: usize) -> Vec<usize> {
     let worse = worse(analysis, data, block, best);
-    let primary = &data.blocks[block].primary;
     let mut others = others(data, best);
     others.retain(|place| {
-        let pair = analysis.pair(block, primary, best, *place);
-        !worse.contains(place) && pair.is_some_and(|pair| pair.n > 0)
+        let pair = analysis.decided(data, block, (best, *place));
+        !worse.contains(place) && pair.is_some_and(|(_, pair)| pair.n > 0)
     });
     others
 }
 
 /// Returns the allocators that are significantly worse than the best.
 fn worse(analysis: &Analysis, data: &ComparisonData, block: usize, best: usize) -> Vec<usize> {
-    let primary = &data.blocks[block].primary;
-    let sign = primary.sign();
     let mut others = others(data, best);
     others.retain(|place| {
-        let pair = analysis.pair(block, primary, best, *place);
-        pair.is_some_and(|pair| pair.is_significant() && sign * pair.effect > 0.0)
+        let pair = analysis.decided(data, block, (best, *place));
+        pair.is_some_and(|(metric, pair)| {
+            pair.is_significant() && metric.sign() * pair.effect > 0.0
+        })
     });
     others
 }

@@ -20,6 +20,7 @@ use super::memory;
 use super::metrics::Metric;
 use super::page::Page;
 use super::power::remarks;
+use super::primary;
 use super::tables::{LATEX, NamedTable, latex, tables};
 use crate::controllers::ControllerFiles;
 use crate::exit_status;
@@ -106,7 +107,7 @@ const STUDY: PlanCommand = PlanCommand {
 };
 
 /// Checks the requirements of a comparison that a sweep does not have.
-fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Comparison>> {
+pub(super) fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Comparison>> {
     plan.measures = true;
     let design = &plan.design;
     let rivals = allocators(design).map(|place| names(&design.factors[place]));
@@ -117,7 +118,7 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
             if rivals.is_empty() { "none" } else { "one" }
         );
     }
-    let (mut axes, mut objectives) = (Vec::new(), Vec::new());
+    let (mut axes, mut objectives, mut primary) = (Vec::new(), Vec::new(), Vec::new());
     let mut largest = 0.0_f64;
     for block in 0..blocks(design) {
         let run = first_run(design, block);
@@ -126,7 +127,9 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
         let setup = setup.with_context(|| format!("run {run}"))?;
         largest = largest.max(memory::of_a_run(&setup));
         axes.push(Axes::from_scenario(&setup.scenario));
-        objectives.push(OwnFigure::new(setup.catalog.mission.vocabulary().objective));
+        let scenario = &setup.scenario;
+        objectives.push(OwnFigure::new(scenario.mission().objective(scenario)));
+        primary.push(primary::of_run(plan, run, scenario)?.name());
     }
     memory::check(largest, jobs, design.runs().unwrap_or_default())?;
     let mut comparison = Comparison {
@@ -135,6 +138,7 @@ fn prepare(plan: &mut Plan, jobs: NonZeroUsize) -> anyhow::Result<Option<Compari
         axes,
         objectives,
         best_known: Vec::new(),
+        primary,
     };
     let data = ComparisonData::of(design, &comparison, &[]);
     if let Some(file) = &plan.best_known {

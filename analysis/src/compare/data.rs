@@ -35,7 +35,7 @@ pub struct Block {
     pub mission: String,
     /// The class of faults; empty if there is only one.
     pub faults: String,
-    /// The metric that ranks the runs of the mission.
+    /// The metric that ranks the runs, as declared before the first run.
     pub primary: Metric,
     /// The x values of curves.
     pub axes: Axes,
@@ -125,6 +125,55 @@ impl ComparisonData {
         means.all(|mean| Some(mean) == first)
     }
 
+    /// Returns the metrics of the outcome of a block's runs. The primary metric is the first, the time the second.
+    fn outcomes(&self, block: usize) -> Vec<&Metric> {
+        const COMMON: [Metric; 4] = [
+            Metric::Par2,
+            Metric::Done,
+            Metric::Expired,
+            Metric::Completion,
+        ];
+        let primary = &self.blocks[block].primary;
+        let own = self
+            .metrics
+            .iter()
+            .filter(|metric| matches!(metric, Metric::Own(_)));
+        distinct([primary].into_iter().chain(&COMMON).chain(own))
+    }
+
+    /// Returns the metric that decides between the allocators in a block: the primary metric, unless all allocators are
+    /// equal by it. Then it is the first metric of the outcome in which they differ, or `None` without one.
+    #[must_use]
+    pub fn deciding(&self, block: usize) -> Option<&Metric> {
+        let mut outcomes = self.outcomes(block).into_iter();
+        outcomes.find(|metric| !self.are_equal(block, metric))
+    }
+
+    /// Returns the metric of a figure of several blocks of a mission: the primary metric, unless all allocators are equal
+    /// by it in each block and differ by another metric of the outcome.
+    #[must_use]
+    pub fn drawn(&self, blocks: &[usize]) -> &Metric {
+        let differ = |metric: &&Metric| blocks.iter().any(|block| !self.are_equal(*block, metric));
+        let mut outcomes = self.outcomes(blocks[0]).into_iter();
+        outcomes
+            .find(differ)
+            .unwrap_or(&self.blocks[blocks[0]].primary)
+    }
+
+    /// Returns the order of the allocators with data in a block: the number of better ones. Allocators with equal means
+    /// of the deciding metric are ordered by PAR2.
+    #[must_use]
+    pub fn order(&self, block: usize) -> Vec<Option<usize>> {
+        let deciding = self.deciding(block).unwrap_or(&Metric::Par2);
+        let key = |rival| {
+            let value = deciding.sign() * self.mean(block, rival, deciding)?;
+            Some((value, self.mean(block, rival, &Metric::Par2)?))
+        };
+        let keys: Vec<Option<(f64, f64)>> = (0..self.allocators.len()).map(key).collect();
+        let better = |own: &(f64, f64)| keys.iter().flatten().filter(|other| *other < own).count();
+        keys.iter().map(|key| key.as_ref().map(better)).collect()
+    }
+
     #[must_use]
     pub fn missions(&self) -> Vec<&str> {
         distinct(self.blocks.iter().map(|block| block.mission.as_str()))
@@ -164,7 +213,7 @@ impl ComparisonData {
                 .flat_map(|(_, factor)| factor.columns.iter().cloned())
                 .collect(),
             blocks: (0..blocks(design))
-                .map(|number| block(design, number, comparison))
+                .map(|number| block(design, number, comparison, &metrics))
                 .collect(),
             metrics,
         };
@@ -341,7 +390,7 @@ pub fn first_run(design: &Design, block: usize) -> usize {
     factors.fold(0, |run, (factor, place)| run * factor.levels.len() + place)
 }
 
-fn block(design: &Design, number: usize, comparison: &Comparison) -> Block {
+fn block(design: &Design, number: usize, comparison: &Comparison, metrics: &[Metric]) -> Block {
     let places = design.level_indices(first_run(design, number));
     let (mut settings_of, mut mission, mut faults) = (Vec::new(), Vec::new(), String::new());
     for (place, factor) in settings(design) {
@@ -362,13 +411,22 @@ fn block(design: &Design, number: usize, comparison: &Comparison) -> Block {
         settings: settings_of,
         mission: mission.join(", "),
         faults,
-        primary: Metric::primary(comparison.objectives.get(number).and_then(Option::as_ref)),
+        primary: primary(number, comparison, metrics),
         axes: comparison.axes.get(number).copied().unwrap_or(Axes {
             robots: 0,
             loss: None,
         }),
         cells: Vec::new(),
     }
+}
+
+/// Returns the primary metric of a block. In journals of older versions it is the own figure of the mission, or PAR2.
+fn primary(number: usize, comparison: &Comparison, metrics: &[Metric]) -> Metric {
+    let name = comparison.primary.get(number);
+    let named = name.and_then(|name| metrics.iter().find(|metric| metric.name() == *name));
+    let own = comparison.objectives.get(number).cloned().flatten();
+    let declared = || own.map_or(Metric::Par2, Metric::Own);
+    named.cloned().unwrap_or_else(declared)
 }
 
 #[cfg(test)]
@@ -419,6 +477,7 @@ pub(super) mod tests {
             axes: Vec::new(),
             objectives: Vec::new(),
             best_known: Vec::new(),
+            primary: Vec::new(),
         }
     }
 
@@ -541,6 +600,36 @@ pub(super) mod tests {
         assert_eq!(data.blocks[0].primary, Metric::Par2);
         assert_eq!(data.blocks[2].primary, Metric::Own(own));
         assert_eq!(data.mean(2, 0, &data.blocks[2].primary), Some(2.0));
+    }
+
+    /// Finished work goes first, and the time decides between equal amounts of it.
+    #[test]
+    fn finished_work_is_ranked_before_time() {
+        let design = design("seeds = 2\n[grid]\nallocator = ['alliance', 'nearest', 'static']\n");
+        let rows = |done: [u64; 3]| -> Vec<Row> {
+            let row = |run: usize| {
+                let mut row = row(run, Some([50.0, 40.0, 30.0][run / 2]));
+                if let RunResult::Ended(figures) = &mut row.end {
+                    figures.done = Some(done[run / 2]);
+                }
+                row
+            };
+            (0..6).map(row).collect()
+        };
+        let comparison = Comparison {
+            primary: vec!["done".to_owned()],
+            ..comparison()
+        };
+        let order = |done| {
+            let data = ComparisonData::of(&design, &comparison, &rows(done));
+            assert_eq!(data.blocks[0].primary, Metric::Done);
+            (data.deciding(0).cloned(), data.order(0))
+        };
+        let places = |order: [usize; 3]| order.map(Some).to_vec();
+        let expected = (Some(Metric::Done), places([1, 0, 2]));
+        assert_eq!(order([10, 10, 8]), expected);
+        let expected = (Some(Metric::Par2), places([2, 1, 0]));
+        assert_eq!(order([10, 10, 10]), expected);
     }
 
     #[test]

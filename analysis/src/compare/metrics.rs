@@ -6,12 +6,14 @@ use crate::sweep::comparison::OwnFigure;
 use crate::sweep::measures::ComparisonMeasures;
 use crate::sweep::run::Figures;
 
-/// A figure of a run ([`Metric::meaning`]). Less is better, except for completion and some missions' own figures.
+/// A figure of a run ([`Metric::meaning`]). Less is better, except for completion, finished work and the own
+/// figures of some scenarios.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Metric {
     Completion,
     Makespan,
     Par2,
+    Done,
     Expired,
     Regret,
     Messages,
@@ -32,16 +34,17 @@ pub enum Metric {
     Lateness,
     /// The relative difference to the best known value that the plan states.
     Gap,
-    /// The figure by which a mission ranks its runs.
+    /// The figure by which a scenario ranks its runs.
     Own(OwnFigure),
 }
 
 impl Metric {
     /// All metrics except those of single kinds of broadcast, of single missions and of best known values.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Completion,
         Self::Makespan,
         Self::Par2,
+        Self::Done,
         Self::Expired,
         Self::Regret,
         Self::Messages,
@@ -58,12 +61,6 @@ impl Metric {
         Self::Lateness,
     ];
 
-    /// Returns the metric that ranks the runs of a mission.
-    #[must_use]
-    pub fn primary(own: Option<&OwnFigure>) -> Self {
-        own.map_or(Self::Par2, |own| Self::Own(own.clone()))
-    }
-
     /// Returns the name in tables and hypotheses, with the unit.
     #[must_use]
     pub fn name(&self) -> String {
@@ -71,6 +68,7 @@ impl Metric {
             Self::Completion => "completion",
             Self::Makespan => "makespan_s",
             Self::Par2 => "par2_s",
+            Self::Done => "done",
             Self::Expired => "expired",
             Self::Regret => "regret_s",
             Self::Messages => "messages",
@@ -102,12 +100,14 @@ impl Metric {
         }
     }
 
-    /// Formats a value with its unit, for the metrics that rank runs.
+    /// Formats a value with its unit.
     #[must_use]
     pub fn show(&self, value: f64) -> String {
         match self {
-            Self::Own(_) => format!("{value:.2}"),
-            _ => format!("{value:.0} s"),
+            _ if self.name().ends_with("_s") => format!("{value:.0} s"),
+            Self::Completion => format!("{:.0} %", 100.0 * value),
+            _ if value.abs() < 10.0 => format!("{value:.2}"),
+            _ => format!("{value:.1}"),
         }
     }
 
@@ -118,6 +118,7 @@ impl Metric {
         match self {
             Self::Makespan | Self::Par2 | Self::Regret | Self::Lateness => 1e3,
             Self::Completion
+            | Self::Done
             | Self::Expired
             | Self::Messages
             | Self::Bytes
@@ -155,6 +156,7 @@ impl Metric {
             Self::Par2 => {
                 "Makespan, or twice the limit for a run that did not complete the mission, so the worst runs count."
             }
+            Self::Done => "Amount of finished work, such as points served or items delivered.",
             Self::Expired => {
                 "Amount of work that expired before it was done; empty in missions in which nothing can expire."
             }
@@ -196,7 +198,7 @@ impl Metric {
     #[must_use]
     pub fn more_is_better(&self) -> bool {
         match self {
-            Self::Completion => true,
+            Self::Completion | Self::Done => true,
             Self::Own(own) => own.more_is_better,
             _ => false,
         }
@@ -220,6 +222,7 @@ impl Metric {
             Self::Makespan => is_complete.then_some(seconds),
             Self::Par2 if is_complete => Some(seconds),
             Self::Par2 => Some(2.0 * measures.limit_s),
+            Self::Done => figures.done.map(|count| count as f64),
             Self::Expired => figures.expired.map(|count| count as f64),
             Self::Regret | Self::Gap => None,
             Self::Messages => Some(figures.messages_sent as f64),

@@ -3,7 +3,7 @@
 //! - [`crate::sweep`] runs the plan, which varies `allocator`. A *block* is one combination of all other settings except the seed,
 //!   such as a mission under a class of faults. A *cell* is one allocator in a block. Runs of a block with the same seed are a pair:
 //!   they have the same world and the same random numbers of the radio.
-//! - `metrics` defines the metrics, `data` sorts the rows, `analysis` compares them with `statistics`, `hypotheses` judges the claims,
+//! - `metrics` defines the metrics, `primary` selects the one that ranks the runs of a scenario, `data` sorts the rows, `analysis` compares them with `statistics`, `hypotheses` judges the claims,
 //!   and `answer` formulates the result. These modules do no I/O and do not depend on the order in which runs ended.
 //! - `tables`, `figures` and `page` present the result; `memory` checks the memory and `power` the number of seeds beforehand;
 //!   `command` is the command line.
@@ -23,5 +23,8 @@ mod memory;
 pub(crate) mod metrics;
 pub(crate) mod page;
 mod power;
+pub(crate) mod primary;
 pub mod statistics;
 mod tables;
+#[cfg(test)]
+mod tests;

@@ -23,6 +23,7 @@ use crate::sweep::statistics::Interval;
 const SHOWN: [(&str, Metric, usize); 14] = [
     ("PAR2, s", Metric::Par2, 1),
     ("makespan, s", Metric::Makespan, 1),
+    ("done", Metric::Done, 1),
     ("expired", Metric::Expired, 1),
     ("regret, s", Metric::Regret, 1),
     ("gap, %", Metric::Gap, 2),
@@ -78,8 +79,8 @@ impl Page<'_> {
             @for figure in self.figures.iter().skip(1) { (drawing(figure)) }
             h2 { "All blocks" }
             p.note {
-                "Means over the seeds with their intervals. Less is better, except for completion and for missions that rank their runs by another "
-                "figure. Columns in which all allocators are equal are left out. The last columns compare with the best allocator of the block "
+                "Means over the seeds with their intervals. Less is better, except for completion, finished work (done) and some missions' own "
+                "figures. Columns in which all allocators are equal are left out. The last columns compare with the best allocator of the block "
                 "(except the oracle), which is highlighted. In the other columns the best value is highlighted, with its interval; the pointer shows "
                 "the interval of any value. A heading sorts its table. The effect is the matched-pairs rank-biserial correlation, from -1 (always less than that of the best) to 1 (always more); "
                 "p comes from Wilcoxon's signed-rank test with Holm's correction over all pairs of the block."
@@ -206,13 +207,12 @@ impl Page<'_> {
     }
 
     fn against_best(&self, block: usize, rival: usize, best: Option<usize>) -> Markup {
-        let primary = &self.data.blocks[block].primary;
-        let pair = best.and_then(|best| self.analysis.pair(block, primary, best, rival));
+        let pair = best.and_then(|best| self.analysis.decided(self.data, block, (best, rival)));
         html! {
             @match pair {
                 _ if best == Some(rival) => { td.text colspan="4" { "the best" } },
-                Some(pair) if pair.n > 0 => {
-                    (estimate(pair.mean, |value| in_unit(primary, value)))
+                Some((metric, pair)) if pair.n > 0 => {
+                    (estimate(pair.mean, |value| in_unit(metric, value)))
                     td { (format!("{:.2}", pair.effect)) }
                     td { (pair.adjusted.map_or_else(|| "exact".to_owned(), p_value).trim_start_matches("= ")) }
                 },
@@ -261,7 +261,7 @@ impl Page<'_> {
                 @for metric in &self.data.metrics {
                     @if !matches!(metric, Metric::MessagesOf(_) | Metric::BytesOf(_)) { dt { (metric.name()) } dd { (metric.meaning()) } }
                 }
-                dt { "primary" } dd { "The measure that ranks the runs of a mission: PAR2, or the figure that the mission states." }
+                dt { "primary" } dd { "The measure that ranks the runs of a mission: the one that the plan states, or that the mission declares for its scenario: PAR2, finished work (done), or an own figure. If all allocators of a block are equal by it, the first measure of the outcome in which they differ decides, and PAR2 decides between equal ones." }
                 dt { "no data" } dd { "A run whose faults had no effect does not count, and its seed is omitted from pairs. A cell without counted runs has no data." }
                 dt { "equal" } dd { "The seed has no effect: all runs of the cell have the same figures and count as one run. The difference of two such cells is exact, and no test applies." }
                 dt { "intervals" } dd { "Percentiles of 10,000 bootstrap resamples of the paired seeds; for completion Wilson's interval." }

@@ -15,15 +15,18 @@ pub struct Comparison {
     pub hypotheses: Vec<Hypothesis>,
     /// One entry per block, in block order.
     pub axes: Vec<Axes>,
-    /// The figure that ranks the runs of each block's mission, in block order. `None`: they are ranked by PAR2.
+    /// The figure by which the scenario of each block ranks its runs, in block order. `None` for a common metric.
     #[serde(default)]
     pub objectives: Vec<Option<OwnFigure>>,
     /// The best known values; the first one that fits a run counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub best_known: Vec<BestKnown>,
+    /// The name of each block's primary metric, in block order. Empty in journals of older versions.
+    #[serde(default)]
+    pub primary: Vec<String>,
 }
 
-/// A figure of run.json by which a mission ranks its runs ([`Objective::Figure`]).
+/// A figure of run.json by which a scenario ranks its runs ([`Objective::Figure`]).
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct OwnFigure {
     /// The name in comparisons.
@@ -36,11 +39,11 @@ pub struct OwnFigure {
 }
 
 impl OwnFigure {
-    /// Returns the figure of an objective, or `None` for the time to completion.
+    /// Returns the figure of an objective, or `None` for a common metric.
     #[must_use]
     pub fn new(objective: Objective) -> Option<Self> {
         match objective {
-            Objective::Time => None,
+            Objective::Time | Objective::Done => None,
             Objective::Figure {
                 name,
                 figure,

@@ -42,11 +42,15 @@ type At = fn(&Summary) -> Option<(f64, Interval)>;
 
 /// Returns the columns of the measures of a summary, each with its interval; times in s.
 #[must_use]
-pub fn measures(summary: &Summary) -> [(&'static str, Entry); 9] {
+pub fn measures(summary: &Summary) -> [(&'static str, Entry); 13] {
     let share = summary.share().map(|share| (share, summary.completion));
     let [share, share_from, share_to] = Entry::with_interval(share);
     let [makespan, makespan_from, makespan_to] = Entry::with_interval(summary.makespan_s);
     let [lateness, lateness_from, lateness_to] = Entry::with_interval(summary.lateness_s);
+    let measure = summary.primary.as_ref();
+    let metric = measure.map_or("", |measure| &measure.metric);
+    let [primary, primary_from, primary_to] =
+        Entry::with_interval(measure.map(|measure| measure.median));
     [
         ("share", share),
         ("share_from", share_from),
@@ -57,6 +61,10 @@ pub fn measures(summary: &Summary) -> [(&'static str, Entry); 9] {
         ("lateness_s", lateness),
         ("lateness_from_s", lateness_from),
         ("lateness_to_s", lateness_to),
+        ("primary_metric", Entry::text(metric)),
+        ("primary", primary),
+        ("primary_from", primary_from),
+        ("primary_to", primary_to),
     ]
 }
 
@@ -122,7 +130,10 @@ impl<'s> Block<'s> {
             y: -0.04..1.04,
             at: |summary| Some((summary.share()?, summary.completion)),
         };
-        let times: [(_, At); 2] = [
+        let times: [(_, At); 3] = [
+            ("median of the primary metric", |summary| {
+                summary.primary.as_ref().map(|primary| primary.median)
+            }),
             ("median makespan in s", |summary| summary.makespan_s),
             ("median lateness in s", |summary| summary.lateness_s),
         ];

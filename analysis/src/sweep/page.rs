@@ -1,5 +1,7 @@
 //! The summary of a sweep as a self-contained HTML page and as CSV.
 
+use std::cmp::Ordering;
+
 use maud::{Markup, html};
 
 use super::design::{Cell, Design, FAULTS};
@@ -7,12 +9,14 @@ use super::execution::counted;
 use super::figures::measures;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
-use super::summary::{Summary, failed_by_reason, faults_by_kind};
+use super::summary::{Primary, Summary, failed_by_reason, faults_by_kind};
 use crate::columns::latex::{self, LatexCell};
 use crate::columns::{Entry, Table};
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
-use crate::page::{about, choice, choosing, document, drawing, estimate, percent, sorting, table};
+use crate::page::{
+    about, choice, choosing, document, drawing, estimate, number, percent, sorting, table,
+};
 
 /// The name of the file with the table of [`Page::latex`].
 pub const LATEX: &str = "summary.tex";
@@ -42,6 +46,7 @@ impl Page<'_> {
             .conditions
             .iter()
             .any(|(_, summary)| summary.lateness_s.is_some());
+        let primary = self.primary();
         let (first, rest) = self.figures.split_at(self.figures.len().min(1));
         let head = html! {
             // A long key can break after each dot.
@@ -50,12 +55,16 @@ impl Page<'_> {
             @for head in ["complete", "share", "95 % of share"] { th data-about=[measure("complete")] { (head) } }
             @for head in ["makespan, s", "95 % of makespan"] { th data-about=[measure("makespan")] { (head) } }
             @if has_lateness { @for head in ["lateness, s", "95 % of lateness"] { th data-about=[measure("lateness")] { (head) } } }
+            @if let Some(primary) = primary { th { (primary.metric) } th { "95 % of " (primary.metric) } }
         };
         let rows = html! {
-            @for (number, (cells, summary)) in self.conditions.iter().enumerate().take(ROWS) {
-                tr.best[best[number]] data-about=[about(&settings_of(&columns, cells, &varied))] {
-                    @for place in &varied { td.text { (cells[*place]) } }
+            @for (place, (cells, summary)) in self.conditions.iter().enumerate().take(ROWS) {
+                tr.best[best[place]] data-about=[about(&settings_of(&columns, cells, &varied))] {
+                    @for column in &varied { td.text { (cells[*column]) } }
                     (figures(summary, has_failures, has_lateness))
+                    @if primary.is_some() {
+                        (estimate(summary.primary.as_ref().map(|primary| primary.median), number))
+                    }
                 }
             }
         };
@@ -76,7 +85,7 @@ impl Page<'_> {
             (choice())
             @if has_best {
                 p.note {
-                    "Highlighted, for each class of faults: the most complete runs, and of several such settings the shortest median "
+                    "Highlighted, for each class of faults: the best median of the scenario's own measure, if all rows have one; then the most complete runs, and of several such settings the shortest median "
                     "makespan. A heading sorts the table."
                 }
             }
@@ -95,12 +104,27 @@ impl Page<'_> {
             dl {
                 dt { "share" } dd { "Complete runs divided by runs that did not fail, with Wilson's score interval." }
                 dt { "makespan" } dd { "Median simulated time of complete runs in s, with the bootstrap's percentile interval." }
+                @if let Some(primary) = primary {
+                    dt { (primary.metric) } dd { "Median of the measure by which the scenario ranks its runs, with the same kind of interval. " (if primary.more_is_better { "More" } else { "Less" }) " is better." }
+                }
                 dt { "lateness" } dd { "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval; runs without recurring tasks are omitted." }
             }
             (sorting())
             (choosing())
         };
         document(&title, "", &body)
+    }
+
+    /// Returns the measure of the first condition, if all conditions have the same one.
+    fn primary(&self) -> Option<&Primary> {
+        let mut all = self
+            .conditions
+            .iter()
+            .map(|(_, summary)| summary.primary.as_ref());
+        let first = all.next().flatten()?;
+        let is_same =
+            |other: Option<&Primary>| other.is_some_and(|other| other.metric == first.metric);
+        all.all(is_same).then_some(first)
     }
 
     /// Returns the indices of the setting columns with several values, or of all if there is one condition.
@@ -124,8 +148,8 @@ impl Page<'_> {
         (!named.is_empty()).then(|| named.join(", "))
     }
 
-    /// Returns whether a condition has the largest share of complete runs of all with its class of faults, and of several
-    /// such the shortest median makespan. No condition is the best of equal ones.
+    /// Returns whether a condition has the best median of the common measure of all with its class of faults, of several such
+    /// the largest share of complete runs, and of these the shortest median makespan. No condition is the best of equal ones.
     fn best(&self) -> Vec<bool> {
         let faults = self
             .setting_columns()
@@ -134,14 +158,22 @@ impl Page<'_> {
         let rank = |summary: &Summary| {
             let share = summary.share().unwrap_or(0.0);
             let makespan = summary.makespan_s.map_or(f64::INFINITY, |found| found.0);
-            (share, makespan)
+            let primary = summary
+                .primary
+                .as_ref()
+                .filter(|_| self.primary().is_some());
+            let primary = primary.map_or(0.0, |primary| primary.sign() * primary.median.0);
+            [primary, -share, makespan]
         };
-        let ranks: Vec<(f64, f64)> = self
+        let ranks: Vec<[f64; 3]> = self
             .conditions
             .iter()
             .map(|(_, summary)| rank(summary))
             .collect();
-        let order = |a: &(f64, f64), b: &(f64, f64)| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1));
+        let order = |a: &[f64; 3], b: &[f64; 3]| {
+            let pairs = a.iter().zip(b);
+            pairs.fold(Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(b)))
+        };
         let conditions = self.conditions.iter().zip(&ranks);
         let is_best = conditions.clone().map(|((cells, _), rank)| {
             let class = faults.map(|place| cells[place]);
@@ -154,10 +186,26 @@ impl Page<'_> {
         is_best.collect()
     }
 
-    /// Returns the result in two sentences: the settings with the extreme completion and makespan.
+    /// Returns the result in sentences: the settings with the extreme values of the scenario's own measure, if there is one,
+    /// and the extreme completion and makespan.
     fn answer(&self) -> Vec<String> {
         let all_complete = self.overall.share() == Some(1.0);
+        let own = self.primary().map(|Primary { metric, median, .. }| {
+            let of = |summary: &Summary| summary.primary.as_ref().map(|primary| primary.median.0);
+            match self.extremes(of) {
+                None => format!(
+                    "The median {metric} is the same for all settings, {}.",
+                    number(median.0)
+                ),
+                Some([(least, low), (most, high)]) => format!(
+                    "The median {metric} is lowest, {}, with {low}, and highest, {}, with {high}.",
+                    number(least),
+                    number(most)
+                ),
+            }
+        });
         let completion = match self.extremes(Summary::share) {
+            None if own.is_some() => "Completion does not depend on the settings.".to_owned(),
             None if all_complete => "Every run that did not fail completed its mission.".to_owned(),
             None => "Completion does not depend on the settings.".to_owned(),
             Some([(least, low), (most, high)]) => format!(
@@ -170,7 +218,10 @@ impl Page<'_> {
         let makespan = self.extremes(median).map(|[(least, low), (most, high)]| {
             format!("The median makespan is shortest, {least:.1} s, with {low}, and longest, {most:.1} s, with {high}.")
         });
-        [completion].into_iter().chain(makespan).collect()
+        own.into_iter()
+            .chain([completion])
+            .chain(makespan)
+            .collect()
     }
 
     /// Returns the least and the greatest value with their settings, or `None` if all values are equal.
@@ -347,6 +398,7 @@ fn figures(summary: &Summary, has_failures: bool, has_lateness: bool) -> Markup 
 #[cfg(test)]
 mod tests {
     use super::super::results::tests::{complete, design, incomplete};
+    use super::super::run::RankedBy;
     use super::super::summary::by_condition;
     use super::*;
 
@@ -397,6 +449,28 @@ mod tests {
             ]
         );
         assert_eq!(highlighted(&rows), [true, false, false]);
+        // A scenario that ranks its runs by a figure is judged by it, and not by the equal times.
+        let ranked: Vec<Row> = (0..6)
+            .map(|run| {
+                let mut row = complete(run, 9000);
+                if let RunResult::Ended(figures) = &mut row.end {
+                    figures.ranked_by = Some(RankedBy {
+                        metric: "rate".to_owned(),
+                        more_is_better: true,
+                        value: Some(10.0 * run as f64),
+                    });
+                }
+                row
+            })
+            .collect();
+        assert_eq!(
+            answer(&ranked),
+            [
+                "The median rate is lowest, 5.000, with body.speed_m_s 0.5, and highest, 45.0, with body.speed_m_s 0.1.",
+                "Completion does not depend on the settings."
+            ]
+        );
+        assert_eq!(highlighted(&ranked), [false, false, true]);
         rows[5] = incomplete(5);
         assert_eq!(
             answer(&rows)[0],

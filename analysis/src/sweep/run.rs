@@ -10,6 +10,7 @@ use proto::tick::Outcome;
 use run_log::{LogLevel, MemoryLog, RobotFigures, RunFile, RunLog, RunOutcome};
 use scenario::fault::Fault;
 use scenario::mission::columns::{ColumnKind, Progress};
+use scenario::mission::data::Objective;
 use scenario::mission::{FigureValue, MissionFigures};
 use serde::{Deserialize, Serialize};
 use terminal::panics::catch;
@@ -50,9 +51,15 @@ pub struct Figures {
     pub sim_time_ms: u64,
     /// The mission's figures by column name. A column of remaining work is replaced by the total.
     pub mission: MissionFigures,
+    /// The amount of finished work; `None` in missions that count none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub done: Option<u64>,
     /// The amount of work that expired; `None` in missions in which nothing can expire.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expired: Option<u64>,
+    /// The value by which the scenario ranks its runs; `None` if it ranks them by time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ranked_by: Option<RankedBy>,
     pub activations: u64,
     pub messages_sent: u64,
     /// The total payload of these broadcasts.
@@ -66,6 +73,14 @@ pub struct Figures {
     /// Measures for comparisons; `None` in other sweeps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measures: Option<Box<ComparisonMeasures>>,
+}
+
+/// The value of a scenario's own measure ([`Objective`]).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RankedBy {
+    pub metric: String,
+    pub more_is_better: bool,
+    pub value: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -129,6 +144,7 @@ fn simulate(
     stops: &dyn Fn() -> bool,
 ) -> anyhow::Result<Option<Figures>> {
     let setup = setup(scenario, seed)?;
+    let objective = setup.scenario.mission().objective(&setup.scenario);
     let mut invariants = plan.check.then(|| Invariants::new(&setup));
     // The hash of a run does not depend on the log level.
     let level = if plan.measures {
@@ -155,6 +171,7 @@ fn simulate(
     let traffic = team.traffic().cloned();
     let (run, recorder) = team.end(outcome)?;
     let mut figures = Figures::of(&run, outcome);
+    figures.ranked_by = figures.ranked_by(objective);
     let memory = recorder.into_sink();
     if plan.check {
         let vocabulary = Registry::current().vocabulary();
@@ -172,12 +189,15 @@ impl Figures {
         debug_assert_eq!(run.outcome, RunOutcome::Ended(outcome));
         let result = &run.result;
         let sum = |of: fn(&RobotFigures) -> u64| result.robots.values().map(of).sum();
+        let progress = Progress::from_row(&run.mission_row());
         Self {
             outcome,
             hash: run.hash.clone().unwrap_or_default(),
             sim_time_ms: result.sim_time_ms.0,
             mission: of_mission(run),
-            expired: expired(run),
+            done: progress.as_ref().map(|progress| progress.done),
+            expired: progress.and_then(|progress| progress.expired),
+            ranked_by: None,
             activations: sum(|robot| robot.activations.into()),
             messages_sent: sum(|robot| robot.messages_sent),
             bytes_sent: sum(|robot| robot.bytes_sent),
@@ -186,6 +206,28 @@ impl Figures {
             faults: by_kind(&run.faults),
             measures: None,
         }
+    }
+
+    fn ranked_by(&self, objective: Objective) -> Option<RankedBy> {
+        let (metric, more_is_better, value) = match objective {
+            Objective::Time => return None,
+            Objective::Done => ("done", true, self.done.map(|count| count as f64)),
+            Objective::Figure {
+                name,
+                figure,
+                more_is_better,
+                ..
+            } => {
+                let value = self.mission.get(&figure.replace('.', "_")).number();
+                (name, more_is_better, value)
+            }
+        };
+        let metric = metric.to_owned();
+        Some(RankedBy {
+            metric,
+            more_is_better,
+            value,
+        })
     }
 
     /// Returns the greatest lateness of a recurring task, ms: the largest figure whose name ends with `lateness_max_ms`.
@@ -215,10 +257,6 @@ impl FaultCount {
         self.hit += other.hit;
         self.hits += other.hits;
     }
-}
-
-fn expired(run: &RunFile) -> Option<u64> {
-    Progress::from_row(&run.mission_row())?.expired
 }
 
 fn of_mission(run: &RunFile) -> MissionFigures {

@@ -6,7 +6,7 @@ use proto::tick::Outcome;
 
 use super::design::{Cell, Design, FAULTS, PRESET};
 use super::results::figures_of;
-use super::run::{FaultCount, Row, RunResult};
+use super::run::{FaultCount, RankedBy, Row, RunResult};
 use super::statistics::{Estimate, Interval, estimate, wilson};
 use crate::distinct;
 
@@ -28,6 +28,36 @@ pub struct Summary {
     pub makespan_s: Option<Estimate>,
     /// The greatest lateness of a recurring task per run, s; runs without one are omitted.
     pub lateness_s: Option<Estimate>,
+    /// The measure by which the scenario ranks its runs; `None` for the time, and if the runs have different measures.
+    pub primary: Option<Primary>,
+}
+
+/// The measure by which a scenario ranks its runs, if it is not the time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Primary {
+    pub metric: String,
+    pub more_is_better: bool,
+    pub median: Estimate,
+}
+
+impl Primary {
+    /// Returns the factor with which a smaller value is better: -1 or 1.
+    #[must_use]
+    pub fn sign(&self) -> f64 {
+        if self.more_is_better { -1.0 } else { 1.0 }
+    }
+
+    /// Returns the measure of all runs that did not fail.
+    fn of(values: &[&RankedBy]) -> Option<Self> {
+        let (metric, more_is_better) = (&values.first()?.metric, values.first()?.more_is_better);
+        let is_common = values.iter().all(|value| value.metric == *metric);
+        let numbers = values.iter().filter_map(|value| value.value).collect();
+        Some(Self {
+            metric: metric.clone(),
+            more_is_better,
+            median: estimate(numbers).filter(|_| is_common)?,
+        })
+    }
 }
 
 impl Summary {
@@ -35,6 +65,7 @@ impl Summary {
     #[must_use]
     pub fn of<'r>(rows: impl IntoIterator<Item = &'r Row>) -> Self {
         let (mut runs, mut ended, mut makespans, mut lateness) = (0, 0, Vec::new(), Vec::new());
+        let mut ranked = Vec::new();
         let seconds = |ms: u64| ms as f64 / 1000.0;
         for row in rows {
             runs += 1;
@@ -42,6 +73,7 @@ impl Summary {
                 continue;
             };
             ended += 1;
+            ranked.extend(&figures.ranked_by);
             if figures.outcome == Outcome::Complete {
                 makespans.push(seconds(figures.sim_time_ms));
             }
@@ -54,6 +86,7 @@ impl Summary {
             completion: wilson(makespans.len(), ended),
             makespan_s: estimate(makespans),
             lateness_s: estimate(lateness),
+            primary: Primary::of(&ranked).filter(|_| ranked.len() == ended),
         }
     }
 

@@ -7,14 +7,14 @@ use scenario::limits::{NumberRange, check_known, closed, whole};
 use scenario::{Problem, name_remedy};
 
 use crate::compare::metrics::Metric;
-use crate::sweep::comparison::OwnFigure;
+use crate::compare::primary;
 use crate::sweep::design::{Change, FAULTS, MISSION, apply_change};
 use crate::sweep::plan::space::{Parameter, changes, values};
 use crate::sweep::plan::tuning::SearchSettings;
 use crate::sweep::plan::{Plan, setup};
 
 /// The metrics that a search can optimize in every mission. They need no log.
-const METRICS: [Metric; 3] = [Metric::Par2, Metric::Messages, Metric::Bytes];
+const METRICS: [Metric; 4] = [Metric::Par2, Metric::Done, Metric::Messages, Metric::Bytes];
 
 #[derive(Clone, Debug)]
 pub struct Task {
@@ -260,10 +260,9 @@ fn conditions(plan: &Plan, tuning: &SearchSettings) -> anyhow::Result<Vec<Condit
         let scenario = plan.scenario(run).map_err(anyhow::Error::msg);
         let setup = scenario.and_then(|table| setup(&table, 1));
         let setup = setup.with_context(|| name.clone())?;
-        let own = OwnFigure::new(setup.catalog.mission.vocabulary().objective);
         all.push(Condition {
             limit_s: setup.scenario.limit_s,
-            primary: Metric::primary(own.as_ref()),
+            primary: primary::of_run(plan, run, &setup.scenario)?,
             is_unseen: tuning.unseen.contains(&class),
             name,
         });

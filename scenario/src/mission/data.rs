@@ -81,6 +81,12 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         false
     }
 
+    /// Returns the measure by which runs of the scenario are ranked. The default is the time to completion, which
+    /// separates runs only if a mission can be completed at different times.
+    fn objective(&self, _scenario: &Scenario) -> Objective {
+        Objective::Time
+    }
+
     /// Returns the dependencies between tasks and robots, for the class of the scenario in taxonomies. The default is
     /// none.
     fn dependencies(&self, _scenario: &Scenario) -> TaskDependencies {
@@ -299,13 +305,15 @@ impl DefaultAllianceParams {
     };
 }
 
-/// The measure by which runs of a mission are ranked.
+/// The measure by which runs of a scenario are ranked. Equal runs are ranked by [`Time`](Self::Time).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Objective {
     /// The simulated time until the mission is complete. A run that does not complete it counts twice the time limit
     /// (PAR2). Less is better.
     Time,
-    /// A figure in run.json, for missions in which every run takes the same time.
+    /// The amount of finished work, for scenarios in which work can be lost. More is better.
+    Done,
+    /// A figure in run.json, such as a rate in scenarios in which every run takes the same time.
     Figure {
         /// The name in comparisons, such as `observed`.
         name: &'static str,
@@ -367,8 +375,6 @@ pub struct MissionVocabulary {
     pub size_option: Option<&'static str>,
     /// The faults that the mission defines.
     pub faults: &'static [FaultSpec],
-    /// The measure by which runs of the mission are ranked. The default is the time to completion.
-    pub objective: Objective,
     /// The sensing devices of this mission alone, which faults can break.
     pub devices: &'static [&'static str],
     /// The devices among them that measure lengths, so that faults can make them noisy or biased.
@@ -401,7 +407,6 @@ impl MissionVocabulary {
         scenario_name: None,
         size_option: None,
         faults: &[],
-        objective: Objective::Time,
         devices: &[],
         measuring_devices: &[],
         notes: &[],

@@ -67,7 +67,7 @@ pub(super) fn draw(
                 continue;
             }
             let blocks: Vec<usize> = points.iter().map(|(_, block)| *block).collect();
-            let metric = data.blocks[points[0].1].primary.heading();
+            let metric = data.drawn(&blocks).heading();
             let title = titled(&format!("Mean {metric} by {}", against.axis), &family);
             let measure = data.blocks[points[0].1].primary.name();
             figures.push(Figure {
@@ -89,8 +89,9 @@ fn one(
     data: &ComparisonData,
     analysis: &Analysis,
 ) -> anyhow::Result<String> {
-    let primary = &data.blocks[points[0].1].primary;
-    let place = data.metric_index(primary);
+    let numbers: Vec<usize> = points.iter().map(|(_, block)| *block).collect();
+    let metric = data.drawn(&numbers);
+    let place = data.metric_index(metric);
     let colors = colors(data.allocators.iter().map(String::as_str));
     let (first, last) = (points[0].0, points[points.len() - 1].0);
     let margin = (last - first) * 0.06;
@@ -107,7 +108,7 @@ fn one(
     let svg = sheet.svg(title, PLOT_PX.max(legend.height_px()) + 10.0, |area| {
         legend.draw(area, 6.0)?;
         let within = part(area, (0.0, 6.0), (sheet.width_px - LEGEND_PX, PLOT_PX));
-        let label = format!("mean {}", primary.heading());
+        let label = format!("mean {}", metric.heading());
         let axes = Axes {
             x: (x, against.axis),
             y: (0.0..round_up(most), &label),

@@ -29,8 +29,8 @@ pub(super) fn draw(
 ) -> anyhow::Result<Vec<Figure>> {
     let missions = by_mission(data).into_iter();
     let figures = missions.map(|(mission, blocks)| {
-        let primary = &data.blocks[blocks[0]].primary;
-        let place = data.metric_index(primary);
+        let metric = data.drawn(&blocks);
+        let place = data.metric_index(metric);
         let summaries = |block: usize| {
             let metrics = analysis.blocks[block].summaries.iter();
             metrics.map(|metrics| metrics[place]).collect::<Vec<_>>()
@@ -44,7 +44,7 @@ pub(super) fn draw(
         let columns = COLUMNS.min(blocks.len()).min(((sheet.width_px / LEAST_PX) as usize).max(1));
         let column_px = sheet.width_px / columns as f64;
         let height_px = panel_px * blocks.len().div_ceil(columns) as f64;
-        let title = titled(&format!("{} over the seeds", primary.heading()), mission);
+        let title = titled(&format!("{} over the seeds", metric.heading()), mission);
         let mut hints = Hints::default();
         let svg = sheet.svg(&title, height_px, |area| {
             for (place, block) in blocks.iter().enumerate() {
@@ -57,7 +57,7 @@ pub(super) fn draw(
                     if let Some(summary) = summary {
                         let (left, top) = place.0;
                         let corner = (left + NAMES_PX, top + HEAD_PX + ROW_PX * row as f64);
-                        hints.add(corner, (width, ROW_PX), &describe(name, summary, primary));
+                        hints.add(corner, (width, ROW_PX), &describe(name, summary, metric));
                     }
                 }
             }
@@ -69,7 +69,7 @@ pub(super) fn draw(
                 "{title}, logarithmic scale. Thin line: minimum to maximum; thick line: 5 to 95 %; box: 25 to 75 %; dark stroke: median; red stroke: mean."
             ),
             svg: hints.put_on(&svg),
-            about: vec![("mission", mission.to_owned()), ("measure", primary.name())],
+            about: vec![("mission", mission.to_owned()), ("measure", metric.name())],
             numbers: Some(numbers(data, analysis, &blocks)),
         })
     });

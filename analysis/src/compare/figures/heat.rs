@@ -33,12 +33,12 @@ pub(super) fn draw(
     let mut missions = by_mission(data);
     // A map of equal values shows nothing.
     missions.retain(|(_, blocks)| {
-        let mut blocks = blocks.iter();
-        blocks.any(|block| !data.are_equal(*block, &data.blocks[*block].primary))
+        let metric = data.drawn(blocks);
+        blocks.iter().any(|block| !data.are_equal(*block, metric))
     });
     let figures = missions.into_iter().map(|(mission, blocks)| {
-        let primary = &data.blocks[blocks[0]].primary;
-        let metric = primary.heading();
+        let drawn = data.drawn(&blocks);
+        let metric = drawn.heading();
         let title = titled(&format!("Mean {metric}"), mission);
         let rows = data.allocators.len() as f64;
         let width = width_px(blocks.len(), sheet);
@@ -56,7 +56,7 @@ pub(super) fn draw(
                  Framed: the best, with its 95 % interval. Small print of the others: the share of runs that completed the mission, if below 100 %. Hatched: no data."
             ),
             svg: hints(data, analysis, (&blocks, width)).put_on(&svg),
-            about: vec![("mission", mission.to_owned()), ("measure", primary.name())],
+            about: vec![("mission", mission.to_owned()), ("measure", drawn.name())],
             numbers: Some(numbers(data, analysis, &blocks)),
         })
     });
@@ -66,15 +66,16 @@ pub(super) fn draw(
 /// Returns the hints of all cells with data.
 fn hints(data: &ComparisonData, analysis: &Analysis, (blocks, width): (&[usize], f64)) -> Hints {
     let mut hints = Hints::default();
+    let drawn = data.drawn(blocks);
     for (column, number) in blocks.iter().enumerate() {
         let block = &data.blocks[*number];
-        let place = data.metric_index(&block.primary);
+        let place = data.metric_index(drawn);
         for (rival, metrics) in analysis.blocks[*number].summaries.iter().enumerate() {
             let Some(found) = &metrics[place] else {
                 continue;
             };
             let name = format!("{}, {}", data.allocators[rival], block.name());
-            let show = |value: f64| block.primary.show(value);
+            let show = |value: f64| drawn.show(value);
             let text = estimate_hint(&name, (found.mean, found.interval), show, found.n);
             let corner = (
                 LEFT_PX + column as f64 * width,
@@ -113,28 +114,28 @@ fn row(
     let top_px = HEAD_PX + rival as f64 * ROW_PX;
     let at = (LEFT_PX - 8.0, top_px + ROW_PX / 2.0);
     TextLabel::RIGHT.write(area, &data.allocators[rival], at)?;
+    let metric = data.drawn(blocks);
     for (place, block) in blocks.iter().enumerate() {
         let left_px = LEFT_PX + place as f64 * width;
         let x = left_px..left_px + width - 1.0;
         let y = top_px..top_px + ROW_PX - 1.0;
-        cell(area, (data, analysis), (*block, rival), (x, y))?;
+        cell(area, (data, analysis, metric), (*block, rival), (x, y))?;
     }
     Ok(())
 }
 
 fn cell(
     area: &Area<'_>,
-    (data, analysis): (&ComparisonData, &Analysis),
+    (data, analysis, metric): (&ComparisonData, &Analysis, &Metric),
     (block, rival): (usize, usize),
     (x, y): (Range<f64>, Range<f64>),
 ) -> DrawResult {
-    let primary = &data.blocks[block].primary;
-    let Some(mean) = data.mean(block, rival, primary) else {
+    let Some(mean) = data.mean(block, rival, metric) else {
         return empty(area, x, y);
     };
-    let best = best(data, block).and_then(|best| data.mean(block, best, primary));
+    let best = best(data, block).and_then(|best| data.mean(block, best, metric));
     let share = match best {
-        Some(best) if primary.more_is_better() => depth(best, Some(mean)),
+        Some(best) if metric.more_is_better() => depth(best, Some(mean)),
         best => depth(mean, best),
     };
     let (middle_px, top_px) = ((x.start + x.end + 1.0) / 2.0, y.start);
@@ -142,16 +143,16 @@ fn cell(
     let color = if share > 0.55 { WHITE } else { INK };
     let letters = TextLabel::CENTERED.colored(color);
     let is_best = best == Some(mean);
-    let place = data.metric_index(primary);
+    let place = data.metric_index(metric);
     let summary = analysis.blocks[block].summaries[rival][place].filter(|_| is_best);
     let interval = summary.map(|summary| {
         let (from, to) = summary.interval;
-        format!("{} – {}", primary.show(from), primary.show(to)).replace(" s", "")
+        format!("{} – {}", metric.show(from), metric.show(to)).replace(" s", "")
     });
     // Only the first text has room.
     let completed = completion(block, rival, data).or(interval);
     let y_px = top_px + completed.as_ref().map_or(ROW_PX / 2.0, |_| 10.0);
-    let value = primary.show(mean);
+    let value = metric.show(mean);
     let value_letters = TextLabel {
         bold: is_best,
         ..letters

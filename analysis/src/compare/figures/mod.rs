@@ -24,12 +24,13 @@ pub fn figures(
     Ok(all)
 }
 
-/// Returns the summaries of the primary metric in some blocks as numbers of a figure: one row per block and allocator.
+/// Returns the summaries of the drawn metric in some blocks as numbers of a figure: one row per block and allocator.
 fn numbers(data: &ComparisonData, analysis: &Analysis, blocks: &[usize]) -> Table {
     let mut table = Table::default();
+    let metric = data.drawn(blocks);
+    let place = data.metric_index(metric);
     for &number in blocks {
         let block = &data.blocks[number];
-        let place = data.metric_index(&block.primary);
         for (rival, metrics) in analysis.blocks[number].summaries.iter().enumerate() {
             let summary = metrics[place].as_ref();
             let estimate = summary.map(|summary| (summary.mean, summary.interval));
@@ -41,7 +42,7 @@ fn numbers(data: &ComparisonData, analysis: &Analysis, blocks: &[usize]) -> Tabl
                 ("loss", Entry::number(block.axes.loss)),
                 ("robots", Entry::count(block.axes.robots)),
                 ("allocator", Entry::text(&data.allocators[rival])),
-                ("metric", Entry::text(block.primary.name())),
+                ("metric", Entry::text(metric.name())),
                 ("runs", Entry::count(summary.map_or(0, |summary| summary.n))),
                 ("mean", mean),
                 ("from", from),

@@ -44,6 +44,8 @@ pub(super) struct MissionFile {
     pub(super) robots: Option<usize>,
     /// The amount of work, for a mission that can be scaled.
     pub(super) size: Option<usize>,
+    /// The primary metric, in place of the one that the scenario declares.
+    pub(super) metric: Option<String>,
     /// Scenario keys with other values.
     pub(super) set: toml::Table,
     /// Classes of faults by name; they replace those for all missions.

@@ -51,8 +51,18 @@ pub struct Plan {
     /// The file of best known values for a comparison.
     pub best_known: Option<PathBuf>,
     pub hypotheses: Vec<Hypothesis>,
+    /// The primary metrics that the plan states, by mission.
+    pub metrics: Vec<StatedMetric>,
     /// The settings of `alliance tune`.
     pub tuning: Option<SearchSettings>,
+}
+
+/// A primary metric that a plan states for one of its missions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StatedMetric {
+    pub mission: String,
+    pub metric: String,
+    pub line: usize,
 }
 
 /// Refuses a file that states a scenario and nothing of a plan.
@@ -95,6 +105,7 @@ impl Plan {
         let mut stated = Vec::new();
         let mut columns = Vec::new();
         let mut factors = Vec::new();
+        let metrics = metrics(&file, &contents);
         let bases = if contents.missions.is_empty() {
             let mut base = match contents.scenario {
                 None => vocabulary().default_scenario()?,
@@ -202,6 +213,7 @@ impl Plan {
             question: contents.question,
             best_known: contents.best_known,
             hypotheses,
+            metrics,
             tuning: contents.tune,
         })
     }
@@ -216,6 +228,12 @@ impl Plan {
         }
         if let Some(tuning) = &self.tuning {
             whole.push_str(&format!("\n{tuning:?}"));
+        }
+        for StatedMetric {
+            mission, metric, ..
+        } in &self.metrics
+        {
+            whole.push_str(&format!("\n{mission} by {metric}"));
         }
         // A hypothesis that changes after the first run would be worthless.
         for hypothesis in &self.hypotheses {
@@ -261,6 +279,18 @@ pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
     let worlds = Registry::current().worlds();
     worlds.find(&scenario)?.start_poses(&scenario)?;
     Ok(Setup::resolve(scenario, seed, None)?.setup)
+}
+
+fn metrics(file: &TomlFile<'_>, contents: &PlanFile) -> Vec<StatedMetric> {
+    let missions = contents.missions.iter();
+    let metrics = missions.filter_map(|(mission, contents)| {
+        Some(StatedMetric {
+            mission: mission.clone(),
+            metric: contents.metric.clone()?,
+            line: file.line_of(["missions", mission, "metric"]),
+        })
+    });
+    metrics.collect()
 }
 
 /// Converts through text, so that a 32-bit float stays 0.2.

@@ -68,7 +68,6 @@ impl MissionData for Observe {
         MissionVocabulary {
             scenarios: &SCENARIOS,
             size_option: Some("targets"),
-            objective: OBJECTIVE,
             devices: &["targets"],
             measuring_devices: &["targets"],
             events: &["found", "lost"],
@@ -82,6 +81,10 @@ impl MissionData for Observe {
             },
             ..MissionVocabulary::NONE
         }
+    }
+
+    fn objective(&self, _: &Scenario) -> Objective {
+        OBJECTIVE
     }
 
     fn catalog(&self, scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {

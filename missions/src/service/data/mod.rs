@@ -5,6 +5,7 @@ mod dependencies;
 mod family;
 mod faults;
 mod loads;
+mod objective;
 mod parameters;
 mod paths;
 mod points;
@@ -21,6 +22,7 @@ mod ways;
 
 pub use faults::POINT;
 pub use loads::{fits, too_heavy};
+pub use objective::VALUE_COLLECTED;
 pub use paths::Paths;
 pub use points::{PointSpec, points};
 pub use precedence::{predecessors, successors};
@@ -38,7 +40,7 @@ use scenario::ids::TaskId;
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
     BehaviorProperties, BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData,
-    MissionVocabulary, TaskDependencies,
+    MissionVocabulary, Objective, TaskDependencies,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
@@ -150,6 +152,10 @@ impl MissionData for Service {
 
     fn knows_obstacles(&self, scenario: &Scenario) -> bool {
         ServiceSection::of(scenario).costs == CostMeasure::Path
+    }
+
+    fn objective(&self, scenario: &Scenario) -> Objective {
+        objective::objective(ServiceSection::of(scenario))
     }
 
     fn dependencies(&self, scenario: &Scenario) -> TaskDependencies {

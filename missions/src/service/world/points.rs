@@ -16,7 +16,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::geometry::nearest;
 use crate::service::bus::{LEAST_LEFT_S, MAX_SENSED, PointFact};
-use crate::service::data::{PointSpec, ServiceSection, predecessors, successors};
+use crate::service::data::{PointSpec, ServiceSection, VALUE_COLLECTED, predecessors, successors};
 
 use super::limits::TeamLimits;
 
@@ -511,7 +511,7 @@ impl Points {
         mission.add("uncovered", uncovered);
         mission.add("unreachable", unreachable);
         mission.add("total", total);
-        mission.add("value_collected", self.values.collected);
+        mission.add(VALUE_COLLECTED, self.values.collected);
         mission.add("value_lost", self.values.lost);
     }
 

@@ -8,6 +8,7 @@ use serde::Deserialize;
 pub const LAST_REPORT: &str = "last_report_ms";
 pub const REPORTS_MADE: &str = "reports_made";
 pub const ITEMS_DELIVERED: &str = "items_delivered";
+pub const ITEMS_PER_HOUR: &str = "items_per_hour";
 pub const LATENESS_MEAN_MS: &str = "report_lateness_mean_ms";
 pub const LATENESS_MAX_MS: &str = "report_lateness_max_ms";
 

@@ -18,8 +18,8 @@ pub use check::MAX_SPILLS;
 pub use family::family;
 pub use faults::{ADD_WASTE, MOVE_WASTE};
 pub use figures::{
-    ITEMS_DELIVERED, ItemCounts, LAST_REPORT, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE,
-    WasteFigures, WasteRow,
+    ITEMS_DELIVERED, ITEMS_PER_HOUR, ItemCounts, LAST_REPORT, LATENESS_MAX_MS, LATENESS_MEAN_MS,
+    REPORTS_MADE, WasteFigures, WasteRow,
 };
 pub use kinds::BehaviorKind;
 pub(super) use section::report_site;
@@ -31,6 +31,7 @@ use scenario::fault::{MissionFault, Order};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
     BehaviorProperties, BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary,
+    Objective,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::Mission;
@@ -95,6 +96,14 @@ const SCENARIOS: [BuiltinScenario; 8] = [
         text: include_str!("../scenarios/reference.toml"),
     },
 ];
+
+/// Ranks runs of foraging by their deliveries, because every run takes the whole duration.
+const FORAGING: Objective = Objective::Figure {
+    name: ITEMS_PER_HOUR,
+    figure: ITEMS_PER_HOUR,
+    more_is_better: true,
+    meaning: "Items delivered per hour of simulated time.",
+};
 
 #[derive(Debug)]
 struct WasteData;
@@ -173,6 +182,14 @@ impl MissionData for WasteData {
                 ]
             },
             ..MissionVocabulary::NONE
+        }
+    }
+
+    fn objective(&self, scenario: &Scenario) -> Objective {
+        if WasteSection::of(scenario).respawn {
+            FORAGING
+        } else {
+            Objective::Time
         }
     }
 

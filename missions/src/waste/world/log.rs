@@ -1,7 +1,9 @@
 //! Output of the clean-up: mission.csv, run.json and the view of the floor.
 
 use crate::waste::data::WasteSection;
-use crate::waste::data::{ITEMS_DELIVERED, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE};
+use crate::waste::data::{
+    ITEMS_DELIVERED, ITEMS_PER_HOUR, LATENESS_MAX_MS, LATENESS_MEAN_MS, REPORTS_MADE,
+};
 use proto::mission::items::Zone;
 
 use proto::view::{ItemView, Mark, MarkOutline, MarkRole, View, Work};
@@ -86,7 +88,7 @@ impl Waste {
         if let Some(foraging) = &self.floor.foraging {
             let hours = foraging.elapsed.as_secs_f64() / 3600.0;
             let per_hour = f64::from(foraging.deliveries) / hours;
-            mission.add("items_per_hour", (hours > 0.0).then_some(per_hour));
+            mission.add(ITEMS_PER_HOUR, (hours > 0.0).then_some(per_hour));
         }
         for (figures, robot) in figures.robots.iter_mut().zip(&self.robots) {
             figures.add(ITEMS_DELIVERED, robot.delivered);
