@@ -62,7 +62,7 @@ fn a_result_has_the_hashes_of_single_runs_and_is_checked() {
     forged(
         "/suite",
         "v0".into(),
-        "forged.json: there is no suite 'v0'; there is only 'v1'",
+        "forged.json: there is no suite 'v0'; did you mean 'v1'?",
     );
     forged(
         "/build",
@@ -81,7 +81,7 @@ fn mistakes_give_one_line_and_create_no_files() {
     let lab = Lab::new();
     lab.write("page.md", "No markers.\n");
     for (arguments, expected) in [
-        ("bench v2", "there is no suite 'v2'; there is only 'v1'"),
+        ("bench v2", "there is no suite 'v2'; did you mean 'v1'?"),
         (
             "bench v1 --allocator neerest",
             "there is no allocator 'neerest'; did you mean 'nearest'?",

@@ -153,6 +153,7 @@ impl BenchArguments {
             };
             anyhow::Ok((path.clone(), text))
         });
+        let document = document.transpose()?;
         let folder = self.out.clone();
         let folder = folder.unwrap_or_else(|| Path::new(STUDY.folder).join(suite.name));
         let header = Header {
@@ -171,7 +172,7 @@ impl BenchArguments {
             work,
             folder,
             controllers: digest(&self.controllers)?,
-            document: document.transpose()?,
+            document,
         })
     }
 
