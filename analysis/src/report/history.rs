@@ -20,6 +20,7 @@ use world_server::simulation::Simulation;
 use super::links::LinkHistory;
 use super::robot_history::{ReceivedClaim, RobotHistory, SetHistory, TrackPoint};
 use super::spans::{Span, Spans};
+use super::stints::end_of_last_counted;
 
 /// The maximum number of levels of all curves. Beyond it, curves are thinned: no figure shows as many.
 const LEVELS_MAX: usize = 8_000_000;
@@ -403,13 +404,6 @@ fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread
         .join()
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-}
-
-/// Returns the end of the last tick in which a report of a lost robot counted, from the detail of its loss.
-fn end_of_last_counted(detail: &str, step: SimTime) -> Option<SimTime> {
-    let (_, tick) = detail.split_once("last counted in tick ")?;
-    let tick: u64 = tick.split(';').next()?.parse().ok()?;
-    Some(SimTime((tick + 1) * step.0))
 }
 
 fn unknown(table: &'static str, name: &str) -> HistoryError {

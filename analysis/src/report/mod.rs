@@ -1,8 +1,9 @@
 //! `alliance report`: a page with figures and metrics of a run.
 //!
-//! - `history` sorts the rows of a full log by robot and behavior set (`robot_history`). `stints`, `failures` and `metrics` are computed
-//!   from it, without I/O or drawing.
-//! - [`takeovers`] and [`detections`] find the events after a loss while the run is live. `figures` draws. `page` and `page_of_two` write pages. `command` reads and writes files.
+//! - `history` sorts the rows of a full log by robot and behavior set (`robot_history`). `failures` and `metrics` are computed from it,
+//!   without I/O or drawing.
+//! - `stints` and [`takeovers`] find stints and takeovers in events.csv alone, live or at the end. [`detections`] finds detections in the
+//!   views of a live run. `figures` draws. `page` and `page_of_two` write pages. `command` reads and writes files.
 //!
 //! A tick lasts until the start of the next one. A robot is *present* in the ticks in which its report counted. A *stint*
 //! is an unbroken time in which a behavior set for a task is active in a present robot. The *effects* of a stint are the
@@ -31,3 +32,4 @@ mod verdict;
 
 pub use history::{History, HistoryError};
 pub use metrics::Metrics;
+pub use stints::Loss;

@@ -5,9 +5,10 @@ use run_log::{RunFile, RunOutcome};
 use scenario::mission::columns::short_summary;
 use scenario::time::SimTime;
 
-use super::failures::{Failure, Loss, OrphanOutcome};
+use super::failures::{Failure, OrphanOutcome};
 use super::history::History;
 use super::metrics::Metrics;
+use super::stints::Loss;
 
 /// Returns the outcome, the losses with their takeovers, and the longest wait, one sentence each.
 #[must_use]

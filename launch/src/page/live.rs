@@ -222,8 +222,11 @@ impl Received {
         }
         memory.view = Some(view.tick);
         let mut found = memory.detections.see(&view);
-        let takeovers = memory.takeovers.take(view.now).into_iter();
-        found.extend(takeovers.map(LossTakeover::into_event));
+        let takeovers = match view.outcome {
+            Some(_) => memory.takeovers.finish(view.now),
+            None => memory.takeovers.take(view.now),
+        };
+        found.extend(takeovers.into_iter().map(LossTakeover::into_event));
         if !found.is_empty() {
             self.send_events(&mut memory, &found);
         }

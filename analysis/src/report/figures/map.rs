@@ -17,8 +17,8 @@ use crate::figures::canvas::{
 use crate::figures::legend::{Legend, Sample};
 use crate::figures::palette;
 use crate::figures::simplify::thin_way;
-use crate::report::failures::Loss;
 use crate::report::robot_history::TrackPoint;
+use crate::report::stints::Loss;
 
 const LEFT_PX: f64 = 58.0;
 const RIGHT_PX: f64 = 22.0;

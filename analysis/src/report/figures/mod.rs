@@ -23,11 +23,12 @@ use scenario::mission::columns::{ColumnKind, display_name};
 
 pub use self::room::Room;
 use self::timeline::Timeline;
-use super::failures::{Loss, Takeover};
 use super::faults::{FaultSpan, fault_spans};
 use super::history::History;
 use super::metrics::Metrics;
 use super::robot_history::SetHistory;
+use super::stints::Loss;
+use super::takeovers::Takeover;
 use crate::figures::canvas::{INK, Mark, Sheet, WHITE};
 use crate::figures::legend::Sample;
 
