@@ -49,8 +49,11 @@ impl Feed {
         self.view = Some(view.tick);
         let mut news = Vec::new();
         let mut found = self.detections.see(&view);
-        let takeovers = self.takeovers.take(view.now).into_iter();
-        found.extend(takeovers.map(LossTakeover::into_event));
+        let takeovers = match view.outcome {
+            Some(_) => self.takeovers.finish(view.now),
+            None => self.takeovers.take(view.now),
+        };
+        found.extend(takeovers.into_iter().map(LossTakeover::into_event));
         if !found.is_empty() {
             news.push(self.events_frame(&found));
         }

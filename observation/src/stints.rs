@@ -1,8 +1,18 @@
-//! Stints: the time that a robot works on a task, with its effects and the reason for its end. They decide which
-//! activation of a task is a takeover.
+//! Stints: the time that a robot works on a task, with its effects and the reason for its end. They are found from the
+//! rows of events.csv, while these arrive.
 
-use scenario::ids::TaskId;
+use std::collections::{BTreeSet, HashMap};
+use std::mem;
+use std::sync::Arc;
+
+use proto::event::EventLine;
+use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::mission::data::MissionVocabulary;
 use scenario::time::SimTime;
+use scenario::{Catalog, Roster, Setup};
+
+/// The end of a stint that has not ended.
+const OPEN: SimTime = SimTime(u64::MAX);
 
 /// The half-open interval from `from` up to, but not including, `to`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,15 +32,20 @@ impl Span {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stint {
     pub robot: usize,
+    pub set: BehaviorId,
     pub task: TaskId,
     /// The time from activation to the end.
     pub span: Span,
     /// The effects on the world, in order: ends of steps with an event that changed a column of mission.csv, notes of
     /// progress on the task, and events that the mission declares as effects.
     pub effects: Vec<SimTime>,
-    /// `true` if the whole stint is an effect ([`MissionVocabulary::continuous`](scenario::mission::MissionVocabulary)).
+    /// `true` if the whole stint is an effect ([`MissionVocabulary::continuous`]).
     pub continuous: bool,
     pub end: StintEnd,
+    /// Whether the stint counts for takeovers; `None` while the rows up to now do not decide it.
+    pub counts: Option<bool>,
+    /// `true` for an activation of an exclusive task, until it is decided whether it is a takeover.
+    pub(crate) may_take_over: bool,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,7 +54,27 @@ pub enum StintEnd {
     Ongoing,
     /// The set left the active state for this reason, as in events.csv.
     Left(String),
-    Absent,
+    /// The robot was lost at this time.
+    Lost(Loss, SimTime),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Loss {
+    Died,
+    /// The process was stopped or did not respond.
+    Stopped,
+}
+
+impl Loss {
+    /// Returns the loss that a kind of event states.
+    #[must_use]
+    pub fn of_kind(kind: &str) -> Option<Self> {
+        match kind {
+            "gone" => Some(Self::Died),
+            "stalled" => Some(Self::Stopped),
+            _ => None,
+        }
+    }
 }
 
 impl Stint {
@@ -61,55 +96,230 @@ impl Stint {
         let before = self.effects.iter().rev().find(|effect| **effect <= at);
         before.copied().unwrap_or(self.span.from)
     }
-}
 
-/// The loss of a robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Loss {
-    Died,
-    /// The process was stopped or did not respond.
-    Stopped,
-}
-
-/// Returns the stints that count for takeovers: all but bids and claims that yielded to another claim.
-#[must_use]
-pub fn kept(stints: &[Stint], step: SimTime) -> Vec<&Stint> {
-    stints
-        .iter()
-        .filter(|stint| !is_bid(stint, step) && !gave_in(stint, stints))
-        .collect()
-}
-
-/// Returns the latest stint for the same task, of another robot, before a stint that can be a takeover. `kept` are the
-/// stints that count.
-#[must_use]
-pub fn predecessor<'a>(after: &Stint, kept: &[&'a Stint]) -> Option<&'a Stint> {
-    let at = after.span.from;
-    let on_task = || kept.iter().filter(|stint| stint.task == after.task);
-    let is_second = on_task().any(|stint| stint.span.from == at && stint.robot < after.robot);
-    if is_second {
-        return None;
+    /// Ends the stint. Later effects are not its own.
+    fn end(&mut self, to: SimTime, end: StintEnd) {
+        self.span.to = to;
+        self.end = end;
+        self.effects.retain(|effect| *effect <= to);
     }
-    // Of robots that are still active, the one that began last is the predecessor.
-    let before = on_task()
-        .filter(|stint| stint.span.from < at)
-        .max_by_key(|stint| (stint.span.to.min(at), stint.span.from))?;
-    (before.robot != after.robot).then_some(before)
 }
 
-/// Returns whether the claim lasted one step: a bid that the robot withdrew or that the log does not show further.
-fn is_bid(stint: &Stint, step: SimTime) -> bool {
-    stint.end != StintEnd::Absent && stint.span.length() <= step
+/// Finds the stints of each task in the rows of events.csv, which come in order.
+pub(crate) struct StintTracker {
+    step: SimTime,
+    pub roster: Arc<Roster>,
+    pub catalog: Arc<Catalog>,
+    sets: HashMap<String, (BehaviorId, TaskId)>,
+    terms: MissionVocabulary,
+    robots: Vec<RobotState>,
+    /// The stints of each task, in order of their start.
+    pub stints: Vec<Vec<Stint>>,
+    /// The tasks with new or ended stints.
+    pub changed: BTreeSet<usize>,
 }
 
-/// Returns whether the robot activated the task while another robot had it, and then left it to that robot.
-fn gave_in(stint: &Stint, stints: &[Stint]) -> bool {
-    let at = stint.span.from;
-    let claimed = |other: &Stint| {
-        other.robot != stint.robot
-            && other.task == stint.task
-            && other.span.from <= at
-            && at < other.span.to
-    };
-    stint.end == StintEnd::Left("arbitration".to_owned()) && stints.iter().any(claimed)
+#[derive(Clone, Default)]
+struct RobotState {
+    /// The effects that lie after the current row, with their task; `None` for effects on any task.
+    effects: Vec<(SimTime, Option<TaskId>)>,
+    /// The behavior sets that were active when the robot stopped.
+    held: Vec<(BehaviorId, TaskId)>,
+    /// The latest loss, and the end of the stints that it ended.
+    lost: Option<(Loss, SimTime, SimTime)>,
+}
+
+impl StintTracker {
+    pub fn new(setup: &Setup) -> Self {
+        let catalog = &setup.catalog;
+        let sets = (0..).map(BehaviorId).zip(&catalog.sets);
+        Self {
+            step: SimTime(setup.scenario.step_ms),
+            roster: Arc::clone(&setup.roster),
+            catalog: Arc::clone(catalog),
+            sets: sets
+                .map(|(id, set)| (set.name.clone(), (id, set.task)))
+                .collect(),
+            terms: catalog.mission.vocabulary(),
+            robots: vec![RobotState::default(); setup.scenario.robots.len()],
+            stints: vec![Vec::new(); catalog.tasks.len()],
+            changed: BTreeSet::new(),
+        }
+    }
+
+    /// Adds the next row. Rows about unknown robots and behavior sets are ignored.
+    pub fn add(&mut self, event: &EventLine) {
+        let Some(robot) = self.roster.find(&event.robot).map(RobotId::index) else {
+            return;
+        };
+        let at = event.t_ms;
+        let set = self.sets.get(&event.subject).copied();
+        match (event.kind.as_str(), set) {
+            ("activated", Some(set)) => {
+                // A robot that is back can activate a set that it had before.
+                self.leave(robot, set, at, "");
+                self.begin(robot, set, at, true);
+            }
+            ("hibernated" | "waiting", Some(set)) => self.leave(robot, set, at, &event.reason),
+            ("gone", _) => {
+                // The report of the tick of a death can count. Then the robot worked to the end of this tick.
+                let counted = end_of_last_counted(&event.detail, self.step);
+                let to = counted.unwrap_or(at).clamp(at, at + self.step);
+                self.lose(robot, Loss::Died, at, to);
+                self.robots[robot].held.clear();
+            }
+            ("stalled", _) => self.lose(robot, Loss::Stopped, at, at),
+            ("joined", _) => self.robots[robot] = RobotState::default(),
+            ("back", _) => self.resume(robot, at),
+            ("progress", _) => {
+                if let Some(task) = self.catalog.find_task(&event.detail) {
+                    self.note(robot, at, at, Some(task));
+                }
+            }
+            // The end of the set is the effect, and the robot notices it in the same step.
+            (kind, _) if self.terms.effects.contains(&kind) => self.note(robot, at, at, None),
+            // The robot notices it one step later, and never after the mission's last step.
+            (kind, _) if self.changes_column(kind) => {
+                self.note(robot, at, at + self.step, None);
+            }
+            _ => {}
+        }
+    }
+
+    /// Ends the open stints at the end of the log.
+    pub fn finish(&mut self, end: SimTime) {
+        for stint in self.stints.iter_mut().flatten() {
+            if stint.span.to == OPEN {
+                stint.end(end, StintEnd::Ongoing);
+                self.changed.insert(stint.task.index());
+            }
+        }
+    }
+
+    /// Returns the tasks that a robot works on.
+    pub fn tasks_of(&self, robot: usize) -> impl Iterator<Item = TaskId> {
+        let stints = self.stints.iter().flatten();
+        let open = stints.filter(move |stint| stint.robot == robot && stint.span.to == OPEN);
+        open.map(|stint| stint.task)
+    }
+
+    /// Returns the remaining stints.
+    pub fn take_rest(&mut self) -> impl Iterator<Item = Stint> {
+        self.stints.iter_mut().flat_map(mem::take)
+    }
+
+    fn changes_column(&self, kind: &str) -> bool {
+        let mut columns = self.terms.columns.iter();
+        columns.any(|column| column.event == Some(kind))
+    }
+
+    fn begin(
+        &mut self,
+        robot: usize,
+        (set, task): (BehaviorId, TaskId),
+        at: SimTime,
+        is_activation: bool,
+    ) {
+        let state = &self.robots[robot];
+        // The row of a death comes before the other rows of its tick.
+        let (to, end) = match state.lost {
+            Some((loss, lost_at, to)) if lost_at == at && to > at => {
+                (to, StintEnd::Lost(loss, lost_at))
+            }
+            _ => (OPEN, StintEnd::Ongoing),
+        };
+        let is_exclusive = self.catalog.tasks[task.index()].max_robots == 1;
+        let effects = state.effects.iter().filter(|(time, of_task)| {
+            at < *time && *time <= to && of_task.is_none_or(|of_task| of_task == task)
+        });
+        self.stints[task.index()].push(Stint {
+            robot,
+            set,
+            task,
+            span: Span { from: at, to },
+            effects: effects.map(|(time, _)| *time).collect(),
+            continuous: self.terms.continuous,
+            end,
+            counts: None,
+            may_take_over: is_activation && is_exclusive,
+        });
+        self.changed.insert(task.index());
+    }
+
+    /// Ends the stint of a set, if there is one. A stint without a tick is none.
+    fn leave(
+        &mut self,
+        robot: usize,
+        (set, task): (BehaviorId, TaskId),
+        at: SimTime,
+        reason: &str,
+    ) {
+        let stints = &mut self.stints[task.index()];
+        let is_meant =
+            |stint: &Stint| stint.robot == robot && stint.set == set && stint.span.to > at;
+        if let Some(index) = stints.iter().position(is_meant) {
+            stints[index].end(at, StintEnd::Left(reason.to_owned()));
+            if stints[index].span.from == at {
+                stints.remove(index);
+            }
+            self.changed.insert(task.index());
+        }
+    }
+
+    fn lose(&mut self, robot: usize, loss: Loss, at: SimTime, to: SimTime) {
+        let state = &mut self.robots[robot];
+        state.lost = Some((loss, at, to));
+        for stints in &mut self.stints {
+            stints.retain_mut(|stint| {
+                let is_open = stint.robot == robot && stint.span.to == OPEN;
+                if is_open {
+                    stint.end(to, StintEnd::Lost(loss, at));
+                    state.held.push((stint.set, stint.task));
+                    self.changed.insert(stint.task.index());
+                }
+                !is_open || stint.span.from < to
+            });
+        }
+    }
+
+    /// Continues the stints of a robot that was stopped. If it missed no tick, they have not ended.
+    fn resume(&mut self, robot: usize, at: SimTime) {
+        let end = StintEnd::Lost(Loss::Stopped, at);
+        for (set, task) in mem::take(&mut self.robots[robot].held) {
+            let mut stints = self.stints[task.index()].iter_mut();
+            let is_same =
+                |stint: &&mut Stint| stint.robot == robot && stint.set == set && stint.end == end;
+            match stints.find(is_same) {
+                Some(stint) => stint.end(OPEN, StintEnd::Ongoing),
+                None => self.begin(robot, (set, task), at, false),
+            }
+        }
+    }
+
+    /// Adds an effect at `time` from a row at `row_at` to the stints of a robot.
+    fn note(&mut self, robot: usize, row_at: SimTime, time: SimTime, task: Option<TaskId>) {
+        let later = &mut self.robots[robot].effects;
+        later.retain(|(time, _)| *time > row_at);
+        if time > row_at {
+            later.push((time, task));
+        }
+        for stint in self.stints.iter_mut().flatten() {
+            let Span { from, to } = stint.span;
+            let is_of_task = task.is_none_or(|task| task == stint.task);
+            if stint.robot == robot && is_of_task && from < time && time <= to {
+                let index = stint.effects.partition_point(|effect| *effect < time);
+                if stint.effects.get(index) != Some(&time) {
+                    stint.effects.insert(index, time);
+                }
+            }
+        }
+    }
+}
+
+/// Returns the end of the last tick in which a report of a lost robot counted, from the detail of its loss.
+#[must_use]
+pub fn end_of_last_counted(detail: &str, step: SimTime) -> Option<SimTime> {
+    let (_, tick) = detail.split_once("last counted in tick ")?;
+    let tick: u64 = tick.split(';').next()?.parse().ok()?;
+    Some(SimTime((tick + 1) * step.0))
 }

@@ -1,23 +1,54 @@
-//! The takeovers after the loss of a robot, found from the events of a run alone: while it is live, and at its end.
+//! The definition of a takeover (docs/book/results.md, section "Takeovers"), applied to the rows of events.csv: tick by tick while a
+//! run is live, or to the whole log. Both give the same takeovers.
 
-use std::collections::HashMap;
+use std::borrow::Borrow;
 use std::fmt;
 
 use proto::event::EventLine;
 use scenario::Setup;
-use scenario::ids::TaskId;
+use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
-use super::stints::{Loss, Span, Stint, StintEnd, kept, predecessor};
+use super::stints::{Loss, Span, Stint, StintEnd, StintTracker};
 
-/// The end of a stint that has not ended.
-const OPEN: SimTime = SimTime(u64::MAX);
+/// The activation of an exclusive task that another robot had not finished.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Takeover {
+    pub at: SimTime,
+    pub task: TaskId,
+    /// Rank of the robot that executed the task last.
+    pub from: usize,
+    pub robot: usize,
+    /// The time of the last progress: the loss of the previous robot; otherwise the latest effect of its stint, or its
+    /// activation.
+    pub idle_since: SimTime,
+    /// The state of the previous robot.
+    pub cause: TakeoverCause,
+}
 
-/// The number of stints per task above which old ones are dropped.
-const STINTS_MAX: usize = 64;
+/// The reason why a takeover was possible.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum TakeoverCause {
+    Lost(Loss),
+    /// The previous robot left the task for this reason, as in events.csv.
+    Left(String),
+    StillActive,
+}
 
-/// The number of steps after which older stints no longer decide about another stint.
-const OLD_STEPS: u64 = 100;
+impl TakeoverCause {
+    #[must_use]
+    pub fn is_loss(&self) -> bool {
+        matches!(self, Self::Lost(_))
+    }
+}
+
+impl Takeover {
+    /// Returns the time without progress before the takeover.
+    #[must_use]
+    pub fn latency(&self) -> SimTime {
+        self.at.since(self.idle_since)
+    }
+}
 
 /// A task that a robot took over from a lost one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,177 +102,226 @@ impl fmt::Display for LossTakeover {
     }
 }
 
-/// Finds takeovers while the events of a run arrive, with the definition of the reports. A claim counts when it has
-/// lasted two steps, so a takeover is found that much later. Until a claim ends, it counts as one that does not yield.
+/// Finds stints and takeovers in the rows of events.csv, which arrive in order. A claim counts when it has lasted two
+/// steps, so a takeover is found that much later. Of contested claims, it is found when the contest is over.
 pub struct TakeoverDetector {
     step: SimTime,
-    robots: Vec<String>,
-    tasks: Vec<TaskState>,
-    /// The task of each behavior set.
-    sets: HashMap<String, TaskId>,
-    /// Activations that have not lasted long enough: time, robot and task.
-    new: Vec<(SimTime, usize, TaskId)>,
-    /// The losses of each robot, in order of time.
-    losses: Vec<Vec<(SimTime, Loss)>>,
+    tracker: StintTracker,
 }
 
-struct TaskState {
-    name: String,
-    is_exclusive: bool,
-    stints: Vec<Stint>,
+/// The stints and takeovers of a run that do not change any more.
+#[derive(Debug, Default)]
+pub struct Found {
+    pub stints: Vec<Stint>,
+    pub takeovers: Vec<Takeover>,
 }
 
 impl TakeoverDetector {
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
-        let robots = setup.scenario.robots.iter();
-        let robots: Vec<String> = robots.map(|robot| robot.name.clone()).collect();
-        let tasks = setup.catalog.tasks.iter().map(|task| TaskState {
-            name: task.name.clone(),
-            is_exclusive: task.max_robots == 1,
-            stints: Vec::new(),
-        });
-        let sets = setup.catalog.sets.iter();
         Self {
             step: SimTime(setup.scenario.step_ms),
-            losses: vec![Vec::new(); robots.len()],
-            robots,
-            tasks: tasks.collect(),
-            sets: sets.map(|set| (set.name.clone(), set.task)).collect(),
-            new: Vec::new(),
+            tracker: StintTracker::new(setup),
         }
     }
 
     /// Adds the next event. Events of unknown robots and behavior sets are ignored.
     pub fn add(&mut self, event: &EventLine) {
-        let Some(robot) = self.robots.iter().position(|name| *name == event.robot) else {
-            return;
-        };
-        let at = event.t_ms;
-        let task = self.sets.get(&event.subject).copied();
-        match (event.kind.as_str(), task) {
-            ("activated", Some(task)) => {
-                self.begin(robot, task, at);
-                if self.tasks[task.index()].is_exclusive {
-                    self.new.push((at, robot, task));
-                }
-            }
-            ("hibernated" | "waiting", Some(task)) => {
-                let end = StintEnd::Left(event.reason.clone());
-                self.end(robot, Some(task), at, &end);
-            }
-            ("gone", _) => self.lose(robot, at, Loss::Died),
-            ("stalled", _) => self.lose(robot, at, Loss::Stopped),
-            ("back", _) => self.resume(robot, at),
-            _ => {}
-        }
+        self.tracker.add(event);
     }
 
     /// Returns the names of the tasks that a robot executes after the added events.
     #[must_use]
     pub fn tasks_of(&self, robot: &str) -> Vec<&str> {
-        let is_open = |stint: &Stint| stint.span.to == OPEN && self.robots[stint.robot] == robot;
-        let tasks = self.tasks.iter();
-        let executed = tasks.filter(|task| task.stints.iter().any(is_open));
-        executed.map(|task| task.name.as_str()).collect()
-    }
-
-    /// Returns the takeovers that are certain at `now`, in order of time.
-    pub fn take(&mut self, now: SimTime) -> Vec<LossTakeover> {
-        let certain = |(at, ..): &(SimTime, usize, TaskId)| *at + self.step + self.step <= now;
-        let (mut due, new) = self.new.iter().copied().partition::<Vec<_>, _>(certain);
-        self.new = new;
-        due.sort_unstable_by_key(|(at, robot, _)| (*at, *robot));
-        due.into_iter()
-            .filter_map(|(at, robot, task)| self.takeover(at, robot, task))
+        let Some(robot) = self.tracker.roster.find(robot) else {
+            return Vec::new();
+        };
+        let tasks = self.tracker.tasks_of(robot.index());
+        tasks
+            .map(|task| self.tracker.catalog.task_name(task))
             .collect()
     }
 
-    fn begin(&mut self, robot: usize, task: TaskId, at: SimTime) {
-        let step = self.step;
-        let stints = &mut self.tasks[task.index()].stints;
-        if stints.len() >= STINTS_MAX {
-            let ended = |stint: &&&Stint| stint.span.to != OPEN;
-            let latest = kept(stints, step)
-                .iter()
-                .filter(ended)
-                .map(|stint| stint.span.to)
-                .max();
-            let recent = SimTime(at.0.saturating_sub(OLD_STEPS * step.0));
-            stints.retain(|stint| Some(stint.span.to) == latest || stint.span.to >= recent);
-        }
-        stints.push(Stint {
-            robot,
-            task,
-            span: Span { from: at, to: OPEN },
-            effects: Vec::new(),
-            continuous: false,
-            end: StintEnd::Ongoing,
+    /// Returns the takeovers from lost robots that the events before `now` decide, in order of time.
+    pub fn take(&mut self, now: SimTime) -> Vec<LossTakeover> {
+        let mut found = Found::default();
+        self.find(now, &mut found);
+        self.after_losses(found)
+    }
+
+    /// Returns the other takeovers from lost robots of a run that ended at `end`, in order of time.
+    pub fn finish(&mut self, end: SimTime) -> Vec<LossTakeover> {
+        let mut found = Found::default();
+        self.find_last(end, &mut found);
+        self.after_losses(found)
+    }
+
+    /// Adds all that the events before `now` decide.
+    fn find(&mut self, now: SimTime, found: &mut Found) {
+        let StintTracker {
+            changed, stints, ..
+        } = &mut self.tracker;
+        changed.retain(|task| !decide(&mut stints[*task], self.step, now, found));
+    }
+
+    /// Adds all that has not been found before the end of the run.
+    fn find_last(&mut self, end: SimTime, found: &mut Found) {
+        self.tracker.finish(end);
+        self.find(end, found);
+        found.stints.extend(self.tracker.take_rest());
+    }
+
+    fn after_losses(&self, found: Found) -> Vec<LossTakeover> {
+        let name = |rank: usize| {
+            let roster = &self.tracker.roster;
+            roster.name(RobotId(rank as u16)).to_owned()
+        };
+        let takeovers = found.sorted().takeovers.into_iter();
+        let lost = takeovers.filter_map(|takeover| match takeover.cause {
+            TakeoverCause::Lost(loss) => Some(LossTakeover {
+                at: takeover.at,
+                robot: name(takeover.robot),
+                task: self.tracker.catalog.task_name(takeover.task).to_owned(),
+                from: name(takeover.from),
+                after: takeover.latency(),
+                loss,
+            }),
+            TakeoverCause::Left(_) | TakeoverCause::StillActive => None,
         });
-    }
-
-    /// Ends the stint of a robot for a task, or all of them.
-    fn end(&mut self, robot: usize, task: Option<TaskId>, at: SimTime, end: &StintEnd) {
-        let stints = self.tasks.iter_mut().flat_map(|task| &mut task.stints);
-        let is_meant = |stint: &&mut Stint| {
-            stint.robot == robot
-                && stint.span.to == OPEN
-                && task.is_none_or(|task| task == stint.task)
-        };
-        for stint in stints.filter(is_meant) {
-            stint.span.to = at;
-            stint.end = end.clone();
-        }
-    }
-
-    fn lose(&mut self, robot: usize, at: SimTime, loss: Loss) {
-        self.losses[robot].push((at, loss));
-        self.end(robot, None, at, &StintEnd::Absent);
-    }
-
-    /// Continues the stints of a robot that was silent.
-    fn resume(&mut self, robot: usize, at: SimTime) {
-        let Some(&(lost_at, Loss::Stopped)) = self.losses[robot].last() else {
-            return;
-        };
-        let stints = self.tasks.iter().flat_map(|task| &task.stints);
-        let held = stints.filter(|stint| stint.robot == robot && stint.span.to == lost_at);
-        let held: Vec<TaskId> = held.map(|stint| stint.task).collect();
-        for task in held {
-            self.begin(robot, task, at);
-        }
-    }
-
-    fn takeover(&self, at: SimTime, robot: usize, task: TaskId) -> Option<LossTakeover> {
-        let state = &self.tasks[task.index()];
-        let kept = kept(&state.stints, self.step);
-        let mut stints = kept.iter();
-        let after = stints.find(|stint| stint.robot == robot && stint.span.from == at)?;
-        let before = predecessor(after, &kept)?;
-        if before.span.to > at || before.end != StintEnd::Absent {
-            return None;
-        }
-        let mut losses = self.losses[before.robot].iter();
-        let (lost_at, loss) = losses.find(|(lost_at, _)| *lost_at == before.span.to)?;
-        Some(LossTakeover {
-            at,
-            robot: self.robots[robot].clone(),
-            task: state.name.clone(),
-            from: self.robots[before.robot].clone(),
-            after: at.since(*lost_at),
-            loss: *loss,
-        })
+        lost.collect()
     }
 }
 
-/// Returns all takeovers from lost robots in the events of a run that has ended, in order of time.
+impl Found {
+    fn sorted(mut self) -> Self {
+        self.stints
+            .sort_by_key(|stint| (stint.span.from, stint.robot, stint.set));
+        self.takeovers
+            .sort_by_key(|takeover| (takeover.at, takeover.robot, takeover.task));
+        self
+    }
+}
+
+/// Decides which stints of a task count and which of them begin takeovers. Moves the stints that later ones do not need.
+/// Returns whether all stints are decided.
+fn decide(stints: &mut Vec<Stint>, step: SimTime, now: SimTime, found: &mut Found) -> bool {
+    for index in 0..stints.len() {
+        if stints[index].counts.is_none() {
+            stints[index].counts = counts(&stints[index], stints, step, now);
+        }
+    }
+    for index in 0..stints.len() {
+        let stint = &stints[index];
+        if stint.may_take_over
+            && let Some(takeover) = takeover(stint, stints)
+        {
+            found.takeovers.extend(takeover);
+            stints[index].may_take_over = false;
+        }
+    }
+    let is_decided = |stint: &Stint| stint.counts.is_some() && !stint.may_take_over;
+    let are_decided = stints.iter().all(is_decided);
+    if are_decided {
+        let ended = stints.iter().filter(|stint| stint.span.to <= now);
+        let counted = ended.filter(|stint| stint.counts == Some(true));
+        let last = counted.map(|stint| order(stint, now)).max();
+        let is_past = |stint: &mut Stint| stint.span.to <= now && Some(order(stint, now)) != last;
+        found.stints.extend(stints.extract_if(.., is_past));
+    }
+    are_decided
+}
+
+/// Returns whether a stint counts: unless it is a bid or yields to another claim. Returns `None` while the rows before
+/// `now` do not decide it.
+fn counts(stint: &Stint, stints: &[Stint], step: SimTime, now: SimTime) -> Option<bool> {
+    let Span { from, to } = stint.span;
+    let is_open = to > now;
+    if is_open && from + step + step > now {
+        return None;
+    }
+    // Another claim that existed at the start of the stint, and still exists.
+    let is_contested = stints.iter().any(|other| {
+        let held = other.span.from <= from && from < other.span.to;
+        other.robot != stint.robot && held && other.span.to >= to.min(now)
+    });
+    if is_open {
+        return (!is_contested).then_some(true);
+    }
+    let is_bid = stint.span.length() <= step;
+    let has_yielded = stint.end == StintEnd::Left("arbitration".to_owned());
+    Some(!is_bid && !(has_yielded && is_contested))
+}
+
+/// Returns the order by which the last one of several stints is the predecessor of a stint that begins at `at`: by the
+/// end, and of stints that are still active by the start.
+fn order(stint: &Stint, at: SimTime) -> (SimTime, SimTime, usize) {
+    (stint.span.to.min(at), stint.span.from, stint.robot)
+}
+
+/// Returns the takeover that a stint begins, if any. Returns `None` while it is undecided.
+fn takeover(after: &Stint, stints: &[Stint]) -> Option<Option<Takeover>> {
+    if !after.counts? {
+        return Some(None);
+    }
+    let at = after.span.from;
+    let others = || stints.iter().filter(|stint| stint.counts != Some(false));
+    let mut simultaneous =
+        others().filter(|other| other.span.from == at && other.robot < after.robot);
+    if let Some(first) = simultaneous.next() {
+        return first.counts.map(|_| None);
+    }
+    let earlier = others().filter(|other| other.span.from < at);
+    let Some(before) = earlier.max_by_key(|other| order(other, at)) else {
+        return Some(None);
+    };
+    before.counts?;
+    if before.robot == after.robot {
+        return Some(None);
+    }
+    let (idle_since, cause) = match &before.end {
+        _ if before.span.to > at => (before.idle_since(at), TakeoverCause::StillActive),
+        StintEnd::Left(reason) if reason == "not-applicable" => return Some(None),
+        StintEnd::Left(reason) => (before.idle_since(at), TakeoverCause::Left(reason.clone())),
+        StintEnd::Lost(loss, lost_at) => (*lost_at, TakeoverCause::Lost(*loss)),
+        StintEnd::Ongoing => return Some(None),
+    };
+    Some(Some(Takeover {
+        at,
+        task: after.task,
+        from: before.robot,
+        robot: after.robot,
+        idle_since,
+        cause,
+    }))
+}
+
+/// Returns all stints and takeovers in the events of a run that ended at `end`, in order of time.
+pub fn find_all(
+    setup: &Setup,
+    events: impl IntoIterator<Item: Borrow<EventLine>>,
+    end: SimTime,
+) -> Found {
+    let mut detector = TakeoverDetector::new(setup);
+    let mut found = Found::default();
+    let mut now = SimTime::ZERO;
+    for event in events {
+        let event = event.borrow();
+        if event.t_ms > now {
+            now = event.t_ms;
+            // Later stints are not compared with those that are found here.
+            detector.find(now, &mut found);
+        }
+        detector.add(event);
+    }
+    detector.find_last(end, &mut found);
+    found.sorted()
+}
+
+/// Returns all takeovers from lost robots in the events of a run that ended at `end`, in order of time.
 pub fn loss_takeovers<'a>(
     setup: &Setup,
     events: impl IntoIterator<Item = &'a EventLine>,
+    end: SimTime,
 ) -> Vec<LossTakeover> {
-    let mut detector = TakeoverDetector::new(setup);
-    for event in events {
-        detector.add(event);
-    }
-    detector.take(OPEN)
+    TakeoverDetector::new(setup).after_losses(find_all(setup, events, end))
 }

@@ -8,9 +8,12 @@ use alliance_tests::figures;
 use alliance_tests::runs::{log_of, run, setup, vocabulary};
 use analysis::random_mission::faults::RandomFaults;
 use analysis::random_mission::{CountRange, LengthRange, RandomMission};
+use analysis::report::{History, Metrics};
 use missions::service::data::ServiceSection;
+use observation::takeovers::{Takeover, TakeoverCause};
 use run_log::{LogLevel, RunFile, RunLog};
 use scenario::Scenario;
+use scenario::mission::{FigureValue, MissionFigures};
 
 /// Returns a random scenario with random faults. The seed selects the mission and the allocator in turn.
 fn random_scenario(seed: u64) -> Scenario {
@@ -144,5 +147,108 @@ fn a_wrong_figure_is_detected() {
             let found = figures::run_file(&log).unwrap().0;
             assert_eq!(found.len(), 1, "seed {seed}: {found:?}");
         }
+        // Each figure of the mission, in total and of a robot.
+        let names = right.result.mission.iter().map(|(name, _)| name.to_owned());
+        for name in names.collect::<Vec<_>>() {
+            log.run = right.clone();
+            let figures = &mut log.run.result.mission;
+            *figures = with_wrong(figures, &name);
+            let found = figures::run_file(&log).unwrap().0;
+            assert!(!found.is_empty(), "seed {seed}: {name}");
+        }
+        let (robot, figures) = right.result.robots.iter().next().unwrap();
+        for (name, _) in figures.mission.iter() {
+            log.run = right.clone();
+            let figures = log.run.result.robots.get_mut(robot).unwrap();
+            figures.mission = with_wrong(&figures.mission, name);
+            let found = figures::run_file(&log).unwrap().0;
+            assert!(!found.is_empty(), "seed {seed}: {name} of {robot}");
+        }
     }
+}
+
+/// Returns figures of which one is too large.
+fn with_wrong(figures: &MissionFigures, wrong: &str) -> MissionFigures {
+    let mut changed = MissionFigures::default();
+    for (name, value) in figures.iter() {
+        let value = match value {
+            FigureValue::Count(count) if name == wrong => FigureValue::Count(count + 1),
+            // Some figures of motion have bounds of one step.
+            FigureValue::Real(number) if name == wrong => FigureValue::Real(1.1 * number + 10.0),
+            FigureValue::None if name == wrong => FigureValue::Count(1),
+            value => value,
+        };
+        changed.add(name, value);
+    }
+    changed
+}
+
+fn first_takeover(metrics: &mut Metrics) -> Option<&mut Takeover> {
+    metrics.takeovers.first_mut()
+}
+
+#[test]
+fn a_wrong_metric_is_detected() {
+    type Change = fn(&mut Metrics) -> Option<()>;
+    let changes: [Change; 12] = [
+        |metrics| {
+            metrics
+                .robots
+                .first_mut()
+                .map(|robot| robot.activations += 1)
+        },
+        |metrics| metrics.robots.first_mut().map(|robot| robot.idle.0 += 100),
+        |metrics| {
+            metrics
+                .robots
+                .last_mut()
+                .map(|robot| robot.present.0 += 100)
+        },
+        |metrics| {
+            let mut events = metrics.recurring.iter_mut();
+            events.find_map(|event| event.moments.pop()).map(drop)
+        },
+        |metrics| metrics.failures.pop().map(drop),
+        |metrics| {
+            metrics
+                .failures
+                .first_mut()
+                .map(|failure| failure.at.0 += 100)
+        },
+        |metrics| {
+            metrics
+                .failures
+                .iter_mut()
+                .find_map(|failure| failure.orphan.take())
+                .map(drop)
+        },
+        |metrics| metrics.takeovers.pop().map(drop),
+        |metrics| first_takeover(metrics).map(|takeover| takeover.from += 1),
+        |metrics| first_takeover(metrics).map(|takeover| takeover.idle_since.0 += 100),
+        |metrics| {
+            let cause = TakeoverCause::Left("?".to_owned());
+            first_takeover(metrics).map(|takeover| takeover.cause = cause)
+        },
+        |metrics| {
+            let moments = metrics
+                .recurring
+                .iter_mut()
+                .flat_map(|event| &mut event.moments);
+            moments.last().map(|moment| moment.late.0 += 100)
+        },
+    ];
+    let mut made = [0; 12];
+    for seed in 0..24 {
+        let log = random_run(seed);
+        let metrics = Metrics::compute(&History::read(&log).unwrap(), &log.run);
+        for (index, change) in changes.iter().enumerate() {
+            let mut wrong = metrics.clone();
+            if change(&mut wrong).is_some() {
+                let found = figures::report_of(&log, &wrong).unwrap().0;
+                assert_eq!(found.len(), 1, "seed {seed}, change {index}: {found:?}");
+                made[index] += 1;
+            }
+        }
+    }
+    assert!(!made.contains(&0), "{made:?}");
 }

@@ -91,7 +91,7 @@ impl Suite {
             let mut table = all.plan.scenario(first).map_err(anyhow::Error::msg)?;
             let setup = setup(&table, all.settings(first).seed)?;
             all.objectives.push(MissionObjective {
-                figure: OwnFigure::new(setup.catalog.mission.vocabulary().objective),
+                figure: OwnFigure::new(setup.scenario.mission().objective(&setup.scenario)),
                 limit_s: setup.scenario.limit_s,
             });
             table.remove("allocator");

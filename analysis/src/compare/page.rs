@@ -20,7 +20,7 @@ use crate::sweep::execution::{counted, shell_quoted};
 use crate::sweep::statistics::Interval;
 
 /// The columns of the tables by block after the primary metric: heading, metric and number of decimals.
-const SHOWN: [(&str, Metric, usize); 14] = [
+const SHOWN: [(&str, Metric, usize); 15] = [
     ("PAR2, s", Metric::Par2, 1),
     ("makespan, s", Metric::Makespan, 1),
     ("done", Metric::Done, 1),

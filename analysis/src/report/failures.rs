@@ -1,6 +1,7 @@
-//! Losses of robots: detection by teammates, takeovers, and the outcome for their tasks.
+//! Losses of robots: their detection by teammates, and the outcome for their tasks.
 
-use observation::stints::{Loss, Span, Stint, StintEnd, kept, predecessor};
+use observation::stints::{Loss, Span, Stint, StintEnd};
+use observation::takeovers::Takeover;
 use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
@@ -54,7 +55,8 @@ pub enum OrphanOutcome {
     Covered { by: usize },
     /// A [`Takeover`] by a teammate.
     TakenOver { at: SimTime, by: usize },
-    /// A teammate executed the task next, without a takeover: the task is not exclusive, or the teammate returned to it.
+    /// A teammate executed the task next, without a takeover: the task is not exclusive, the teammate returned to it, or
+    /// the claim of the lost robot was a bid.
     Continued { at: SimTime, by: usize },
     /// The robot itself returned before any teammate activated the task.
     Resumed { at: SimTime },
@@ -62,89 +64,23 @@ pub enum OrphanOutcome {
     Abandoned,
 }
 
-/// The activation of an exclusive task that another robot had not finished.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Takeover {
-    pub at: SimTime,
-    pub task: TaskId,
-    /// Rank of the robot that executed the task last.
-    pub from: usize,
-    pub robot: usize,
-    /// The time of the last progress: the loss of the previous robot; otherwise the latest effect of its stint, or its
-    /// activation.
-    pub idle_since: SimTime,
-    /// The state of the previous robot.
-    pub cause: TakeoverCause,
-}
-
-/// The reason why a takeover was possible.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum TakeoverCause {
-    Lost(Loss),
-    /// The previous robot left the task for this reason, as in events.csv.
-    Left(String),
-    StillActive,
-}
-
-impl TakeoverCause {
-    #[must_use]
-    pub fn is_loss(&self) -> bool {
-        matches!(self, Self::Lost(_))
-    }
-}
-
-impl Failure {
-    /// Returns whether this loss ended the stint. The last step of the stint may or may not count in the tick of the
-    /// loss.
-    fn ended(&self, stint: &Stint, step: SimTime) -> bool {
-        stint.robot == self.robot
-            && matches!(stint.end, StintEnd::Absent | StintEnd::Ongoing)
-            && (self.at..=self.at + step).contains(&stint.span.to)
-    }
-}
-
-impl Takeover {
-    /// Returns the time without progress before the takeover.
-    #[must_use]
-    pub fn latency(&self) -> SimTime {
-        self.at.since(self.idle_since)
-    }
-}
-
-/// Returns all losses of robots and all takeovers, each in order of time. Everything that shows a takeover uses this
-/// function.
-///
-/// A takeover is the activation of an exclusive task by another robot than the one that executed it last (the
-/// predecessor). Claims that last one step (bids) and claims that yield to another claim do not count, and they make no
-/// robot a predecessor. Of simultaneous activations only the first one counts. A return of an absent robot is no
-/// takeover, and neither is the activation of a task that was left as not applicable.
+/// Returns all losses of robots in order of time. `stints` and `takeovers` are those of the run.
 #[must_use]
-pub fn losses_and_takeovers(history: &History, stints: &[Stint]) -> (Vec<Failure>, Vec<Takeover>) {
-    let kept = kept(stints, history.step);
+pub fn failures(history: &History, stints: &[Stint], takeovers: &[Takeover]) -> Vec<Failure> {
     let mut failures = losses(history, stints);
-    let mut takeovers: Vec<Takeover> = kept
-        .iter()
-        .filter(|stint| history.catalog.tasks[stint.task.index()].max_robots == 1)
-        .filter_map(|stint| takeover(history, stint, &kept, &failures))
-        .collect();
-    takeovers.sort_by_key(|takeover| takeover.at);
     for failure in &mut failures {
         let (at, robot) = (failure.at, failure.robot);
         if let Some(orphan) = &mut failure.orphan {
-            orphan.aftermath = aftermath(&kept, &takeovers, (at, robot), orphan.task);
+            orphan.aftermath = aftermath(stints, takeovers, (at, robot), orphan.task);
         }
     }
-    (failures, takeovers)
+    failures
 }
 
 /// Returns all losses, without the outcome for their tasks.
 fn losses(history: &History, stints: &[Stint]) -> Vec<Failure> {
     let losses = history.events.iter().filter_map(|event| {
-        let loss = match event.kind.as_str() {
-            "gone" => Loss::Died,
-            "stalled" => Loss::Stopped,
-            _ => return None,
-        };
+        let loss = Loss::of_kind(&event.kind)?;
         Some((event.t_ms, history.rank(&event.robot)?, loss))
     });
     losses
@@ -162,7 +98,8 @@ fn losses(history: &History, stints: &[Stint]) -> Vec<Failure> {
                 orphan: None,
             };
             let mut stints = stints.iter();
-            let stint = stints.find(|stint| failure.ended(stint, history.step));
+            let end = StintEnd::Lost(loss, at);
+            let stint = stints.find(|stint| stint.robot == robot && stint.end == end);
             failure.orphan = stint.map(|stint| OrphanedTask {
                 task: stint.task,
                 detection: detection(history, &failure, stint.task),
@@ -215,13 +152,14 @@ fn silence(history: &History, by: usize, set: &SetHistory, failure: &Failure) ->
 }
 
 fn aftermath(
-    kept: &[&Stint],
+    stints: &[Stint],
     takeovers: &[Takeover],
     (lost_at, robot): (SimTime, usize),
     task: TaskId,
 ) -> OrphanOutcome {
-    let on_task = || kept.iter().filter(|stint| stint.task == task);
-    let covers = |stint: &&&Stint| {
+    let counts = |stint: &&Stint| stint.task == task && stint.counts == Some(true);
+    let on_task = || stints.iter().filter(counts);
+    let covers = |stint: &&Stint| {
         let Span { from, to } = stint.span;
         stint.robot != robot && from <= lost_at && lost_at < to
     };
@@ -242,41 +180,4 @@ fn aftermath(
     } else {
         OrphanOutcome::Continued { at, by }
     }
-}
-
-/// Returns the takeover that a stint begins, if any.
-fn takeover(
-    history: &History,
-    after: &Stint,
-    kept: &[&Stint],
-    failures: &[Failure],
-) -> Option<Takeover> {
-    let at = after.span.from;
-    // A robot that returns and continues has not activated anything.
-    let returns = !history.robots[after.robot]
-        .present
-        .contains(at - history.step);
-    if returns {
-        return None;
-    }
-    let before = predecessor(after, kept)?;
-    let idle_since = before.idle_since(at);
-    let (stood_since, cause) = match &before.end {
-        _ if before.span.to > at => (idle_since, TakeoverCause::StillActive),
-        StintEnd::Left(reason) if reason == "not-applicable" => return None,
-        StintEnd::Left(reason) => (idle_since, TakeoverCause::Left(reason.clone())),
-        StintEnd::Absent | StintEnd::Ongoing => {
-            let mut failures = failures.iter();
-            let failure = failures.find(|failure| failure.ended(before, history.step))?;
-            (failure.at, TakeoverCause::Lost(failure.loss))
-        }
-    };
-    Some(Takeover {
-        at,
-        task: after.task,
-        from: before.robot,
-        robot: after.robot,
-        idle_since: stood_since,
-        cause,
-    })
 }

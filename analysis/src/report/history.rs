@@ -5,7 +5,6 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, ScopedJoinHandle};
 
 use missions::Registry;
-use observation::stints::Span;
 use proto::view::{ItemView, LevelUnit, Mark};
 use run_log::{
     AllocationRow, EventRow, MessageRow, MissionRow, MotivationRow, PoseRow, ReadError, RunFile,
@@ -21,6 +20,7 @@ use world_server::simulation::Simulation;
 use super::links::LinkHistory;
 use super::robot_history::{ReceivedClaim, RobotHistory, SetHistory, TrackPoint};
 use super::spans::Spans;
+use observation::stints::{Span, end_of_last_counted};
 
 /// The maximum number of levels of all curves. Beyond it, curves are thinned: no figure shows as many.
 const LEVELS_MAX: usize = 8_000_000;
@@ -404,13 +404,6 @@ fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread
         .join()
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-}
-
-/// Returns the end of the last tick in which a report of a lost robot counted, from the detail of its loss.
-fn end_of_last_counted(detail: &str, step: SimTime) -> Option<SimTime> {
-    let (_, tick) = detail.split_once("last counted in tick ")?;
-    let tick: u64 = tick.split(';').next()?.parse().ok()?;
-    Some(SimTime((tick + 1) * step.0))
 }
 
 fn unknown(table: &'static str, name: &str) -> HistoryError {

@@ -1,16 +1,17 @@
 //! The metrics of a report. `page` contains their definitions.
 
-use observation::stints::Stint;
 use proto::tick::Outcome;
 use run_log::{RobotFigures, RunFile, RunOutcome};
 use scenario::ids::TaskId;
 use scenario::mission::columns::ColumnKind;
 use scenario::time::SimTime;
 
-use super::failures::{Failure, Takeover, losses_and_takeovers};
+use super::failures::{Failure, failures};
 use super::history::History;
 use super::spans::Spans;
-use super::stints::stints;
+use super::takeovers::event_line;
+use observation::stints::Stint;
+use observation::takeovers::{Found, Takeover, find_all};
 
 #[derive(Clone, Debug)]
 pub struct Metrics {
@@ -114,8 +115,9 @@ impl Metrics {
     /// Computes all metrics. `run` provides the outcome and the sent messages.
     #[must_use]
     pub fn compute(history: &History, run: &RunFile) -> Self {
-        let stints = stints(history);
-        let (failures, takeovers) = losses_and_takeovers(history, &stints);
+        let events = history.events.iter().cloned().map(event_line);
+        let Found { stints, takeovers } = find_all(&history.setup, events, history.end);
+        let failures = failures(history, &stints, &takeovers);
         let ended = matches!(run.outcome, RunOutcome::Ended(_));
         let robots = (0..history.robots.len())
             .map(|rank| {

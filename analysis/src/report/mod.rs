@@ -1,7 +1,7 @@
 //! `alliance report`: a page with figures and metrics of a run.
 //!
-//! - `history` sorts the rows of a full log by robot and behavior set (`robot_history`). `stints`, `failures` and `metrics` are computed
-//!   from it, without I/O or drawing.
+//! - `history` sorts the rows of a full log by robot and behavior set (`robot_history`). `failures` and `metrics` are computed from it,
+//!   without I/O or drawing.
 //! - [`takeovers`] reads the events after a loss. `figures` draws. `page` and `page_of_two` write pages. `command` reads and writes files.
 //!
 //! A tick lasts until the start of the next one. A robot is *present* in the ticks in which its report counted. A *stint*
@@ -22,7 +22,6 @@ pub(crate) mod metrics;
 pub(crate) mod page;
 pub(crate) mod robot_history;
 pub(crate) mod spans;
-mod stints;
 mod stream;
 pub mod takeovers;
 #[cfg(test)]

@@ -14,7 +14,7 @@ pub fn takeovers_in(folder: &Path, run: &RunFile) -> Vec<LossTakeover> {
     };
     let rows = events.into_deserialize::<EventRow>();
     let events: Vec<EventLine> = rows.map_while(Result::ok).map(event_line).collect();
-    loss_takeovers(&run.setup, &events)
+    loss_takeovers(&run.setup, &events, run.result.sim_time_ms)
 }
 
 /// Returns a row of events.csv as observers of a live run receive it.

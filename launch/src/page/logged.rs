@@ -74,7 +74,8 @@ impl Logged {
         let log = RunLog::from_memory(&replayed.sink, &Registry::current().vocabulary())?;
         let events = log.each_row().map(|row| row.map(event_line));
         let mut events = events.collect::<Result<Vec<_>, _>>()?;
-        let takeovers = loss_takeovers(&logged.run.setup, &events);
+        let end = replayed.run.result.sim_time_ms;
+        let takeovers = loss_takeovers(&logged.run.setup, &events, end);
         events.extend(detected);
         events.extend(takeovers.into_iter().map(LossTakeover::into_event));
         events.sort_by_key(|event| event.t_ms);

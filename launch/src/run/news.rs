@@ -3,7 +3,7 @@
 use std::mem;
 
 use observation::detections::DetectionWatch;
-use observation::takeovers::TakeoverDetector;
+use observation::takeovers::{LossTakeover, TakeoverDetector};
 use proto::event::{EventLine, TickEvents};
 use proto::view::View;
 use scenario::Setup;
@@ -90,26 +90,29 @@ impl RunNews {
         }
         self.view = Some(view.tick);
         let detections = self.detections.see(view);
-        self.takeovers_until(view.now, &detections)
+        match view.outcome {
+            Some(_) => {
+                let takeovers = self.takeovers.finish(view.now);
+                self.lines_of(&takeovers, &detections)
+            }
+            None => self.takeovers_until(view.now, &detections),
+        }
     }
 
     /// Returns the lines about takeovers that are certain at `now`, and about detections. A detection that is found together
     /// with its takeover has no line: it happened at an unknown earlier time.
     pub fn takeovers_until(&mut self, now: SimTime, detections: &[EventLine]) -> Vec<String> {
         let takeovers = self.takeovers.take(now);
+        self.lines_of(&takeovers, detections)
+    }
+
+    fn lines_of(&mut self, takeovers: &[LossTakeover], detections: &[EventLine]) -> Vec<String> {
         let detections = detections.iter().filter(|event| {
             let mut taken = takeovers.iter();
             !taken.any(|each| each.task == event.subject && each.from == event.reason)
         });
         let mut found: Vec<(SimTime, String)> = detections.map(detection).collect();
-        found.extend(takeovers.iter().map(|takeover| {
-            let (robot, task, from) = (&takeover.robot, &takeover.task, &takeover.from);
-            let line = format!(
-                "{robot} takes over {task} from {from}, {}",
-                takeover.delay()
-            );
-            (takeover.at, line)
-        }));
+        found.extend(takeovers.iter().map(takeover));
         found.sort_by_key(|(at, _)| *at);
         self.bounded(found)
     }
@@ -182,6 +185,15 @@ impl RunNews {
         }
         lines
     }
+}
+
+fn takeover(takeover: &LossTakeover) -> (SimTime, String) {
+    let (robot, task, from) = (&takeover.robot, &takeover.task, &takeover.from);
+    let delay = takeover.delay();
+    (
+        takeover.at,
+        format!("{robot} takes over {task} from {from}, {delay}"),
+    )
 }
 
 fn detection(event: &EventLine) -> (SimTime, String) {

@@ -99,7 +99,7 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool, jobs: NonZeroUsize) -> an
             }
         }
     };
-    if let Some(line) = news.finish() {
+    for line in news.see(&team.view()).into_iter().chain(news.finish()) {
         progress.print_line(&line);
     }
     let running_s = began.elapsed().as_secs_f64();

@@ -10,6 +10,7 @@ mod hundreds;
 mod observer;
 mod replayed;
 mod stays;
+mod took_over;
 mod watched;
 
 pub use client::get;

@@ -24,7 +24,7 @@ use scenario::time::SimTime;
 
 use self::missions::{observe, push, waste};
 use self::service::service;
-pub use report::report;
+pub use report::{report, report_of};
 
 /// The tolerance for sums of real numbers, relative to the sum.
 const ROUNDING: f64 = 1e-9;

@@ -1,7 +1,10 @@
 //! The figures of a report.
 
 use analysis::report::{History, HistoryError, Metrics};
+use observation::stints::Loss;
+use observation::takeovers::TakeoverCause;
 use run_log::{AllocationRow, EventRow, MotivationRow, ReadError, RunLog};
+use scenario::ids::TaskId;
 
 use super::{Differences, Tables};
 
@@ -10,8 +13,15 @@ use super::{Differences, Tables};
 /// # Errors
 /// Returns an error if the log cannot be read.
 pub fn report(log: &RunLog) -> Result<Differences, HistoryError> {
-    let history = History::read(log)?;
-    let metrics = Metrics::compute(&history, &log.run);
+    let metrics = Metrics::compute(&History::read(log)?, &log.run);
+    Ok(report_of(log, &metrics)?)
+}
+
+/// Compares the metrics of a report with the tables of a full log.
+///
+/// # Errors
+/// Returns an error if the log cannot be read.
+pub fn report_of(log: &RunLog, metrics: &Metrics) -> Result<Differences, ReadError> {
     let tables = Tables::read(log)?;
     let work = Work::read(&tables, log)?;
     let mut found = Differences::default();
@@ -58,25 +68,54 @@ pub fn report(log: &RunLog) -> Result<Differences, HistoryError> {
         let stated_ms = stated.duplicate.as_ref().map(|spans| spans.total().0);
         found.compare(format!("duplicate of {}", task.name), stated_ms, twice_ms);
     }
+    let mut latest_present = vec![None; tables.robots.len()];
     let losses = tables.events.iter().filter_map(|row| {
         let rank = tables.rank(&row.robot).filter(|_| is_loss(row))?;
         let tick = row.t_ms.0 / tables.step_ms;
         let back = tables.counted[rank].range(tick + 1..).next();
-        Some((row.t_ms.0, rank, back.map(|tick| tick * tables.step_ms)))
+        // A death at the end of a stop leaves no task: the stop has ended the stints.
+        let present = tables.counted[rank].range(..=tick).next_back();
+        let is_first = latest_present[rank] != Some(present);
+        latest_present[rank] = Some(present);
+        let ends = tick as usize..=tick as usize + 1;
+        let mut stints = stints.iter().filter(|stint| stint.robot == rank);
+        let left = stints.find(|stint| stint.end == StintEnd::Absent && ends.contains(&stint.to));
+        let task = left.filter(|_| is_first).map(|stint| stint.task);
+        let back_ms = back.map(|tick| tick * tables.step_ms);
+        Some((row.t_ms.0, rank, row.kind.as_str(), back_ms, task))
     });
-    let stated = metrics.failures.iter();
-    let stated = stated.map(|loss| (loss.at.0, loss.robot, loss.returned_at.map(|back| back.0)));
-    let name = "report: losses (at, robot, back)";
+    let task_name = |task: TaskId| tables.setup.catalog.tasks[task.index()].name.as_str();
+    let kind = |loss: Loss| match loss {
+        Loss::Died => "gone",
+        Loss::Stopped => "stalled",
+    };
+    let stated = metrics.failures.iter().map(|failure| {
+        let back_ms = failure.returned_at.map(|back| back.0);
+        let task = failure.orphan.as_ref().map(|orphan| task_name(orphan.task));
+        (
+            failure.at.0,
+            failure.robot,
+            kind(failure.loss),
+            back_ms,
+            task,
+        )
+    });
+    let name = "report: losses (at, robot, loss, back, task)";
     found.compare(name, stated.collect::<Vec<_>>(), losses.collect());
     let stated = metrics.takeovers.iter().map(|takeover| {
-        let task = tables.setup.catalog.tasks[takeover.task.index()]
-            .name
-            .as_str();
+        let task = task_name(takeover.task);
         let (at_ms, since_ms) = (takeover.at.0, takeover.idle_since.0);
-        (at_ms, task, takeover.from, takeover.robot, since_ms)
+        let cause = match &takeover.cause {
+            TakeoverCause::StillActive => "active".to_owned(),
+            TakeoverCause::Left(reason) => reason.clone(),
+            TakeoverCause::Lost(loss) => kind(*loss).to_owned(),
+        };
+        (at_ms, task, takeover.from, takeover.robot, since_ms, cause)
     });
-    let name = "report: takeovers (at, task, from, to, idle since)";
-    found.compare(name, stated.collect(), takeovers(&tables, &stints));
+    let mut stated: Vec<_> = stated.collect();
+    stated.sort();
+    let name = "report: takeovers (at, task, from, to, idle since, cause)";
+    found.compare(name, stated, takeovers(&tables, &stints));
     for recurring in &metrics.recurring {
         let period_ms = recurring.period.map(|period| period.0);
         let mut before_ms = 0;
@@ -115,6 +154,7 @@ struct SetWork<'a> {
 /// An unbroken time in which a robot works on a task, in ticks.
 struct Stint<'a> {
     robot: usize,
+    set: &'a str,
     task: &'a str,
     from: usize,
     to: usize,
@@ -220,12 +260,16 @@ impl<'a> Work<'a> {
     fn stints(&self, tables: &Tables<'_>) -> Vec<Stint<'a>> {
         let mut stints = Vec::new();
         for set in &self.sets {
-            let mut from = 0;
-            for run in set.active.chunk_by(|a, b| a == b) {
-                if run[0] {
-                    stints.push(stint(tables, set, from, from + run.len()));
-                }
-                from += run.len();
+            let name = tables.robots[set.robot];
+            let joins = tables.of_kind("joined").filter(|row| row.robot == name);
+            let joins: Vec<u64> = joins.map(|row| row.t_ms.0 / tables.step_ms).collect();
+            let ticks: Vec<usize> = (0..set.active.len()).collect();
+            // A new process begins a new stint, also in the next tick.
+            let is_same = |a: &usize, b: &usize| {
+                set.active[*a] == set.active[*b] && !joins.contains(&(*b as u64))
+            };
+            for run in ticks.chunk_by(is_same).filter(|run| set.active[run[0]]) {
+                stints.push(stint(tables, set, run[0], run[0] + run.len()));
             }
         }
         stints.sort_by_key(|stint| (stint.from, stint.robot));
@@ -256,6 +300,7 @@ fn stint<'a>(tables: &Tables<'_>, set: &SetWork<'a>, from: usize, to: usize) -> 
     });
     Stint {
         robot: set.robot,
+        set: set.name,
         task: set.task,
         from,
         to,
@@ -269,58 +314,70 @@ fn stint<'a>(tables: &Tables<'_>, set: &SetWork<'a>, from: usize, to: usize) -> 
     }
 }
 
-/// Returns time, task, previous robot, next robot and the time of the last progress of each takeover.
-fn takeovers<'t>(
-    tables: &Tables<'t>,
-    stints: &[Stint<'t>],
-) -> Vec<(u64, &'t str, usize, usize, u64)> {
-    let gives_in = |stint: &Stint<'_>| {
+/// A takeover: time, task, previous robot, next robot, time of the last progress and state of the previous robot.
+type Takeover<'t> = (u64, &'t str, usize, usize, u64, String);
+
+/// Returns the takeovers by the definition in docs/book/results.md. The numbers are those of its rules.
+fn takeovers<'t>(tables: &Tables<'t>, stints: &[Stint<'t>]) -> Vec<Takeover<'t>> {
+    let has_row = |kind: &str, stint: &Stint<'_>| {
+        let (at_ms, name) = (
+            stint.from as u64 * tables.step_ms,
+            tables.robots[stint.robot],
+        );
+        let of_robot = |row: &&EventRow| row.robot == name && row.t_ms.0 == at_ms;
+        let mut rows = tables.of_kind(kind).filter(of_robot);
+        rows.any(|row| row.subject == stint.set)
+    };
+    let is_bid = |stint: &Stint<'_>| stint.to == stint.from + 1; // 3
+    let yields = |stint: &Stint<'_>| {
         stint.end == StintEnd::Left("arbitration".to_owned())
             && stints.iter().any(|other| {
-                other.robot != stint.robot
-                    && other.task == stint.task
-                    && (other.from..other.to).contains(&stint.from)
-            })
+                let included = (other.from..other.to).contains(&stint.from);
+                let differs = other.robot != stint.robot && other.task == stint.task;
+                differs && included && other.to >= stint.to
+            }) // 4
     };
-    let is_bid = |stint: &Stint<'_>| stint.end != StintEnd::Absent && stint.to - stint.from <= 1;
-    let is_kept = |stint: &&Stint<'_>| !is_bid(stint) && !gives_in(stint);
-    let kept = || stints.iter().filter(is_kept);
-    let mut found = Vec::new();
-    for next in kept() {
+    let counts = |stint: &&Stint<'_>| !is_bid(stint) && !yields(stint); // 5
+    let counted: Vec<&Stint<'_>> = stints.iter().filter(counts).collect();
+    let exclusive = |name: &str| {
         let mut tasks = tables.setup.catalog.tasks.iter();
-        let task = tasks.find(|task| task.name == next.task);
-        let is_exclusive = task.is_some_and(|task| task.max_robots == 1);
-        let returns = !tables.counted[next.robot].contains(&(next.from as u64).saturating_sub(1));
-        let on_task = || kept().filter(|stint| stint.task == next.task);
+        tasks.any(|task| task.name == name && task.max_robots == 1)
+    };
+    let mut found = Vec::new();
+    for next in &counted {
+        let on_task = || counted.iter().filter(|stint| stint.task == next.task);
         let is_second = on_task().any(|stint| stint.from == next.from && stint.robot < next.robot);
-        if !is_exclusive || returns || is_second {
-            continue;
+        if !exclusive(next.task) || !has_row("activated", next) || is_second {
+            continue; // 2, 7
         }
-        let earlier = on_task().filter(|stint| stint.from < next.from);
-        let Some(before) = earlier.max_by_key(|stint| (stint.to.min(next.from), stint.from)) else {
+        let mut earlier: Vec<_> = on_task().filter(|stint| stint.from < next.from).collect();
+        earlier.sort_by_key(|stint| (stint.to.min(next.from), stint.from, stint.robot)); // 6
+        let Some(before) = earlier.last().filter(|stint| stint.robot != next.robot) else {
             continue;
         };
-        if before.robot == next.robot {
-            continue;
-        }
-        let progress = before.idle_since(next.from) as u64 * tables.step_ms;
-        let since_ms = match &before.end {
-            _ if before.to > next.from => progress,
+        let progress_ms = before.idle_since(next.from) as u64 * tables.step_ms;
+        let (since_ms, cause) = match &before.end {
+            _ if before.to > next.from => (progress_ms, "active".to_owned()),
             StintEnd::Left(reason) if reason == "not-applicable" => continue,
-            StintEnd::Left(_) => progress,
-            StintEnd::Ongoing | StintEnd::Absent => {
+            StintEnd::Left(reason) => (progress_ms, reason.clone()),
+            StintEnd::Ongoing => continue,
+            StintEnd::Absent => {
                 let end_ms = before.to as u64 * tables.step_ms;
                 let lost = tables.robots[before.robot];
-                let loss = tables.events.iter().find(|row| {
+                let losses = tables.events.iter().filter(|row| {
                     let ends = row.t_ms.0..=row.t_ms.0 + tables.step_ms;
                     is_loss(row) && row.robot == lost && ends.contains(&end_ms)
                 });
-                let Some(loss) = loss else { continue };
-                loss.t_ms.0
+                // A death at the end of a stop did not end the stint.
+                let Some(loss) = losses.min_by_key(|row| row.t_ms) else {
+                    continue;
+                };
+                (loss.t_ms.0, loss.kind.clone())
             }
         };
         let at_ms = next.from as u64 * tables.step_ms;
-        found.push((at_ms, next.task, before.robot, next.robot, since_ms));
+        found.push((at_ms, next.task, before.robot, next.robot, since_ms, cause)); // 8
     }
+    found.sort();
     found
 }

@@ -127,7 +127,7 @@ fn one(
             for (x, block) in points {
                 if let Some(found) = &analysis.blocks[*block].summaries[rival][place] {
                     let name = format!("{}, {} {x}", data.allocators[rival], against.axis);
-                    let show = |value: f64| primary.show(value);
+                    let show = |value: f64| metric.show(value);
                     let text = estimate_hint(&name, (found.mean, found.interval), show, found.n);
                     hints.add_at(&chart, (x + shift, found.mean), &text);
                 }

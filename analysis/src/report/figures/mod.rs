@@ -24,13 +24,13 @@ use scenario::mission::columns::{ColumnKind, display_name};
 
 pub use self::room::Room;
 use self::timeline::Timeline;
-use super::failures::Takeover;
 use super::faults::{FaultSpan, fault_spans};
 use super::history::History;
 use super::metrics::Metrics;
 use super::robot_history::SetHistory;
 use crate::figures::canvas::{INK, Mark, Sheet, WHITE};
 use crate::figures::legend::Sample;
+use observation::takeovers::Takeover;
 
 /// Opacity of the bands in which a robot is dead or stopped. They are darker than active bands, also in gray.
 const ABSENT: f64 = 0.75;

@@ -255,54 +255,6 @@ fn a_robot_alone_and_a_run_without_a_tick() {
     assert_eq!(metrics.recurring[0].overdue, SimTime::ZERO);
 }
 
-/// The takeovers that the events alone show are those of the report, at the end of a run and while it is live.
-#[test]
-fn events_alone_show_the_takeovers_of_the_report() {
-    let mut count = 0;
-    for (allocator, fault) in [
-        ("alliance", "fault.kill = 'gold'\nat_s = 70.0"),
-        (
-            "alliance",
-            "fault.pause = 'gold'\nat_s = 70.0\nfor_s = 60.0",
-        ),
-        ("alliance", "fault.kill = 'green'\nat_s = 90.0\nfor_s = 5.0"),
-        ("cbba", "fault.kill = 'blue'\nat_s = 80.0"),
-        ("murdoch", "fault.kill = 'gold'\nat_s = 75.0\nfor_s = 40.0"),
-    ] {
-        let text =
-            format!("allocator = '{allocator}'\nlimit_s = 240.0\n[[faults.timeline]]\n{fault}\n");
-        let log = testkit::run(testkit::setup(testkit::scenario(&text)));
-        let setup = &log.run.setup;
-        let history = History::read(&log).unwrap();
-        let takeovers = Metrics::compute(&history, &log.run).takeovers.into_iter();
-        let lost = takeovers.filter(|takeover| takeover.cause.is_loss());
-        let name = |rank: usize| setup.scenario.robots[rank].name.clone();
-        let expected: Vec<_> = lost
-            .map(|takeover| {
-                let task = history.catalog.task_name(takeover.task).to_owned();
-                let (by, from) = (name(takeover.robot), name(takeover.from));
-                (takeover.at, by, task, from, takeover.latency())
-            })
-            .collect();
-        let parts = |all: Vec<LossTakeover>| -> Vec<_> {
-            let all = all.into_iter();
-            all.map(|each| (each.at, each.robot, each.task, each.from, each.after))
-                .collect()
-        };
-        let events: Vec<EventLine> = log.each_row().map(|row| event_line(row.unwrap())).collect();
-        assert_eq!(parts(loss_takeovers(setup, &events)), expected, "{text}");
-        let mut detector = TakeoverDetector::new(setup);
-        let mut live = Vec::new();
-        for event in &events {
-            live.extend(detector.take(event.t_ms));
-            detector.add(event);
-        }
-        assert_eq!(parts(live), expected, "{text}");
-        count += expected.len();
-    }
-    assert!(count >= 3, "{count} takeovers");
-}
-
 /// The detection that the views show is that of the report.
 #[test]
 fn views_show_the_detection_of_the_report() {

@@ -2,6 +2,7 @@
 
 mod histories;
 mod losses;
+mod takeovers;
 mod tasks;
 
 use std::path::Path;
@@ -19,7 +20,6 @@ use scenario::ids::TaskId;
 use scenario::time::SimTime;
 use scenario::{Robot, Scenario, Setup, TaskSection};
 
-use super::failures::TakeoverCause;
 use super::figures::{FigureSelection, figures};
 use super::history::History;
 use super::made::RunOrigin as MadeHow;
@@ -30,8 +30,10 @@ use super::takeovers::event_line;
 use crate::replay_views::retrace_into;
 use crate::{testkit, visit};
 use observation::detections::DetectionWatch;
-use observation::stints::{Span, StintEnd};
-use observation::takeovers::{LossTakeover, TakeoverDetector, loss_takeovers};
+use observation::stints::{Loss, Span, StintEnd};
+use observation::takeovers::{
+    LossTakeover, TakeoverCause, TakeoverDetector, find_all, loss_takeovers,
+};
 
 const BLUE: usize = 0;
 const GOLD: usize = 1;
@@ -223,7 +225,39 @@ impl Made {
     }
 
     fn metrics(&self) -> Metrics {
-        Metrics::compute(&self.history, &self.run_file())
+        let mut history = self.history.clone();
+        history.events.extend(self.activations());
+        history.events.sort_by_key(|event| event.t_ms);
+        Metrics::compute(&history, &self.run_file())
+    }
+
+    /// Returns the rows of activations in the rows of motivations, unless the log has a row for the start.
+    fn activations(&self) -> Vec<EventRow> {
+        let has_row = |robot: &str, at: SimTime| {
+            self.history.events.iter().any(|event| {
+                let begins = ["activated", "back"].contains(&event.kind.as_str());
+                begins && event.robot == robot && event.t_ms == at
+            })
+        };
+        let mut rows = Vec::new();
+        for robot in &self.history.robots {
+            for set in &robot.sets {
+                let starts = set.active.iter().map(|span| span.from);
+                rows.extend(
+                    starts
+                        .filter(|at| !has_row(&robot.name, *at))
+                        .map(|at| EventRow {
+                            t_ms: at,
+                            kind: "activated".to_owned(),
+                            robot: robot.name.clone(),
+                            subject: set.name.clone(),
+                            reason: String::new(),
+                            detail: String::new(),
+                        }),
+                );
+            }
+        }
+        rows
     }
 
     /// Returns the page without figures.

@@ -31,7 +31,7 @@ fn stints_with_their_effects_and_ends() {
     assert_eq!(
         facts,
         [
-            (GOLD, vec![at(20.0)], StintEnd::Absent),
+            (GOLD, vec![at(20.0)], StintEnd::Lost(Loss::Died, at(30.0))),
             (BLUE, vec![at(55.0)], StintEnd::Ongoing),
         ]
     );
