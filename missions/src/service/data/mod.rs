@@ -24,6 +24,7 @@ pub use loads::{fits, too_heavy};
 pub use paths::Paths;
 pub use points::{PointSpec, points};
 pub use precedence::{predecessors, successors};
+pub use room::crew_reach_m;
 pub use section::{
     Charger, CostMeasure, Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection,
     TaskGranularity,
