@@ -1,13 +1,14 @@
 //! The laws of service with task properties, for every allocator on random instances.
 //!
 //! - `instances`: the instances of each class. `laws`: the laws, from the log of a run.
-//! - `frames`: rooms with an origin, and rooms of 100 km.
+//! - `frames`: rooms with an origin, and rooms of 100 km. `starve`: places that must not keep robots from the rest.
 
 #![allow(clippy::unwrap_used)] // Clippy exempts test functions only, not their helpers.
 
 mod frames;
 mod instances;
 mod laws;
+mod starve;
 
 use in_process::Team;
 use missions::Registry;

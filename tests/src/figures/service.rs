@@ -62,6 +62,8 @@ struct Follower<'a> {
     tables: &'a Tables<'a>,
     section: &'a ServiceSection,
     points: Vec<Point>,
+    /// The number of the points at the start.
+    initial: usize,
     /// The work of each robot in the last step, by rank.
     worked: Vec<Option<usize>>,
     work: Vec<Steps>,
@@ -88,6 +90,7 @@ pub fn service(tables: &Tables<'_>) -> OfMission {
             .iter()
             .map(|spec| new_point(section, spec.kind, spec.arrives.0))
             .collect(),
+        initial: specs.len(),
         worked: vec![None; team],
         work: vec![Steps::default(); team],
         surplus: vec![Steps::default(); team],
@@ -345,9 +348,11 @@ impl Follower<'_> {
             .section
             .duration_s
             .map_or(u64::MAX, |end_s| (1000.0 * end_s).round() as u64);
+        // Only drawn points can be cut. Their numbers follow those of the stated points.
+        let drawn = self.section.points.len()..self.initial;
         let points = self.points.iter().enumerate();
-        let unfinished = points.filter(move |(_, point)| match point.state {
-            State::Waiting => point.arrival_ms < until_ms,
+        let unfinished = points.filter(move |(number, point)| match point.state {
+            State::Waiting => !drawn.contains(number) || point.arrival_ms < until_ms,
             State::Open => true,
             State::Over => false,
         });

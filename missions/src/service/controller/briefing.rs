@@ -9,7 +9,7 @@ use crate::geometry::is_possible_place;
 use crate::service::bus::PointFact;
 use crate::service::data::{
     Charger, CostMeasure, KnowledgeSource, Paths, ServiceSection, Slots, TaskGranularity, Terms,
-    terms,
+    crew_reach_m, terms,
 };
 
 /// The share of the capacity at which a robot leaves a charger.
@@ -20,13 +20,18 @@ pub(super) struct Briefing {
     pub tasks: TaskGranularity,
     pub known: KnowledgeSource,
     pub reach_m: f32,
+    /// The reach of a point at which several robots work together, m.
+    crew_reach_m: f32,
     pub sight_m: f32,
     pub step_s: f32,
     pub kinds: Vec<KindParameters>,
     pub room: Room,
     pub step: SimTime,
     pub slots: Slots,
-    pub chargers: Vec<Vec2>,
+    pub chargers: Vec<Charger>,
+    capacity_j: f32,
+    /// The power of a robot at top speed, W.
+    pub drive_w: f64,
     /// The energy at which a robot drives to a charger, and at which it goes back to work, J.
     pub energy_limits_j: [f32; 2],
     /// The longest time that a robot waits at a point for the robots of the other slots.
@@ -51,6 +56,8 @@ impl Briefing {
     pub fn from_setup(setup: &Setup) -> Self {
         let scenario = &setup.scenario;
         let section = ServiceSection::of(scenario);
+        let energy = scenario.energy.as_ref();
+        let capacity_j = energy.map_or(0.0, |energy| energy.capacity_j);
         let kinds = section.kinds.iter().map(|kind| KindParameters {
             name: kind.name.clone(),
             kept: kind.kept,
@@ -60,20 +67,18 @@ impl Briefing {
             tasks: section.tasks,
             known: section.known,
             reach_m: section.reach_m,
+            crew_reach_m: crew_reach_m(scenario),
             sight_m: section.sight_m,
             step_s: scenario.step_ms as f32 / 1000.0,
             kinds: kinds.collect(),
             room: scenario.room,
             step: SimTime(scenario.step_ms),
             slots: Slots::new(section),
-            chargers: section.chargers.iter().map(Charger::place).collect(),
-            energy_limits_j: [section.reserve.unwrap_or(0.2) as f32, CHARGED].map(|share| {
-                share
-                    * scenario
-                        .energy
-                        .as_ref()
-                        .map_or(0.0, |energy| energy.capacity_j)
-            }),
+            chargers: section.chargers.clone(),
+            capacity_j,
+            drive_w: energy.map_or(0.0, |energy| f64::from(energy.idle_w + energy.drive_w)),
+            energy_limits_j: [section.reserve.unwrap_or(0.2) as f32, CHARGED]
+                .map(|share| share * capacity_j),
             paths: (section.costs == CostMeasure::Path)
                 .then(|| Paths::new(scenario))
                 .flatten(),
@@ -161,6 +166,19 @@ impl Briefing {
     /// Returns the point of a task, if each point is a task.
     pub fn point(&self, task: TaskId) -> u16 {
         self.slots.point(task)
+    }
+
+    /// Returns the time in which a charger fills an empty battery.
+    pub fn full_charge(&self, charger: usize) -> SimTime {
+        SimTime::from_secs_f64(f64::from(self.capacity_j) / self.chargers[charger].rate_w)
+    }
+
+    /// Returns the distance from a point within which robots work, m.
+    pub fn reach_m_of(&self, point: u16) -> f32 {
+        match self.slots.of_point(point).len() {
+            0 | 1 => self.reach_m,
+            _ => self.crew_reach_m,
+        }
     }
 
     /// Returns whether robots must work together at a point.

@@ -7,8 +7,8 @@ use crate::service::bus::PointFact;
 
 #[derive(Clone, Debug)]
 pub(super) struct CrewMember {
-    /// The longest wait for the robots of the other slots. It differs between robots, so that two incomplete crews do
-    /// not exchange their robots for ever.
+    /// The longest wait for the robots of the other slots. It differs between robots, so that two incomplete crews
+    /// seldom exchange all their robots.
     patience: SimTime,
     /// The task of the slot that the robot fills.
     pub task: Option<TaskId>,

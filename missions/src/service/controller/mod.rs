@@ -40,6 +40,7 @@ use crew::CrewMember;
 use load::Load;
 use memory::{Memory, is_open};
 use progress::Progress;
+use recharge::Recharge;
 use wander::Wander;
 
 /// The maximum number of known points per step that are checked for absence, if there is no board.
@@ -70,8 +71,7 @@ struct ServiceController {
     /// The point whose load the robot carries.
     laden: Option<u16>,
     load: Load,
-    /// The charger to which the robot drives, or at which it charges, m.
-    charger: Option<Vec2>,
+    recharge: Recharge,
     /// The point to which the way was blocked, with the work left, s, and the time since when both are the same.
     blocked: Option<(u16, f32, SimTime)>,
     /// The number of the point from which the absence check continues.
@@ -94,7 +94,7 @@ impl ServiceController {
             heading_for: None,
             laden: None,
             load: Load::new(&setup.scenario.robots[robot.index()]),
-            charger: None,
+            recharge: Recharge::default(),
             crew: CrewMember::new(robot, setup.scenario.robots.len(), briefing.coalition_wait),
             blocked: None,
             looked_for: 0,
@@ -247,7 +247,8 @@ impl ServiceController {
         let is_same = |known: &(u16, f32, SimTime)| (known.0, known.1) == (fact.point, fact.left_s);
         let known = self.blocked.filter(is_same);
         let blocked = known.unwrap_or((fact.point, fact.left_s, now));
-        let may_queue = position.distance(fact.at) <= self.briefing.reach_m + QUEUE_M;
+        let reach_m = self.briefing.reach_m_of(fact.point);
+        let may_queue = position.distance(fact.at) <= reach_m + QUEUE_M;
         if may_queue && now.since(blocked.2) < QUEUE_TIME {
             self.blocked = Some(blocked);
         } else {
@@ -274,7 +275,7 @@ impl ServiceController {
     /// Estimates the way to a point at top speed, s. `None` without a way.
     fn drive_s(&self, from: Vec2, fact: &PointFact) -> Option<f64> {
         let way_m = self.briefing.way_m(from, fact.at)?;
-        let way_m = (way_m - self.briefing.reach_m).max(0.0);
+        let way_m = (way_m - self.briefing.reach_m_of(fact.point)).max(0.0);
         Some(self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0)))
     }
 
@@ -350,8 +351,8 @@ impl MissionController for ServiceController {
                 *applicable = self.is_reachable(behavior.task, position);
             }
         }
-        self.update_charging(input.readings);
-        if self.charger.is_some() {
+        self.update_charging(input.readings, input.now);
+        if self.recharge.charger.is_some() {
             perception.applicable.fill(false);
         }
     }
@@ -403,7 +404,8 @@ impl MissionController for ServiceController {
         self.heading_for = target.map(|fact| fact.point);
         if let (Some(fact), Some(position)) = (target, input.position()) {
             self.wander.end();
-            let (near_m, distance_m) = (self.briefing.reach_m, position.distance(fact.at));
+            let near_m = self.briefing.reach_m_of(fact.point);
+            let distance_m = position.distance(fact.at);
             let slot = self
                 .crew
                 .task
@@ -426,7 +428,7 @@ impl MissionController for ServiceController {
         } else if let Some(position) = input.position() {
             self.crew.note_wait(None, input.now);
             self.load.forget_refusal();
-            output.actuation = match self.charger {
+            output.actuation = match self.recharge.charger {
                 Some(charger) => {
                     self.drive_to_charger(charger, position, input.readings, input.now)
                 }
@@ -488,7 +490,7 @@ pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
         let speed_m_s = scenario.body_of(robot).speed_m_s;
         let cost_ms = |(number, point): (u16, &data::PointSpec)| {
             let way_m = briefing.way_m(start, point.at).unwrap_or(0.0);
-            let way_m = (way_m - briefing.reach_m).max(0.0);
+            let way_m = (way_m - briefing.reach_m_of(number)).max(0.0);
             let mut start_s = f64::from(way_m / speed_m_s);
             if point.opens_after > SimTime::ZERO {
                 start_s = start_s.max((point.arrives + point.opens_after).as_secs_f64());

@@ -129,7 +129,7 @@ impl ServiceController {
     ) {
         let from = input.position();
         let has_energy = input.readings.energy_j.is_none_or(|left_j| left_j > 0.0);
-        let can_go = from.is_some() && has_energy && self.charger.is_none();
+        let can_go = from.is_some() && has_energy && self.recharge.charger.is_none();
         let is_open = self.memory.applicable(&self.briefing, input.now);
         for (behavior, is_open) in input.behaviors.iter().zip(is_open) {
             let task = behavior.task;

@@ -21,7 +21,7 @@ impl ServiceController {
 
     /// Returns whether the robot stands at its place in a crew that is not complete.
     pub(super) fn stands_in_crew(&self, fact: &PointFact, distance_m: f32) -> bool {
-        let near_m = self.briefing.reach_m;
+        let near_m = self.briefing.reach_m_of(fact.point);
         let is_near = distance_m <= near_m / 2.0;
         self.briefing.has_slots(fact.point)
             && (is_near || distance_m <= near_m && self.driver.is_blocked())
@@ -39,8 +39,9 @@ impl ServiceController {
         let is_waiting = self.briefing.has_slots(fact.point)
             && !works
             && now >= opens
-            && distance_m <= self.briefing.reach_m;
-        if self.crew.note_wait(is_waiting.then_some(fact.point), now) {
+            && distance_m <= self.briefing.reach_m_of(fact.point);
+        let point = is_waiting.then_some(fact.point);
+        if self.crew.note_wait(point, now) {
             let span = self.briefing.coalition_wait;
             self.memory.failed.suspend(fact.point, span, now);
         }

@@ -26,6 +26,7 @@ pub use objective::VALUE_COLLECTED;
 pub use paths::Paths;
 pub use points::{PointSpec, points};
 pub use precedence::{predecessors, successors};
+pub use room::crew_reach_m;
 pub use section::{
     Charger, CostMeasure, Interval, Kind, KnowledgeSource, Point, RandomPoints, ServiceSection,
     TaskGranularity,

@@ -74,7 +74,7 @@ pub(super) fn all() -> Vec<ParameterSpec> {
         time(
             "duration_s",
             Words("for ever"),
-            "time from which no point arrives or comes back",
+            "time from which no drawn point arrives and no point comes back",
         ),
         flag(
             "uncovered",

@@ -9,7 +9,6 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::limits::{check_name, whole};
 use scenario::{BehaviorSpec, Catalog, KeyPath, Problem, Scenario};
 
-use super::room::has_room;
 use super::{MAX_KINDS, Point, SLOT, ServiceSection, TaskGranularity};
 
 /// A slot of a point.
@@ -219,24 +218,13 @@ pub(super) fn check_needs(scenario: &Scenario, point: &Point, at: KeyPath) -> Re
         check_name(at.key(skill), skill)?;
         whole(1, MOST_ROBOTS.into(), "").check(at.key(skill), f64::from(*count))?;
     }
-    let count = point.needs.values().sum();
+    let count: u32 = point.needs.values().sum();
     if count > MOST_ROBOTS {
         let what = format!("{count} robots");
         return Err(Problem::at(
             at,
             what,
             format!("give at most {MOST_ROBOTS} in all"),
-        ));
-    }
-    if !has_room(scenario, section.reach_m, count) {
-        let what = format!(
-            "{count} robots of radius {} m have no room within reach_m, {} m, of the point",
-            scenario.body.radius_m, section.reach_m
-        );
-        return Err(Problem::at(
-            at,
-            what,
-            "give fewer robots, or a longer reach_m",
         ));
     }
     Ok(())

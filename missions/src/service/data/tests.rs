@@ -84,7 +84,6 @@ fn mistakes_in_properties_give_one_line_of_error() {
         with(&["needs = { arm = 0 }"]),
         with(&["needs = { arm = 17 }"]),
         with(&["needs = { 'an arm' = 1 }"]),
-        with(&["needs = { arm = 2, camera = 2, drill = 1 }"]),
         with(&["", "needs = { arm = 2, camera = 2 }"]),
         with(&["needs = { arm = 1, camera = 1 }\n"])
             + "[[robots]]\nname = 'r1'\nskills = { arm = 1, camera = 1 }\n\
@@ -485,6 +484,10 @@ fn points_without_a_way_give_a_warning() {
     let near: &str = &points.replace("x_m = 6", "x_m = 4.4");
     let random = "random = [{ kind = 't', n = 4 }, { kind = 'u', n = 4 }]";
     let only_u = "skills = { u = 1 }";
+    let chargers = &format!(
+        "{points}\nchargers = [{{ x_m = 7, y_m = 2, rate_w = 9 }}, {{ x_m = 2, y_m = 2, rate_w = 9 }}]"
+    );
+    let energy = "[energy]\ncapacity_j = 500\nidle_w = 1\ndrive_w = 9";
     let answers = [
         (wall, points, "", 1.0),
         (wall, points, "", 7.0),
@@ -495,6 +498,7 @@ fn points_without_a_way_give_a_warning() {
         (wall, random, "", 7.0),
         (wall, random, only_u, 7.0),
         (strip, random, "", 1.0),
+        (wall, chargers, energy, 1.0),
     ]
     .map(|(walls, points, skills, start_m)| {
         let text = format!(

@@ -11,6 +11,7 @@ use super::{Kind, Point, ServiceSection};
 pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
     let section = ServiceSection::of(scenario);
     let at = KeyPath::new(["service"]);
+    let limit = ("limit_s", Some(scenario.limit_s));
     let mut found = Vec::new();
     for (index, kind) in section.kinds.iter().enumerate() {
         let at = at.key("kinds").index(index);
@@ -42,7 +43,7 @@ pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
         }
         let at = at.key("arrival_s");
         let arrives = format!("p{index} arrives at {} s", point.arrival_s);
-        if let Some(late) = too_late(scenario, point.arrival_s) {
+        if let Some(late) = too_late([limit], point.arrival_s) {
             found.push(Problem::at(at, format!("{arrives}, {late}"), EARLIER));
         } else if done_s.is_finite() && done_s > scenario.limit_s {
             let limit_s = scenario.limit_s;
@@ -58,10 +59,11 @@ pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
             0.0 => batch.at_s,
             rate_hz => batch.at_s + f64::from(batch.n) / rate_hz,
         };
-        if let Some(late) = too_late(scenario, batch.at_s) {
+        let ends = [("service.duration_s", section.duration_s), limit];
+        if let Some(late) = too_late(ends, batch.at_s) {
             let what = format!("the points arrive from {} s on, {late}", batch.at_s);
             found.push(Problem::at(at.key("at_s"), what, EARLIER));
-        } else if let Some(late) = too_late(scenario, last_s) {
+        } else if let Some(late) = too_late(ends, last_s) {
             let what = format!("the last point arrives at about {last_s:.0} s, {late}");
             let remedy = "increase it, or give fewer points";
             found.push(Problem::at(at.key("rate_hz"), what, remedy));
@@ -72,8 +74,8 @@ pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
     found
 }
 
-/// Returns a problem for each stated point to which no able robot has a way at the start, and for drawn points if they
-/// may lie at such a place.
+/// Returns a problem for each stated point to which no able robot has a way at the start, for each charger to which no
+/// robot has one, and for drawn points if they may lie at such a place.
 fn without_a_way(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
     let section = ServiceSection::of(scenario);
     let Some(ways) = Ways::new(scenario, starts) else {
@@ -100,6 +102,13 @@ fn without_a_way(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
             found.push(Problem::at(at, what, remedy));
         }
     }
+    for (index, charger) in section.chargers.iter().enumerate() {
+        if !ways.lead_any_robot_to(charger.place()) {
+            let (x_m, y_m) = (charger.x_m, charger.y_m);
+            let what = format!("obstacles leave no way to the charger c{index} at ({x_m}, {y_m})");
+            found.push(Problem::at(at.key("chargers").index(index), what, remedy));
+        }
+    }
     for (index, batch) in section.random.iter().enumerate() {
         let kind = batch.kind.as_ref().map(|name| section.kind_named(name));
         let mut kinds = 0..section.kinds.len();
@@ -118,15 +127,9 @@ fn without_a_way(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
 
 const EARLIER: &str = "let it arrive earlier, or allow more time";
 
-/// Returns in words why a point that arrives at this time cannot be done; `None` if it is early enough.
-fn too_late(scenario: &Scenario, arrival_s: f64) -> Option<String> {
-    let ends = [
-        (
-            "service.duration_s",
-            ServiceSection::of(scenario).duration_s,
-        ),
-        ("limit_s", Some(scenario.limit_s)),
-    ];
+/// Returns in words why a point that arrives at this time cannot be done; `None` if it is before all of these ends, by
+/// key.
+fn too_late<const N: usize>(ends: [(&str, Option<f64>); N], arrival_s: f64) -> Option<String> {
     let mut ends = ends.into_iter();
     ends.find_map(|(key, end_s)| {
         let end_s = end_s.filter(|end_s| arrival_s >= *end_s)?;

@@ -13,6 +13,8 @@ use super::ServiceSection;
 pub struct Ways {
     regions: Regions,
     homes: BTreeMap<String, BTreeSet<u32>>,
+    /// The regions in which any robot starts.
+    starts: BTreeSet<u32>,
     reach_m: f32,
 }
 
@@ -32,6 +34,7 @@ impl Ways {
         let skills = section.skills().into_iter();
         Some(Self {
             regions,
+            starts: near.iter().flatten().copied().collect(),
             homes: skills.map(|name| (name.clone(), of_skill(&name))).collect(),
             reach_m: section.reach_m,
         })
@@ -42,6 +45,14 @@ impl Ways {
     pub fn lead_to<'s>(&self, mut skills: impl Iterator<Item = &'s String>, at: Vec2) -> bool {
         let near = self.regions.near(at, self.reach_m);
         skills.all(|skill| !near.is_disjoint(&self.homes[skill]))
+    }
+
+    /// Returns whether any robot has a way to a place.
+    pub(super) fn lead_any_robot_to(&self, at: Vec2) -> bool {
+        !self
+            .regions
+            .near(at, self.reach_m)
+            .is_disjoint(&self.starts)
     }
 
     /// Returns whether all places of the room can be reached by robots with this skill.

@@ -6,7 +6,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
 
-use crate::service::data::{ServiceSection, Slots};
+use crate::service::data::{ServiceSection, Slots, crew_reach_m};
 
 /// The time for which a team waits without motion and work until this counts as a deadlock.
 const DEADLOCK_TIME: SimTime = SimTime(5000);
@@ -15,6 +15,8 @@ const DEADLOCK_TIME: SimTime = SimTime(5000);
 #[derive(Debug)]
 pub(super) struct Crews {
     pub slots: Slots,
+    /// The reach of a point with several slots, m.
+    pub reach_m: f32,
     /// By name of the skill, then by rank.
     skills: BTreeMap<String, Vec<f64>>,
     names: Vec<String>,
@@ -39,6 +41,7 @@ impl Crews {
                 .map(|robot| robot.name.clone())
                 .collect(),
             slots,
+            reach_m: crew_reach_m(scenario),
         }
     }
 

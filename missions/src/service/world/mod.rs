@@ -183,10 +183,14 @@ impl Service {
         let (skill, _) = crews.skill(robot, point, slot);
         let is_open = self.points.open_kind(point).is_some();
         let is_in_window = floor.now() >= self.points.opens(point);
-        if !is_open || !is_in_window || distance > self.constants.section.reach_m || skill <= 0.0 {
+        let slots = crews.slots.of_point(point).len();
+        let reach_m = match slots {
+            1 => self.constants.section.reach_m,
+            _ => crews.reach_m,
+        };
+        if !is_open || !is_in_window || distance > reach_m || skill <= 0.0 {
             return;
         }
-        let slots = crews.slots.of_point(point).len();
         let has_worked = self.robots[robot.index()].worked == Some(point);
         let member = Member { robot, has_worked };
         if let Some(surplus) = self.gathering.fill(point, slot, slots, member) {

@@ -47,6 +47,8 @@ struct Point {
     arrives: SimTime,
     /// The stated arrival time of the current round, from which the window counts.
     due: SimTime,
+    /// True for a drawn point that never arrives, because its arrival is after `duration_s`.
+    is_cut: bool,
     /// The number of predecessors that are not done.
     blocked_by: u16,
     /// The predecessor that will never be done.
@@ -91,7 +93,7 @@ pub(super) struct Points {
     values: Values,
     /// The points that wait for each point, by number. Empty if no point has predecessors.
     successors: Vec<Vec<u16>>,
-    /// The time from which no point arrives or comes back.
+    /// The time from which no drawn point arrives and no point comes back.
     until: SimTime,
     /// The combined hash of the variable data of all points. Covers points that faults have added.
     hash: u64,
@@ -112,6 +114,7 @@ impl Point {
             round: 0,
             arrives: spec.arrives,
             due: spec.arrives,
+            is_cut: false,
             blocked_by: 0,
             lost: None,
             carrier: None,
@@ -126,13 +129,18 @@ impl Point {
         let comes_back = self.spec.comes_back_after.and_then(round_after);
         let expires = self.spec.expires_after.map(|after| self.due + after);
         match self.phase {
-            Phase::Waiting if self.due >= until => None,
+            Phase::Waiting if self.is_cut => None,
             Phase::Waiting if self.lost.is_some() => Some(SimTime::ZERO),
             Phase::Waiting if self.blocked_by > 0 => expires,
             Phase::Waiting => Some(self.arrives),
             Phase::Open => [expires, comes_back].into_iter().flatten().min(),
             Phase::Done | Phase::Expired => comes_back,
         }
+    }
+
+    /// Returns whether the point has yet to arrive.
+    fn is_pending(&self) -> bool {
+        self.phase == Phase::Waiting && !self.is_cut
     }
 
     /// Returns the place where the next work is: where the load is picked up, or delivered.
@@ -151,8 +159,8 @@ impl Point {
         (4.0 * self.left_s / self.spec.work_s).ceil() as u64
     }
 
-    fn count_in(&self, until: SimTime, counts: &mut Counts, add: impl Fn(&mut u64, u64)) {
-        if self.phase == Phase::Waiting && self.due < until {
+    fn count_in(&self, counts: &mut Counts, add: impl Fn(&mut u64, u64)) {
+        if self.is_pending() {
             add(&mut counts.pending, 1);
         }
         if self.phase == Phase::Open {
@@ -202,32 +210,35 @@ impl Points {
             until: until.unwrap_or(SimTime(u64::MAX)),
             hash: 0,
         };
-        for spec in specs {
-            points.add(spec);
+        let stated = section.points.len();
+        for (number, spec) in specs.into_iter().enumerate() {
+            let is_cut = number >= stated && spec.arrives >= points.until;
+            points.insert(Point {
+                is_cut,
+                ..Point::new(spec)
+            });
         }
         points.order(&predecessors(section));
         points
     }
 
-    /// Lets points wait for their predecessors. The successors of a point that never arrives expire.
+    /// Lets points wait for their predecessors.
     fn order(&mut self, before: &[Vec<u16>]) {
         self.successors = successors(before);
         for (before, number) in before.iter().zip(0..) {
             self.change(number, |point| point.blocked_by = before.len() as u16);
         }
-        for (number, point) in (0..before.len() as u16).zip(self.points.clone()) {
-            if point.due >= self.until {
-                self.lose_successors(number);
-            }
-        }
     }
 
     /// Adds a point, which arrives at its arrival time. Returns its number.
     pub fn add(&mut self, spec: PointSpec) -> u16 {
+        self.insert(Point::new(spec))
+    }
+
+    fn insert(&mut self, point: Point) -> u16 {
         let number = self.points.len() as u16;
-        let point = Point::new(spec);
         self.hash ^= point.hash(number);
-        point.count_in(self.until, &mut self.counts, |sum, by| *sum += by);
+        point.count_in(&mut self.counts, |sum, by| *sum += by);
         self.scheduled_changes
             .extend(point.next(self.until).map(|next| (next, number)));
         self.points.push(point);
@@ -337,9 +348,9 @@ impl Points {
         let (was, place) = (point.phase, point.place());
         let had = point.next(self.until);
         self.hash ^= point.hash(number);
-        point.count_in(self.until, &mut self.counts, |sum, by| *sum -= by);
+        point.count_in(&mut self.counts, |sum, by| *sum -= by);
         edit(point);
-        point.count_in(self.until, &mut self.counts, |sum, by| *sum += by);
+        point.count_in(&mut self.counts, |sum, by| *sum += by);
         self.hash ^= point.hash(number);
         let is = point.phase;
         if (was == Phase::Open) != (is == Phase::Open) {
@@ -484,10 +495,11 @@ impl Points {
 
     /// Returns the number of unfinished points for which `holds` is true.
     fn unfinished_for(&self, holds: impl Fn(u16, &PointSpec) -> bool) -> u64 {
-        let unfinished = self.points.iter().zip(0..).filter(|(point, _)| {
-            let is_pending = point.phase == Phase::Waiting && point.due < self.until;
-            is_pending || point.phase == Phase::Open
-        });
+        let unfinished = self
+            .points
+            .iter()
+            .zip(0..)
+            .filter(|(point, _)| point.is_pending() || point.phase == Phase::Open);
         let count = unfinished.filter(|(point, number)| holds(*number, &point.spec));
         count.count() as u64
     }
@@ -571,7 +583,7 @@ impl Points {
         };
         let mut hash = 0;
         for (point, number) in self.points.iter().zip(0..) {
-            point.count_in(self.until, &mut counts, |sum, by| *sum += by);
+            point.count_in(&mut counts, |sum, by| *sum += by);
             hash ^= point.hash(number);
             if !(0.0..=point.spec.work_s).contains(&point.left_s) {
                 return Err(format!(
