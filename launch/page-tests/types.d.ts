@@ -179,7 +179,7 @@ export type Ground = {
 
 /** A solid object within the range of one beam. */
 export type Hit = {
-  /** The free distance along the beam from the robot's edge, m; 0 is contact. */
+  /** The free distance along the beam, m; 0 is contact. It counts from the line at right angles to the beam that touches the body, one radius from its center. For the center beam this is the robot's edge; for the outer beams, the edge is up to one radius behind the line. */
   distance_m: number;
   /** The direction of the outward surface normal at the hit, in the robot's frame, rad in (-π, π]. */
   normal_rad: number;

@@ -39,7 +39,7 @@ const ADDRESS: &str = "127.0.0.1:8765";
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Foxglove")]
 pub struct FoxgloveArgs {
-    /// Serve the run to Foxglove at this address [default: 127.0.0.1:8765], at 1x unless --speed says otherwise
+    /// Serve the run to Foxglove at this address [default: 127.0.0.1:8765], at 1x without --speed
     #[arg(
         long,
         value_name = "ADDRESS",
