@@ -249,7 +249,7 @@ fn counts(stint: &Stint, stints: &[Stint], step: SimTime, now: SimTime) -> Optio
     }
     let is_bid = stint.span.length() <= step;
     let has_yielded = stint.end == StintEnd::Left("arbitration".to_owned());
-    Some(!is_bid && !(has_yielded && is_contested))
+    Some(!(is_bid || has_yielded && is_contested))
 }
 
 /// Returns the order by which the last one of several stints is the predecessor of a stint that begins at `at`: by the

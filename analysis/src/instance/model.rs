@@ -47,7 +47,7 @@ pub struct Instance {
     pub result: Option<RunResult>,
 }
 
-/// A rectangular floor.
+/// A rectangular floor and its frame of coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Floor {

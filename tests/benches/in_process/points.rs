@@ -51,7 +51,7 @@ fn needs(point: &mut Point, _: usize) {
 
 /// A chain of three points.
 fn precedence(point: &mut Point, number: usize) {
-    if number % 3 > 0 {
+    if !number.is_multiple_of(3) {
         point.after = vec![format!("p{}", number - 1)];
     }
 }
