@@ -63,7 +63,9 @@ pub struct Seal {
 
 /// Missing, changed or added rows in the log of a run that has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the log is damaged: {file} agrees with its seals for {whole} of the {ticks} ticks in run.json")]
+#[error(
+    "the log is damaged: {file} agrees with its seals for {whole} of the {ticks} ticks in run.json"
+)]
 pub struct Damage {
     pub file: &'static str,
     /// The number of complete ticks.

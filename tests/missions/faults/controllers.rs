@@ -66,7 +66,11 @@ fn the_tasks_of_robots_with_broken_actuators_or_babble_are_taken_over() {
         let mut rows = log.rows::<MotivationRow>().unwrap();
         rows.retain(|row| row.robot == robot && row.behavior_set == task && row.t_ms == at(at_s));
         // A robot senses that it has no power, and gives up its task.
-        let state = if name == "no-power" { "hibernating" } else { "active" };
+        let state = if name == "no-power" {
+            "hibernating"
+        } else {
+            "active"
+        };
         assert_eq!(rows[0].state, state, "{name}");
         let mut taken = log.events("activated");
         taken.retain(|row| row.detail == task && row.robot != robot && row.t_ms > at(at_s));
