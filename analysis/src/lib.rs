@@ -10,7 +10,7 @@
 //! - [`sweep`]: many runs and their statistics. [`compare`]: allocators under faults. [`random_mission`]: random
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
 //! - [`controllers`]: controllers in Python that a plan names. [`tune`]: parameter search for allocators.
-//! - [`hunt`]: search for faults that break allocators. [`bench`]: suites that never change, and the check of a result.
+//! - [`hunt`]: search for faults that break allocators. [`mod@bench`]: suites that never change, and the check of a result.
 //! - [`strategies`]: L-ALLIANCE's strategies against the optimum.
 //! - [`check`]: the effective parameters of a scenario, before a run. [`table`]: tables in a terminal. [`progress`]: the
 //!   display of long work.

@@ -120,9 +120,9 @@ mod tests {
         assert_eq!(of(&stated, 0), Ok(Metric::Par2));
         assert_eq!(of(&stated, 1), Ok(Metric::Done));
         assert_ne!(stated.digest(), plan("expired").digest());
-        let error = of(&plan("doen"), 1).unwrap_err().to_string();
+        let error = of(&plan("finished"), 1).unwrap_err().to_string();
         assert!(
-            error.contains("missions.b.metric: there is no metric 'doen'"),
+            error.contains("missions.b.metric: there is no metric 'finished'"),
             "{error}"
         );
     }
