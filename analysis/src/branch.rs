@@ -28,7 +28,7 @@ use world_server::simulation::Simulation;
 use crate::open;
 use crate::progress::Progress;
 use crate::replay::{setup_of, tell_other_programs};
-use crate::sweep::shell_quoted;
+use crate::shell::shell_quoted;
 
 /// The options of a branch.
 #[derive(Args, Clone, Debug, Default)]

@@ -12,7 +12,7 @@ use scenario::limits::check_name;
 use scenario::{Problem, Robot, Scenario, Vocabulary};
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::sweep::execution::shell_quoted;
+use crate::shell::shell_quoted;
 
 /// A value of `--controller`: `NAME=FILE`.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -11,7 +11,7 @@
 //!   missions for sweeps. [`invariants`]: conditions that every run must satisfy.
 //! - [`controllers`]: controllers in Python that a plan names. [`tune`]: parameter search for allocators.
 //! - [`hunt`]: search for faults that break allocators. [`mod@bench`]: suites that never change, and the check of a result.
-//! - [`strategies`]: L-ALLIANCE's strategies against the optimum.
+//! - [`strategies`]: L-ALLIANCE's strategies against the optimum. [`shell`]: words of printed commands.
 //! - [`check`]: the effective parameters of a scenario, before a run. [`table`]: tables in a terminal. [`progress`]: the
 //!   display of long work.
 //!
@@ -47,6 +47,7 @@ pub mod replay_views;
 pub mod report;
 #[cfg(feature = "rosbag")]
 pub mod ros_messages;
+pub mod shell;
 pub mod strategies;
 pub mod sweep;
 pub mod table;

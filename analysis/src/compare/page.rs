@@ -16,7 +16,8 @@ use crate::page::{
     LANDSCAPE, about, choice, choosing, document, drawing, estimate, number, percent, sorting,
     table,
 };
-use crate::sweep::execution::{counted, shell_quoted};
+use crate::shell::shell_quoted;
+use crate::sweep::execution::counted;
 use crate::sweep::statistics::Interval;
 
 /// The columns of the tables by block after the primary metric: heading, metric and number of decimals.

@@ -22,7 +22,8 @@ use crate::columns::{Entry, Table};
 use crate::invariants::Invariants;
 use crate::new_file::write_atomically;
 use crate::report::command::{FigureOptions, report};
-use crate::sweep::execution::{counted, repeat_command, shell_quoted};
+use crate::shell::shell_quoted;
+use crate::sweep::execution::{counted, repeat_command};
 
 /// A finding with the names of its files.
 pub struct Shown<'r> {

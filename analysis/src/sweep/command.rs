@@ -8,7 +8,7 @@ use comfy_table::Table;
 use terminal::stderr_line;
 use world_server::mission_args::Known;
 
-use super::execution::{Arguments, FAILURES, PlanCommand, counted, repeat_command, shell_quoted};
+use super::execution::{Arguments, FAILURES, PlanCommand, counted, repeat_command};
 use super::figures::{draw, numbers};
 use super::journal::Header;
 use super::page::{LATEX, Page};
@@ -20,6 +20,7 @@ use crate::controllers::ControllerFiles;
 use crate::figures::canvas::Sheet;
 use crate::figures::{Figure, files};
 use crate::new_file::write_atomically;
+use crate::shell::shell_quoted;
 use crate::{exit_status, table};
 
 const FAULTS: &str = "faults";

@@ -27,6 +27,7 @@ use crate::figures::size::SizeOptions;
 use crate::interrupted::{InterruptFlag, Interrupted};
 use crate::new_file::{make_folder, write_atomically};
 use crate::progress::RunProgress;
+use crate::shell::shell_quoted;
 use crate::strategies;
 use crate::strategies::command::StrategiesStudy;
 use crate::workers::run_parallel;
@@ -514,23 +515,6 @@ pub fn repeat_command(scenario: &str, seed: u64, check: bool) -> String {
     format!("alliance run {scenario} --seed {seed} --in-process{check}")
 }
 
-/// Quotes a path for a shell. A path that begins with `-` would be read as an option.
-#[must_use]
-pub fn shell_quoted(path: &Path) -> String {
-    let here = if path.to_string_lossy().starts_with('-') {
-        "./"
-    } else {
-        ""
-    };
-    let text = format!("{here}{}", path.display());
-    let plain = |c: char| c.is_alphanumeric() || "/._-+,=:@".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        text
-    } else {
-        format!("'{}'", text.replace('\'', r"'\''"))
-    }
-}
-
 /// Returns a number with its noun in the singular or plural, such as "1 run" or "2 runs".
 #[must_use]
 pub fn counted(count: usize, noun: &str) -> String {
@@ -546,17 +530,6 @@ pub fn jobs(text: &str) -> Result<NonZeroUsize, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn paths_are_quoted_for_a_shell() {
-        assert_eq!(
-            shell_quoted(Path::new("sweeps/a-1.toml")),
-            "sweeps/a-1.toml"
-        );
-        assert_eq!(shell_quoted(Path::new("my $weep")), "'my $weep'");
-        assert_eq!(shell_quoted(Path::new("it's")), r"'it'\''s'");
-        assert_eq!(shell_quoted(Path::new("-x y")), "'./-x y'");
-    }
 
     #[test]
     fn the_example_is_a_plan() {

@@ -25,7 +25,7 @@ pub(crate) mod shard;
 pub(crate) mod statistics;
 mod summary;
 
-pub use execution::{jobs, jobs_or_cores, shell_quoted};
+pub use execution::{jobs, jobs_or_cores};
 pub use journal::parse as parse_journal;
 pub use plan::Plan;
 pub use statistics::wilson;

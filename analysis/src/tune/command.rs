@@ -24,9 +24,10 @@ use crate::figures::files;
 use crate::interrupted::{InterruptFlag, Interrupted};
 use crate::new_file::{make_folder, write_atomically};
 use crate::progress::RunProgress;
+use crate::shell::shell_quoted;
 use crate::sweep::design::apply_change;
 use crate::sweep::execution::{
-    PLAN, command_words, jobs, jobs_or_cores, plan_name, read_plan, read_text, shell_quoted,
+    PLAN, command_words, jobs, jobs_or_cores, plan_name, read_plan, read_text,
 };
 use crate::sweep::shard::Shard;
 use crate::table::bullets;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use analysis::sweep::shell_quoted;
+use analysis::shell::shell_quoted;
 use anyhow::{Context, bail};
 use clap::Args;
 use cluster::key_files::{KeyFiles, STANDARD_INPUT};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use analysis::interrupted::INTERRUPTED_STATUS;
 use analysis::report::takeovers::takeovers_in;
-use analysis::sweep::shell_quoted;
+use analysis::shell::shell_quoted;
 use analysis::table;
 use comfy_table::Table;
 use proto::control::FaultStatus;

@@ -22,8 +22,8 @@ use scenario::{KeyPath, Problem, Scenario, Setup, TomlFile, Vocabulary};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::design::{Design, apply_change};
-use super::execution::shell_quoted;
 use crate::random_mission::RandomMission;
+use crate::shell::shell_quoted;
 use factors::{
     CheckedSetting, disjoint, drawn, faults, grid, leaves, list, path, presets, sample, seeds,
 };
