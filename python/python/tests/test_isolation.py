@@ -242,6 +242,8 @@ def test_ctrl_c_and_exit_pass():
         def step(self, now, messages, sets):
             time.sleep(0.05)
 
+    # A shell starts background jobs with the signal ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
     timer.start()
     with pytest.raises(KeyboardInterrupt):
