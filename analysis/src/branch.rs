@@ -160,6 +160,12 @@ fn check_log(folder: &Path, logged: &RunLog) -> anyhow::Result<()> {
             "branch from a run that has ended"
         ));
     }
+    let (recorded, this) = (&logged.run.version, env!("CARGO_PKG_VERSION"));
+    if recorded != this {
+        let what = format!("the run was recorded by version {recorded}; this is version {this}");
+        let remedy = format!("branch with version {recorded}, or run its scenario again");
+        bail!(Problem::with_source(source, what, remedy));
+    }
     if let Some(damage) = logged.damage() {
         let remedy = "branch from a complete log";
         bail!(Problem::with_source(source, damage.to_string(), remedy));

@@ -298,7 +298,7 @@ fn impossible_branches_are_refused_in_one_line() {
     };
     make("run", &[]);
     make("cbba", &["--allocator", "cbba"]);
-    for torn in ["torn", "unfinished", "damaged"] {
+    for torn in ["torn", "unfinished", "damaged", "old"] {
         make(torn, &["--log", "full"]);
     }
     let poses = lab.path("torn/poses.csv");
@@ -312,6 +312,7 @@ fn impossible_branches_are_refused_in_one_line() {
     };
     edit("unfinished", "\"time-limit\"", "\"running\"");
     edit("damaged", "\"seed\": 1", "\"seed\": 2");
+    edit("old", "\"version\": \"0.1.0\"", "\"version\": \"0.0.9\"");
     let cases = [
         "--from run",
         "--at 10s",
@@ -320,6 +321,7 @@ fn impossible_branches_are_refused_in_one_line() {
         "--from torn --at 10s",
         "--from unfinished --at 10s",
         "--from damaged --at 10s",
+        "--from old --at 10s",
         "--from run --at 12s",
         "--from run --at 1h",
         "--from run --at -1s",
