@@ -24,7 +24,7 @@ pub struct ControllerFile {
 /// The controllers in Python of a command.
 #[derive(Args, Clone, Debug, Default)]
 pub struct ControllerFiles {
-    /// Controller in Python that the plan names like an allocator
+    /// Controller in Python, used under this name like an allocator
     #[arg(long = "controller", value_name = "NAME=FILE", value_parser = parse)]
     pub files: Vec<ControllerFile>,
     /// The other files of these controllers: the modules of their folders that they have imported.

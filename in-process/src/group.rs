@@ -13,7 +13,7 @@ use crate::run::{Run, Seat, Workspaces};
 pub(super) const TOGETHER: usize = 32;
 
 impl Run {
-    /// Steps the next group of robots. Returns `false` if no robot is left.
+    /// Steps the next group of robots, or the whole team on several threads. Returns `false` if no robot is left.
     pub(super) fn step_group(&mut self, inputs: &TickInputs) -> bool {
         if let Some(mut crew) = self.take_crew(inputs) {
             let any = self.step_team(&mut crew);

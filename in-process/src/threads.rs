@@ -8,7 +8,7 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 pub(super) struct Threads(ThreadPool);
 
 impl Threads {
-    /// Starts `count - 1` threads, because the calling thread works, too.
+    /// Starts `count - 1` threads, at least one, because the calling thread works, too.
     ///
     /// # Errors
     /// If the system does not start them.

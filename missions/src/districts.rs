@@ -1,4 +1,5 @@
-//! Division of a large room into equal districts, without walls between them, to limit the robots and tasks of each.
+//! Division of a large room into equal districts, without walls between them, to limit the robots and tasks of each, and
+//! the search for the nearest places.
 
 use glam::Vec2;
 use scenario::{Radio, Robot, Room};

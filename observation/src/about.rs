@@ -27,7 +27,7 @@ pub fn about(mode: &str, run: &str, folder: &str, setup: &Setup, log: Value) -> 
         .map(|set| json!({"name": set.name, "task": set.task}))
         .collect();
     let terms = catalog.mission.vocabulary();
-    let mission_faults = catalog.mission.vocabulary().faults.iter();
+    let mission_faults = terms.faults.iter();
     let mission = json!({
         "name": catalog.mission.name(),
         "columns": terms.columns,

@@ -303,10 +303,13 @@ impl StintTracker {
         if time > row_at {
             later.push((time, task));
         }
-        for stint in self.stints.iter_mut().flatten() {
+        let stints = match task {
+            Some(task) => &mut self.stints[task.index()..=task.index()],
+            None => &mut self.stints[..],
+        };
+        for stint in stints.iter_mut().flatten() {
             let Span { from, to } = stint.span;
-            let is_of_task = task.is_none_or(|task| task == stint.task);
-            if stint.robot == robot && is_of_task && from < time && time <= to {
+            if stint.robot == robot && from < time && time <= to {
                 let index = stint.effects.partition_point(|effect| *effect < time);
                 if stint.effects.get(index) != Some(&time) {
                     stint.effects.insert(index, time);

@@ -109,7 +109,6 @@ pub fn choices() -> Value {
             "name": builtin.name,
             "about": scenario.description,
             "robots": scenario.robots.len(),
-            "allocators": scenario.allocator_list(),
         }))
     });
     let allocators = vocabulary.allocators.iter();

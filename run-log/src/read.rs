@@ -325,13 +325,12 @@ fn cut(tables: &mut BTreeMap<Table, Vec<u8>>, level: LogLevel) -> Cut {
 
 /// Returns whether the first whole row of this part of a table is of a time after `last`, ms.
 fn begins_after(table: Table, part: &[u8], last: Option<SimTime>) -> bool {
-    match table {
-        // Inputs and answers can belong to later ticks, and messages in flight to earlier ones.
-        Table::Inputs | Table::External | Table::Messages => return true,
-        _ => {}
+    // Inputs and answers can belong to later ticks, and messages in flight to earlier ones.
+    if matches!(table, Table::Inputs | Table::External | Table::Messages) {
+        return true;
     }
-    let mut lines = whole_lines(part).filter_map(|line| str::from_utf8(line).ok());
-    let mut times = lines.by_ref().filter_map(|line| line.split(',').next());
+    let lines = whole_lines(part).filter_map(|line| str::from_utf8(line).ok());
+    let mut times = lines.filter_map(|line| line.split(',').next());
     // A table without rows of complete ticks begins with its header here.
     let first = times.find_map(|time| time.parse().ok());
     first.is_none_or(|first| last.is_none_or(|last| SimTime(first) > last))

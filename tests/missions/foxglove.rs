@@ -3,14 +3,11 @@
 use std::net::TcpListener;
 use std::path::Path;
 
-use alliance_tests::harness::{Lab, alliance};
-use alliance_tests::python::{python, run};
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use alliance_tests::harness::{Lab, free_ports};
+use alliance_tests::observers::{assert_observer_can_die, facts};
+use alliance_tests::python::python;
+use alliance_tests::testkit::DEFAULT_HASH;
 use serde_json::{Value, json};
-
-/// The hash of the default mission.
-const DEFAULT: &str = "cf2fc051d99e95cf";
 
 /// A day with a late robot, an obstacle and a dead sensor. The client kills gold.
 const DAY: &str = r#"
@@ -29,14 +26,9 @@ timeline = [
 ]
 "#;
 
-/// Runs the script, which starts a run with the folder `out`. Returns its facts.
 #[track_caller]
 fn connect(lab: &Lab, python: &Path, mode: &str, out: &str, arguments: &str) -> Value {
-    let program = alliance();
-    let program = program.to_str().unwrap();
-    let mut words = vec![mode, program, out, "--no-page"];
-    words.extend(arguments.split_whitespace());
-    serde_json::from_str(&run(lab, python, "foxglove_client.py", &words)).unwrap()
+    facts(lab, python, "foxglove_client.py", &[mode], (out, arguments))
 }
 
 #[test]
@@ -87,7 +79,11 @@ fn no_client_changes_a_byte_of_the_run() {
     let lab = Lab::new();
     for mode in ["hostile", "slow"] {
         let facts = connect(&lab, &python, mode, mode, "--speed max");
-        assert_eq!(lab.log(mode).run.hash.as_deref(), Some(DEFAULT), "{mode}");
+        assert_eq!(
+            lab.log(mode).run.hash.as_deref(),
+            Some(DEFAULT_HASH),
+            "{mode}"
+        );
         if mode == "hostile" {
             assert!(facts["connections"].as_u64() > Some(0), "{facts}");
         }
@@ -97,18 +93,10 @@ fn no_client_changes_a_byte_of_the_run() {
 #[test]
 fn a_run_continues_without_its_process_for_foxglove() {
     let lab = Lab::new();
-    let port = free_port();
+    let port = free_ports(1)[0];
     let arguments = format!("run --no-page --out run --speed 20x --foxglove=127.0.0.1:{port}");
-    let mut launcher = lab.start(&*arguments);
     let shown = format!("Foxglove ws://127.0.0.1:{port} (process ");
-    launcher.wait_for_stderr(&shown);
-    let stderr = launcher.stderr();
-    let (_, rest) = stderr.split_once(&shown).unwrap();
-    let pid = rest.split(')').next().unwrap().parse().unwrap();
-    kill(Pid::from_raw(pid), Signal::SIGKILL).unwrap();
-    launcher.wait_for_stderr("the process for Foxglove was killed by SIGKILL; the run continues");
-    launcher.wait().expect(0);
-    assert_eq!(lab.log("run").run.hash.as_deref(), Some(DEFAULT));
+    assert_observer_can_die(&lab, &arguments, &shown, "Foxglove");
 }
 
 #[test]
@@ -162,10 +150,4 @@ fn runs_that_foxglove_cannot_have_are_refused() {
     let refusal = lab.refusal("cluster foxglove over");
     let expected = "alliance cluster foxglove: over: the run is over; use `alliance export`\n";
     assert_eq!(refusal, expected);
-}
-
-/// Returns a port that was free a moment ago.
-fn free_port() -> u16 {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    listener.local_addr().unwrap().port()
 }

@@ -1,7 +1,7 @@
 //! The pictures of runs in the README and the book are those that the program draws.
 
 use std::fs;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use alliance_tests::harness::Lab;
 use alliance_tests::python::python;
@@ -15,13 +15,14 @@ fn the_pictures_of_the_documents_are_those_of_the_program() {
     let lab = Lab::new();
     let made = lab.path("img");
     fs::create_dir(&made).unwrap();
-    let status = Command::new("sh")
+    let output = Command::new("sh")
         .arg(in_repository("docs/img/make.sh"))
         .arg(env!("CARGO_BIN_EXE_alliance-under-test"))
         .arg(&made)
-        .stderr(Stdio::null())
-        .status();
-    assert!(status.unwrap().success());
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
     let mut names = Vec::new();
     for file in fs::read_dir(&made).unwrap() {
         let name = file.unwrap().file_name().into_string().unwrap();

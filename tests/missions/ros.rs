@@ -2,14 +2,11 @@
 
 use std::path::Path;
 
-use alliance_tests::harness::{Lab, alliance};
-use alliance_tests::python::{python, run};
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use alliance_tests::harness::Lab;
+use alliance_tests::observers::{assert_observer_can_die, facts};
+use alliance_tests::python::python;
+use alliance_tests::testkit::DEFAULT_HASH;
 use serde_json::{Value, json};
-
-/// The hash of the default mission.
-const DEFAULT: &str = "cf2fc051d99e95cf";
 
 /// A day with a late robot, a crash, an obstacle and a dead sensor, and with a name that ROS does not accept.
 const DAY: &str = r#"
@@ -29,14 +26,9 @@ timeline = [
 ]
 "#;
 
-/// Runs the script, which starts a run with the folder `out`. Returns its facts.
 #[track_caller]
 fn subscribe(lab: &Lab, python: &Path, mode: &str, out: &str, arguments: &str) -> Value {
-    let program = alliance();
-    let program = program.to_str().unwrap();
-    let mut words = vec![mode, "7", program, out, "--no-page"];
-    words.extend(arguments.split_whitespace());
-    serde_json::from_str(&run(lab, python, "ros_topics.py", &words)).unwrap()
+    facts(lab, python, "ros_topics.py", &[mode, "7"], (out, arguments))
 }
 
 #[test]
@@ -66,23 +58,20 @@ fn no_subscriber_changes_a_byte_of_the_run() {
     let lab = Lab::new();
     for mode in ["hostile", "stopped"] {
         subscribe(&lab, &python, mode, mode, "--speed max");
-        assert_eq!(lab.log(mode).run.hash.as_deref(), Some(DEFAULT), "{mode}");
+        assert_eq!(
+            lab.log(mode).run.hash.as_deref(),
+            Some(DEFAULT_HASH),
+            "{mode}"
+        );
     }
 }
 
 #[test]
 fn a_run_continues_without_its_process_for_ros() {
     let lab = Lab::new();
-    let mut launcher =
-        lab.start("run --no-page --out run --speed 20x --ros --ros-router tcp/127.0.0.1:9");
-    launcher.wait_for_stderr("ROS 2 domain 0, router tcp/127.0.0.1:9 (process ");
-    let stderr = launcher.stderr();
-    let (_, rest) = stderr.split_once("127.0.0.1:9 (process ").unwrap();
-    let pid = rest.split(')').next().unwrap().parse().unwrap();
-    kill(Pid::from_raw(pid), Signal::SIGKILL).unwrap();
-    launcher.wait_for_stderr("the process for ROS was killed by SIGKILL; the run continues");
-    launcher.wait().expect(0);
-    assert_eq!(lab.log("run").run.hash.as_deref(), Some(DEFAULT));
+    let arguments = "run --no-page --out run --speed 20x --ros --ros-router tcp/127.0.0.1:9";
+    let shown = "ROS 2 domain 0, router tcp/127.0.0.1:9 (process ";
+    assert_observer_can_die(&lab, arguments, shown, "ROS");
 }
 
 #[test]

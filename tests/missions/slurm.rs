@@ -2,11 +2,10 @@
 //! loopback.
 
 use std::fs::{self, File};
-use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Child, Command, Output, Stdio};
 
-use alliance_tests::harness::{Lab, wait_until};
+use alliance_tests::harness::{Lab, free_ports, wait_until};
 use alliance_tests::needs::cannot_run;
 use alliance_tests::testkit::in_repository;
 use nix::sys::signal::{Signal, kill};
@@ -143,14 +142,6 @@ fn program(name: &str) -> String {
 fn output_of(name: &str, argument: &str) -> String {
     let output = Command::new(name).arg(argument).output().unwrap();
     String::from_utf8(output.stdout).unwrap().trim().to_owned()
-}
-
-/// Returns `count` unused ports.
-fn free_ports(count: usize) -> Vec<u16> {
-    let listeners = (0..count).map(|_| TcpListener::bind("127.0.0.1:0").unwrap());
-    let listeners: Vec<TcpListener> = listeners.collect();
-    let port = |listener: &TcpListener| listener.local_addr().unwrap().port();
-    listeners.iter().map(port).collect()
 }
 
 /// Returns whether Slurm is installed. Prints how to install it otherwise.

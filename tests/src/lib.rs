@@ -9,6 +9,7 @@ pub mod harness;
 pub mod hosts;
 pub mod lies;
 pub mod needs;
+pub mod observers;
 pub mod operator;
 pub mod python;
 pub mod recompute;

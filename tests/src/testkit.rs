@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 use run_log::{RunLog, RunOutcome, TickRow};
 use scenario::fault::{Fault, Order};
 
+/// The hash of the default mission with seed 1.
+pub const DEFAULT_HASH: &str = "cf2fc051d99e95cf";
+
 /// The robots of the default mission, by rank.
 pub const ROBOTS: [&str; 3] = ["blue", "gold", "green"];
 

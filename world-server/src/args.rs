@@ -55,7 +55,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "TIME", default_value = "5", value_parser = positive_time, allow_negative_numbers = true)]
     pub stall_after: f64,
     /// Serve metrics for Prometheus and the health at this address, such as 127.0.0.1:9464
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address)]
     pub metrics: Option<SocketAddr>,
     #[command(flatten)]
     pub log_args: LogArgs,
@@ -349,6 +349,15 @@ fn log_level() -> impl TypedValueParser<Value = LogLevel> {
             .find(|level| level.as_str() == name)
             .expect("the parser accepts only names of log levels")
     })
+}
+
+/// Parses the address of a server.
+///
+/// # Errors
+/// Returns the remedy as text.
+pub fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse()
+        .map_err(|_| "use an address with a port, such as 127.0.0.1:9464".to_owned())
 }
 
 #[cfg(test)]

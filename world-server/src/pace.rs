@@ -165,22 +165,6 @@ impl<T: Add<Duration, Output = T> + Copy + Ord> Pace<T> {
         }
     }
 
-    #[must_use]
-    pub fn speed(&self) -> Speed {
-        self.speed
-    }
-
-    /// Returns `true` during a pause, even if steps are left.
-    #[must_use]
-    pub fn is_paused(&self) -> bool {
-        self.paused
-    }
-
-    #[must_use]
-    pub fn steps_left(&self) -> u64 {
-        self.steps_left
-    }
-
     fn may_begin(&self) -> bool {
         !self.paused || self.steps_left > 0
     }
@@ -234,9 +218,9 @@ mod tests {
         pace.step(2, start);
         assert!(pace.is_due(start));
         pace.tick_begun(start);
-        assert_eq!(pace.steps_left(), 1);
+        assert_eq!(pace.steps_left, 1);
         pace.tick_begun(start);
-        assert!(!pace.is_due(start) && pace.is_paused());
+        assert!(!pace.is_due(start) && pace.paused);
         pace.resume(start);
         assert!(pace.is_due(start));
         pace.set_speed(Speed::Factor(1.0), start);

@@ -109,18 +109,11 @@ impl BenchRun {
             RunResult::Failed(failure) => return Err(failure.reason.clone()),
         };
         let objective = plan.objective(row.run);
-        let (metric, value) = match &objective.figure {
-            Some(own) => {
-                let value = figures.mission.get(&own.figure).number();
-                (own.name.clone(), value)
-            }
-            None => {
-                let value = match figures.outcome {
-                    Outcome::Complete => figures.sim_time_ms as f64 / 1000.0,
-                    _ => 2.0 * objective.limit_s,
-                };
-                (Metric::Par2.name(), Some(value))
-            }
+        let value = match &objective.metric {
+            Metric::Own(own) => figures.mission.get(&own.figure).number(),
+            Metric::Done => figures.done.map(|count| count as f64),
+            _ if figures.outcome == Outcome::Complete => Some(figures.sim_time_ms as f64 / 1000.0),
+            _ => Some(2.0 * objective.limit_s),
         };
         let settings = plan.settings(row.run);
         Ok(Self {
@@ -129,7 +122,7 @@ impl BenchRun {
             allocator: settings.allocator,
             seed: settings.seed,
             outcome: figures.outcome,
-            metric,
+            metric: objective.metric.name(),
             value,
             messages: figures.messages_sent,
             bytes: figures.bytes_sent,

@@ -1,11 +1,12 @@
 //! The suites: plans without allocators, frozen by the digest of their runs.
 
-use anyhow::anyhow;
+use anyhow::Context;
 use scenario::limits::check_known;
 use world_server::mission_args::{Known, read_scenario};
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::sweep::comparison::OwnFigure;
+use crate::compare::metrics::Metric;
+use crate::compare::primary;
 use crate::sweep::design::Cell;
 use crate::sweep::plan::{Plan, setup};
 
@@ -34,11 +35,10 @@ pub struct SuitePlan {
     objectives: Vec<MissionObjective>,
 }
 
-/// The figure that ranks the runs of a mission.
+/// The metric that ranks the runs of a mission.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MissionObjective {
-    /// `None` stands for PAR2.
-    pub figure: Option<OwnFigure>,
+    pub metric: Metric,
     /// The time limit of a run, s.
     pub limit_s: f64,
 }
@@ -61,7 +61,7 @@ impl Suite {
         let names = SUITES.iter().map(|suite| suite.name);
         check_known((), "there is no suite", name, names)?;
         let found = SUITES.iter().find(|suite| suite.name == name);
-        found.copied().ok_or_else(|| anyhow!("there is no suite"))
+        found.copied().context("there is no suite")
     }
 
     /// Makes the plan that runs these allocators.
@@ -91,7 +91,7 @@ impl Suite {
             let mut table = all.plan.scenario(first).map_err(anyhow::Error::msg)?;
             let setup = setup(&table, all.settings(first).seed)?;
             all.objectives.push(MissionObjective {
-                figure: OwnFigure::new(setup.scenario.mission().objective(&setup.scenario)),
+                metric: primary::of_scenario(&setup.scenario),
                 limit_s: setup.scenario.limit_s,
             });
             table.remove("allocator");

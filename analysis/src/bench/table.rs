@@ -81,12 +81,7 @@ fn mean_ranks(result: &BenchResult, plan: &SuitePlan) -> Option<Vec<f64>> {
     let mut conditions: Vec<Vec<f64>> = Vec::new();
     let mut first = 0;
     for runs in result.runs.chunk_by(|a, b| condition(a) == condition(b)) {
-        let own = plan.objective(first).figure.as_ref();
-        let sign = if own.is_some_and(|own| own.more_is_better) {
-            -1.0
-        } else {
-            1.0
-        };
+        let sign = plan.objective(first).metric.sign();
         let means = result.allocators.iter().map(|allocator| {
             let runs = runs.iter().filter(|run| run.allocator == *allocator);
             let values: Vec<f64> = runs.filter_map(|run| run.value).collect();

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use missions::service::data::{DEADLOCKS, VALUE_COLLECTED, VALUE_LOST};
+
 use super::metrics::Metric;
 use crate::distinct;
 use crate::sweep::best_known::BestKnown;
@@ -197,8 +199,9 @@ impl ComparisonData {
             .collect();
         let mut metrics = Metric::ALL.to_vec();
         let own: BTreeSet<&OwnFigure> = comparison.objectives.iter().flatten().collect();
-        metrics.extend(own.into_iter().cloned().map(Metric::Own));
-        metrics.extend(further_figures(rows).map(Metric::Own));
+        let is_new = |figure: &OwnFigure| !own.iter().any(|own| own.name == figure.name);
+        metrics.extend(own.iter().copied().cloned().map(Metric::Own));
+        metrics.extend(further_figures(rows).filter(is_new).map(Metric::Own));
         if !comparison.best_known.is_empty() {
             metrics.push(Metric::Gap);
         }
@@ -312,10 +315,10 @@ impl AllocatorCell {
 /// Returns the further figures of missions with values and teams, if a run has them.
 fn further_figures(rows: &[Row]) -> impl Iterator<Item = OwnFigure> {
     let figures = [
-        ("value_collected", true, "Value of the work that was done."),
-        ("value_lost", false, "Value of the work that expired."),
+        (VALUE_COLLECTED, true, "Value of the work that was done."),
+        (VALUE_LOST, false, "Value of the work that expired."),
         (
-            "deadlocks",
+            DEADLOCKS,
             false,
             "Number of times that all robots only waited for each other.",
         ),

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 use super::analysis::{Analysis, Summary};
 use super::answer::{Answer, best, p_value};
-use super::data::{ComparisonData, REFERENCE};
+use super::data::ComparisonData;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 use super::tables::{LATEX, NamedTable};
@@ -196,7 +196,7 @@ impl Page<'_> {
         let shown = |value: f64| format!("{:.digits$}", value / scale);
         let interval = format!("{} – {}", shown(interval.0), shown(interval.1));
         let rivals = 0..self.data.allocators.len();
-        let means = rivals.filter(|rival| self.data.allocators[*rival] != REFERENCE);
+        let means = rivals.filter(|rival| Some(*rival) != self.data.reference);
         let means = means.filter_map(|rival| Some(self.estimate(block, rival, metric)?.0));
         let best = means.map(|mean| metric.sign() * mean).reduce(f64::min);
         let is_best = best.is_some_and(|best| metric.sign() * mean <= best);

@@ -81,10 +81,10 @@ struct Formats {
     /// Tasks, robots and result of a run of service as JSON [default: RUN/instance.json]
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     instance: Option<Option<PathBuf>>,
-    /// The room as SVG at these simulated times, such as 60s,90s or end [default: end]
+    /// The room as SVG at these times, such as 60s,90s or end [default: end]
     #[arg(long, value_name = "TIME,…", num_args = 0..=1, default_missing_value = "end")]
     svg: Option<Moments>,
-    /// The room as PNG at these simulated times, two pixels per px [default: end]
+    /// The room as PNG at these times, two pixels per px [default: end]
     #[arg(long, value_name = "TIME,…", num_args = 0..=1, default_missing_value = "end")]
     png: Option<Moments>,
     /// A film of the room: an animated PNG (.png) with all colors, or a GIF (.gif) for slides

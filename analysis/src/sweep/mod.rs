@@ -4,7 +4,7 @@
 //! - `run` executes one run. `journal` stores a row per finished run, in `lines` with checksums.
 //!   Stored runs are not repeated, so an interrupted sweep resumes. The journals of all shards equal that of the entire sweep.
 //! - `results`, `summary` and `figures` depend only on the rows, so interruptions do not change them. `statistics` has the formulas.
-//! - `task` executes a plan for any command. [`crate::compare`] also requests `measures` of each run and stores a `comparison`.
+//! - `execution` executes a plan for any command. `best_known` reads the best known values of a plan. [`crate::compare`] also requests `measures` of each run and stores a `comparison`.
 //! - `page` is the summary, and `command` the command line.
 
 pub(crate) mod best_known;

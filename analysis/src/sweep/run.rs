@@ -19,6 +19,7 @@ use super::design::{Change, apply_change};
 use super::measures::ComparisonMeasures;
 use super::plan::{Plan, setup};
 use crate::invariants::{Invariants, replayed};
+use crate::sweep::comparison::OwnFigure;
 use in_process::Team;
 
 /// The number of ticks between two checks of the stop condition.
@@ -209,20 +210,16 @@ impl Figures {
     }
 
     fn ranked_by(&self, objective: Objective) -> Option<RankedBy> {
-        let (metric, more_is_better, value) = match objective {
-            Objective::Time => return None,
-            Objective::Done => ("done", true, self.done.map(|count| count as f64)),
-            Objective::Figure {
-                name,
-                figure,
-                more_is_better,
-                ..
-            } => {
-                let value = self.mission.get(&figure.replace('.', "_")).number();
-                (name, more_is_better, value)
+        let (metric, more_is_better, value) = match (OwnFigure::new(objective), objective) {
+            (Some(own), _) => {
+                let value = self.mission.get(&own.figure).number();
+                (own.name, own.more_is_better, value)
             }
+            (None, Objective::Done) => {
+                ("done".to_owned(), true, self.done.map(|count| count as f64))
+            }
+            (None, _) => return None,
         };
-        let metric = metric.to_owned();
         Some(RankedBy {
             metric,
             more_is_better,

@@ -266,8 +266,8 @@ pub(super) const ENTRIES: &[Entry] = &[
         "bench",
         &[
             "alliance bench v1 # all allocators",
-            "alliance bench v1 --allocator mine --controller mine=mine.py --out mine # your own",
-            "alliance bench check mine/result.json --controller mine=mine.py # repeats 1 %",
+            "alliance bench v1 --controller mine=mine.py --out mine # your own",
+            "alliance bench check bench/v1/result.json # repeats 1 %",
         ],
         &[
             "0 The result is written.",

@@ -86,7 +86,7 @@ impl FoxgloveChannels {
             .message_backlog_size(BACKLOG)
             .listener(self.late.clone());
         let server = server.start().await.map_err(|error| match error {
-            FoxgloveError::Bind(error) => refused(address, &error).into(),
+            FoxgloveError::Bind(error) => refused("--address", address, &error).into(),
             error => anyhow::Error::from(error),
         });
         self.server = Some(server?);

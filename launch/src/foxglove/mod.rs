@@ -23,6 +23,7 @@ use cluster::process_log::{LogArgs, log_to_stderr};
 use run_log::LogLevel;
 use scenario::{Problem, Setup};
 use terminal::fail;
+use world_server::args::address;
 
 use crate::run::observers::ObserverCommand;
 
@@ -46,6 +47,7 @@ pub struct FoxgloveArgs {
         num_args = 0..=1,
         require_equals = true,
         default_missing_value = ADDRESS,
+        value_parser = address,
         hide = !cfg!(feature = "foxglove")
     )]
     foxglove: Option<SocketAddr>,
@@ -61,7 +63,7 @@ pub struct FoxgloveCommand {
     #[arg(value_name = "RUN", default_value = LATEST)]
     folder: PathBuf,
     /// Address of the server
-    #[arg(long, value_name = "ADDRESS", default_value = ADDRESS)]
+    #[arg(long, value_name = "ADDRESS", default_value = ADDRESS, value_parser = address)]
     address: SocketAddr,
     /// Accept faults and clock commands for the live run with this id
     #[arg(long, value_name = "ID")]
@@ -91,7 +93,7 @@ impl FoxgloveArgs {
         publish::check(setup, log)?;
         check_control(self.foxglove_control, address, "--foxglove-control")?;
         let listening = TcpListener::bind(address).map(drop);
-        Ok(listening.map_err(|error| refused(address, &error))?)
+        Ok(listening.map_err(|error| refused(OPTION, address, &error))?)
     }
 
     /// Returns the process that serves the run with this id, if there is one.
@@ -121,9 +123,10 @@ fn check_control(has_control: bool, address: SocketAddr, option: &str) -> Result
     Ok(())
 }
 
-fn refused(address: SocketAddr, error: &std::io::Error) -> Problem {
+/// Returns the problem of an address that the option states and that cannot be used.
+fn refused(option: &str, address: SocketAddr, error: &std::io::Error) -> Problem {
     let remedy = "use a free address of this machine, such as 127.0.0.1:8766";
-    Problem::with_source(format!("{OPTION} {address}"), error.to_string(), remedy)
+    Problem::with_source(format!("{option} {address}"), error.to_string(), remedy)
 }
 
 impl FoxgloveCommand {

@@ -195,6 +195,6 @@ impl LauncherBus {
 }
 
 /// Locks the news. A panic ends the process, so the lock is never poisoned.
-fn lock(news: &Mutex<RunNews>) -> MutexGuard<'_, RunNews> {
+pub(super) fn lock(news: &Mutex<RunNews>) -> MutexGuard<'_, RunNews> {
     news.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -5,7 +5,7 @@ use std::io::{self, Seek, Write};
 use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::process::Stdio;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use analysis::table::paragraph;
@@ -25,7 +25,7 @@ use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
 use world_server::invocation;
 
-use super::bus::{BusMessage, LauncherBus};
+use super::bus::{BusMessage, LauncherBus, lock};
 use super::child_processes::{Ending, Process, ProcessChange};
 use super::crew::AgentProcesses;
 use super::news::RunNews;
@@ -286,7 +286,7 @@ impl RunProcesses {
             }
         }
         if let Some(mut bus) = bus {
-            let rest = news.lock().unwrap_or_else(PoisonError::into_inner).finish();
+            let rest = lock(&news).finish();
             for line in bus.take_lines().into_iter().chain(rest) {
                 self.progress.print_line(&line);
             }

@@ -27,10 +27,11 @@ fn random_scenario(seed: u64) -> String {
     text
 }
 
-fn printed(stderr: &str) -> Vec<TakenOver> {
+/// Returns the printed takeovers: with `takes over` the lines during the run, with `took over` those of the result.
+fn printed(stderr: &str, verb: &str) -> Vec<TakenOver> {
     let lines = stderr.lines().filter_map(|line| {
         let (at, rest) = line.split_once(" s: ")?;
-        let (robot, rest) = rest.split_once(" took over ")?;
+        let (robot, rest) = rest.split_once(&format!(" {verb} "))?;
         let (task, rest) = rest.split_once(" from ")?;
         let (from, delay) = rest.split_once(", ")?;
         let at_ms = (at.parse::<f64>().ok()? * 1000.0).round() as u64;
@@ -95,7 +96,10 @@ fn lines_page_and_report_show_the_same_takeovers() {
         let (file, out) = (format!("{seed}.toml"), format!("run-{seed}"));
         lab.write(&file, random_scenario(seed));
         let options = format!("{file} --in-process --seed {seed} --allocator {allocator}");
-        let printed = printed(&lab.mission(&out, &options).stderr);
+        let stderr = lab.mission(&out, &options).stderr;
+        let live = printed(&stderr, "takes over");
+        let printed = printed(&stderr, "took over");
+        assert_eq!(live, printed, "{options}");
         assert_eq!(printed, in_report(&lab, &out), "{options}");
         assert_eq!(printed, on_page(&lab, &out), "{options}");
         count += printed.len();

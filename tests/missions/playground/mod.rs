@@ -8,7 +8,7 @@ use std::process::Command;
 use alliance_tests::harness::{Lab, alliance};
 use alliance_tests::needs::cannot_run;
 use alliance_tests::runs::{builtin, vocabulary};
-use alliance_tests::testkit::in_repository;
+use alliance_tests::testkit::{DEFAULT_HASH, in_repository};
 use analysis::random_mission::faults::{RandomFaults, timeline};
 use in_process::Team;
 use playground::choice::Choice;
@@ -25,9 +25,6 @@ const ROBOTS_MAX: usize = 100;
 
 /// The simulated time of a run of the comparison, s.
 const LIMIT_S: f64 = 20.0;
-
-/// The hash of the default mission.
-const DEFAULT_HASH: &str = "cf2fc051d99e95cf";
 
 /// A run with orders of a person, by tick.
 struct Run {

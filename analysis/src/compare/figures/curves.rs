@@ -67,11 +67,11 @@ pub(super) fn draw(
                 continue;
             }
             let blocks: Vec<usize> = points.iter().map(|(_, block)| *block).collect();
-            let metric = data.drawn(&blocks).heading();
+            let drawn = data.drawn(&blocks);
+            let metric = drawn.heading();
             let title = titled(&format!("Mean {metric} by {}", against.axis), &family);
-            let measure = data.blocks[points[0].1].primary.name();
             figures.push(Figure {
-                about: vec![("measure", measure)],
+                about: vec![("measure", drawn.name())],
                 name: format!("{}{}", against.file, ending(&family)),
                 caption: format!("{title}. Bars: 95 % intervals, shifted sideways for legibility."),
                 svg: one((&title, sheet), &against, &points, data, analysis)?,

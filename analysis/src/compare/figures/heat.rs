@@ -67,9 +67,9 @@ pub(super) fn draw(
 fn hints(data: &ComparisonData, analysis: &Analysis, (blocks, width): (&[usize], f64)) -> Hints {
     let mut hints = Hints::default();
     let drawn = data.drawn(blocks);
+    let place = data.metric_index(drawn);
     for (column, number) in blocks.iter().enumerate() {
         let block = &data.blocks[*number];
-        let place = data.metric_index(drawn);
         for (rival, metrics) in analysis.blocks[*number].summaries.iter().enumerate() {
             let Some(found) = &metrics[place] else {
                 continue;

@@ -301,7 +301,6 @@ pub(super) fn presets(file: &TomlFile<'_>, presets: &[Preset]) -> Result<Factor,
     })
 }
 
-/// Creates the factor of fault plans. Each plan replaces the scenario's faults.
 /// Returns the changes of the scenario under a class of faults, and adds the keys that its `set` varies to the columns.
 /// Several classes may set the same key.
 pub(super) fn class_changes(
@@ -327,6 +326,7 @@ pub(super) fn class_changes(
     Ok(changes)
 }
 
+/// Creates the factor of the classes of faults. Each class replaces the scenario's faults.
 pub(super) fn faults(
     file: &TomlFile<'_>,
     classes: BTreeMap<String, FaultClass>,

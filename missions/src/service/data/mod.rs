@@ -22,7 +22,7 @@ mod ways;
 
 pub use faults::POINT;
 pub use loads::{fits, too_heavy};
-pub use objective::VALUE_COLLECTED;
+pub use objective::{DEADLOCKS, VALUE_COLLECTED, VALUE_LOST};
 pub use paths::Paths;
 pub use points::{PointSpec, points};
 pub use precedence::{predecessors, successors};

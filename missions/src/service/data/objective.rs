@@ -15,6 +15,12 @@ const VALUE: Objective = Objective::Figure {
 /// The name of the sum of the values of the points that are done, in run.json.
 pub const VALUE_COLLECTED: &str = "value_collected";
 
+/// The name of the sum of the values of the points that expired, in run.json.
+pub const VALUE_LOST: &str = "value_lost";
+
+/// The name of the number of deadlocks, in run.json.
+pub const DEADLOCKS: &str = "deadlocks";
+
 /// Returns the value if points state one, the points that are done if some can expire, and otherwise the time.
 pub(super) fn objective(section: &ServiceSection) -> Objective {
     if section.points.iter().any(|point| point.value.is_some()) {

@@ -35,7 +35,7 @@ use world_server::mission::{
 use world_server::world::{ChangeError, Floor};
 
 use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
-use super::data::{self, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
+use super::data::{self, DEADLOCKS, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
 use board::{Board, BoardFilter};
 use charging::Station;
 use crews::{Crews, Gathering, Member};
@@ -561,7 +561,7 @@ impl MissionWorld for Service {
         let limits = self.constants.limits.as_ref();
         self.points.write_figures(limits, figures);
         if !self.constants.crews.slots.is_empty() {
-            figures.mission.add("deadlocks", self.log.deadlocks.count);
+            figures.mission.add(DEADLOCKS, self.log.deadlocks.count);
         }
         let is_complete = self.points.outcome() == Some(Outcome::Complete);
         self.log.write_figures(is_complete, figures);

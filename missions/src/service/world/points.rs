@@ -16,7 +16,9 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::geometry::nearest;
 use crate::service::bus::{LEAST_LEFT_S, MAX_SENSED, PointFact};
-use crate::service::data::{PointSpec, ServiceSection, VALUE_COLLECTED, predecessors, successors};
+use crate::service::data::{
+    PointSpec, ServiceSection, VALUE_COLLECTED, VALUE_LOST, predecessors, successors,
+};
 
 use super::limits::TeamLimits;
 
@@ -524,7 +526,7 @@ impl Points {
         mission.add("unreachable", unreachable);
         mission.add("total", total);
         mission.add(VALUE_COLLECTED, self.values.collected);
-        mission.add("value_lost", self.values.lost);
+        mission.add(VALUE_LOST, self.values.lost);
     }
 
     /// Returns the value of a point in words; `None` if the scenario states no properties.

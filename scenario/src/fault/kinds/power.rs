@@ -11,7 +11,7 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
     group: FaultGroup::Robot,
     examples: &[(
         r#"{"power": "gold"}"#,
-        "no power: the body ignores all commands, and its energy reads 0",
+        "no power: the body ignores all commands, and its energy reads 0, so that the robot gives up its tasks",
     )],
     commands: &[("power gold", "the body ignores commands")],
     ..FaultKind::OF_ROBOT
