@@ -64,7 +64,7 @@ impl ComparisonMeasures {
         ]
     }
 
-    /// Computes the measures from a full log.
+    /// Computes the measures from a log with every tick.
     pub fn from_log(log: &RunLog, traffic: &BroadcastCounts) -> Result<Self, HistoryError> {
         let history = History::read(log)?;
         let metrics = Metrics::compute(&history, &log.run);

@@ -147,9 +147,9 @@ fn simulate(
     let setup = setup(scenario, seed)?;
     let objective = setup.scenario.mission().objective(&setup.scenario);
     let mut invariants = plan.check.then(|| Invariants::new(&setup));
-    // The hash of a run does not depend on the log level.
+    // The hash of a run does not depend on the log level. A compact log has the same values in fewer rows.
     let level = if plan.measures {
-        LogLevel::Full
+        LogLevel::Compact
     } else {
         LogLevel::Off
     };
