@@ -4,10 +4,12 @@ use std::borrow::Cow;
 
 use scenario::time::SimTime;
 
+use super::column::CellValue;
 use super::level::LogLevel;
-use super::read::{ReadError, RunLog};
+use super::read::RunLog;
+use super::read_error::ReadError;
 use super::recorder::Row;
-use super::rows::{AllocationRow, CellValue, DeclaredRow, MessageRow, MotivationRow, PoseRow};
+use super::rows::{AllocationRow, DeclaredRow, MessageRow, MotivationRow, PoseRow};
 use super::table::Table;
 
 impl RunLog {

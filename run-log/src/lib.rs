@@ -7,6 +7,7 @@
 //! - [`Document`]: the files that are written as a whole; [`RunFile`]: run.json.
 //! - `RunLog`: reads a run folder, or a log in `Memory`, up to the last complete tick.
 
+mod column;
 pub mod compact;
 pub mod external;
 mod full_table;
@@ -14,6 +15,7 @@ mod input;
 mod level;
 mod memory;
 mod read;
+mod read_error;
 mod read_rows;
 pub mod recorder;
 mod rows;
@@ -21,15 +23,17 @@ mod run_file;
 mod section;
 mod table;
 
+pub use column::{CellKind, CellValue, Column, RowHash};
 pub use external::ExternalAnswer;
 pub use input::{Branch, Input, InputLine};
 pub use level::LogLevel;
 pub use memory::{Document, MemoryLog};
-pub use read::{Damage, ReadError, RunLog, Seal};
+pub use read::{Damage, RunLog, Seal};
+pub use read_error::ReadError;
 pub use read_rows::Rows;
 pub use rows::{
-    AllocationMessageRow, AllocationRow, CellKind, CellValue, Column, DeclaredRow, EventRow,
-    MessageRow, MissionRow, MotivationRow, PoseRow, RowHash, TableRow, TargetRow, TickRow,
+    AllocationMessageRow, AllocationRow, DeclaredRow, EventRow, MessageRow, MissionRow,
+    MotivationRow, PoseRow, TableRow, TargetRow, TickRow,
 };
 pub use run_file::{BranchOrigin, ControllerFile, Figures, RobotFigures, RunFile, RunOutcome};
 pub use section::{RUN_SECTION, Section, WORLD_ROBOT};

@@ -10,47 +10,17 @@ use scenario::ids::Tick;
 use scenario::time::SimTime;
 use xxhash_rust::xxh3::Xxh3;
 
+use super::column::parse_hash;
 use super::external::{self, ExternalAnswer};
 use super::input::InputLine;
 use super::level::LogLevel;
 use super::memory::{Document, MemoryLog};
-use super::read_rows::Rows;
-use super::rows::{TableRow, parse_hash};
+use super::read_error::{ReadError, malformed, no_run};
+use super::read_rows::{RowSource, Rows};
+use super::rows::TableRow;
 use super::run_file::{RunFile, RunOutcome};
 use super::section::{RUN_SECTION, WORLD_ROBOT};
 use super::table::Table;
-
-/// An error of a folder that is not a readable run.
-#[derive(Debug, thiserror::Error)]
-pub enum ReadError {
-    #[error("{} is not the folder of a run: {why}", folder.display())]
-    NoRun { folder: PathBuf, why: &'static str },
-    #[error("cannot read {}: {error}", path.display())]
-    Read { path: PathBuf, error: io::Error },
-    /// The contents of a file do not match its name.
-    #[error("{}: {reason}", path.display())]
-    Malformed {
-        path: PathBuf,
-        /// The position and the cause.
-        reason: String,
-    },
-}
-
-/// Returns the error of a folder whose run.json cannot be read.
-fn no_run(folder: &Path, path: &Path, error: io::Error) -> ReadError {
-    use io::ErrorKind::{NotADirectory, NotFound};
-    let why = match error.kind() {
-        NotFound if folder.exists() => "it has no run.json",
-        NotFound => "there is no such folder",
-        NotADirectory => "it is a file",
-        _ => {
-            let path = path.to_owned();
-            return ReadError::Read { path, error };
-        }
-    };
-    let folder = folder.to_owned();
-    ReadError::NoRun { folder, why }
-}
 
 /// The last row of ticks.csv for a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -212,12 +182,13 @@ impl RunLog {
     /// are the same as those of a full log.
     #[must_use]
     pub fn each_row<R: TableRow>(&self) -> Rows<'_, R> {
-        Rows::new(self)
-    }
-
-    /// Returns the times of all ticks, in a log with a seal for each tick.
-    pub(super) fn times(&self) -> &[SimTime] {
-        &self.times
+        let source = RowSource {
+            run: &self.run,
+            folder: &self.folder,
+            bytes: self.table(R::TABLE),
+            times: &self.times,
+        };
+        Rows::new(source)
     }
 
     /// Returns the inputs in order.
@@ -225,7 +196,7 @@ impl RunLog {
         whole_lines(&self.tables[&Table::Inputs])
             .map(serde_json::from_slice)
             .collect::<Result<_, _>>()
-            .map_err(|error| self.malformed(Table::Inputs, &error))
+            .map_err(|error| malformed(&self.folder, Table::Inputs, &error))
     }
 
     /// Returns the answers of external controllers, by tick and robot.
@@ -241,7 +212,7 @@ impl RunLog {
             });
         }
         external::read(&self.tables[&Table::External])
-            .map_err(|error| self.malformed(Table::External, &error))
+            .map_err(|error| malformed(&self.folder, Table::External, &error))
     }
 
     /// Returns the damage of the log of a run that has ended. Such a log contains each of its ticks, and nothing else.
@@ -259,14 +230,6 @@ impl RunLog {
             whole,
             ticks,
         })
-    }
-
-    pub(super) fn malformed(&self, table: Table, reason: &dyn std::error::Error) -> ReadError {
-        ReadError::Malformed {
-            path: self.folder.join(table.file_name()),
-            // A malformed name or number can contain control characters.
-            reason: reason.to_string().replace(char::is_control, " "),
-        }
     }
 }
 

@@ -1,13 +1,29 @@
 //! Iteration over the rows of a table, in each form of the log.
 
+use std::path::Path;
+
+use scenario::time::SimTime;
+
 use super::compact::{CompactError, CompactForm, MotivationRule, PredictedRows, RepeatedRows};
 use super::level::LogLevel;
-use super::read::{ReadError, RunLog};
+use super::read_error::{ReadError, malformed};
 use super::rows::TableRow;
+use super::run_file::RunFile;
+
+/// The complete part of a table, and what its rows follow from.
+#[derive(Clone, Copy)]
+pub(super) struct RowSource<'l> {
+    pub run: &'l RunFile,
+    /// The location that errors name.
+    pub folder: &'l Path,
+    pub bytes: &'l [u8],
+    /// The times of all ticks, in a log with a seal for each tick.
+    pub times: &'l [SimTime],
+}
 
 /// The rows of a table, in the order of a full log.
 pub struct Rows<'l, R> {
-    log: &'l RunLog,
+    folder: &'l Path,
     form: Form<'l, R>,
     /// True after an error, which ends the rows.
     failed: bool,
@@ -24,11 +40,16 @@ enum Form<'l, R> {
 }
 
 impl<'l, R: TableRow> Rows<'l, R> {
-    pub(super) fn new(log: &'l RunLog) -> Self {
-        let bytes = log.table(R::TABLE);
-        let setup = &log.run.setup;
+    pub(super) fn new(source: RowSource<'l>) -> Self {
+        let RowSource {
+            run,
+            folder,
+            bytes,
+            times,
+        } = source;
+        let setup = &run.setup;
         let written = match R::FORM {
-            _ if log.run.log != LogLevel::Compact => CompactForm::EveryRow,
+            _ if run.log != LogLevel::Compact => CompactForm::EveryRow,
             form => form,
         };
         let form = match written {
@@ -38,7 +59,7 @@ impl<'l, R: TableRow> Rows<'l, R> {
                 lines: 0,
             },
             CompactForm::Predicted(prediction) => {
-                let (rule, times) = (MotivationRule::new(setup), log.times());
+                let rule = MotivationRule::new(setup);
                 let rows = PredictedRows::new(prediction, rule, bytes, &setup.roster, times);
                 Form::Predicted(Box::new(rows))
             }
@@ -47,7 +68,7 @@ impl<'l, R: TableRow> Rows<'l, R> {
             }
         };
         Self {
-            log,
+            folder,
             form,
             failed: false,
         }
@@ -75,8 +96,8 @@ impl<'l, R: TableRow> Rows<'l, R> {
             Form::Repeated(rows) => rows.advance(),
         };
         self.failed = row.is_err();
-        let log = self.log;
-        row.map_err(|error| log.malformed(R::TABLE, &error))
+        let folder = self.folder;
+        row.map_err(|error| malformed(folder, R::TABLE, &error))
             .transpose()
     }
 

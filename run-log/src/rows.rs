@@ -8,7 +8,8 @@ use scenario::time::SimTime;
 use serde::de::{DeserializeOwned, Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::compact::{self, CompactForm};
+use super::column::{Cell, CellKind, Column, RowHash};
+use super::compact::{CompactForm, FROM, Growth, Prediction, Repetition};
 use super::level::LogLevel;
 use super::table::Table;
 
@@ -28,170 +29,11 @@ pub trait DeclaredRow: TableRow + 'static {
     const HEADER: &'static str;
 }
 
-/// A column of a table.
-pub struct Column<R> {
-    /// The name in the header line. It ends with the unit, if there is one.
-    pub name: &'static str,
-    /// The meaning in one line.
-    pub about: &'static str,
-    /// The type of the values.
-    pub kind: CellKind,
-    /// True if a value may be missing. A missing text is empty.
-    pub is_optional: bool,
-    /// A function that returns the value in a row; `None` if it is missing.
-    pub value: for<'r> fn(&'r R) -> Option<CellValue<'r>>,
-}
-
-/// The type of the values of a column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CellKind {
-    /// A whole number below 2^32.
-    Whole32,
-    /// A whole number of up to 64 bits.
-    Whole64,
-    /// A number of single precision.
-    Single,
-    /// A number of double precision.
-    Double,
-    /// A truth value, written as 0 or 1.
-    Flag,
-    /// A text, possibly empty.
-    Text,
-    /// A hash: 16 hexadecimal digits.
-    Hash,
-}
-
-impl CellKind {
-    /// Returns the name of the type for documents.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Whole32 | Self::Whole64 => "whole number",
-            Self::Single => "number (single precision)",
-            Self::Double => "number (double precision)",
-            Self::Flag => "0 or 1",
-            Self::Text => "text",
-            Self::Hash => "16 hexadecimal digits",
-        }
-    }
-}
-
-/// A value in a row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum CellValue<'r> {
-    Whole(u64),
-    Single(f32),
-    Double(f64),
-    Flag(bool),
-    Text(&'r str),
-    Hash(u64),
-}
-
-/// A hash in ticks.csv.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RowHash(pub u64);
-
-impl fmt::LowerHex for RowHash {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::LowerHex::fmt(&self.0, f)
-    }
-}
-
-/// A type of values in rows.
-trait Cell: Sized {
-    const KIND: CellKind;
-    const IS_OPTIONAL: bool = false;
-
-    /// Reads the value from a field of a CSV file.
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error>;
-
-    /// Returns the value; `None` if it is missing.
-    fn value(&self) -> Option<CellValue<'_>>;
-}
-
-/// Implements `Cell` for types that CSV files contain in the form of serde.
-macro_rules! cells {
-    ($($type:ty: $kind:ident = $value:expr;)+) => {$(
-        impl Cell for $type {
-            const KIND: CellKind = CellKind::$kind;
-
-            fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                Self::deserialize(deserializer)
-            }
-
-            fn value(&self) -> Option<CellValue<'_>> {
-                let value: for<'r> fn(&'r Self) -> CellValue<'r> = $value;
-                Some(value(self))
-            }
-        }
-
-        impl Cell for Option<$type> {
-            const KIND: CellKind = CellKind::$kind;
-            const IS_OPTIONAL: bool = true;
-
-            fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                Self::deserialize(deserializer)
-            }
-
-            fn value(&self) -> Option<CellValue<'_>> {
-                self.as_ref()?.value()
-            }
-        }
-    )+};
-}
-
-cells! {
-    SimTime: Whole64 = |time| CellValue::Whole(time.0);
-    u64: Whole64 = |number| CellValue::Whole(*number);
-    u32: Whole32 = |number| CellValue::Whole((*number).into());
-    u16: Whole32 = |number| CellValue::Whole((*number).into());
-    f32: Single = |number| CellValue::Single(*number);
-    f64: Double = |number| CellValue::Double(*number);
-    String: Text = |text| CellValue::Text(text);
-}
-
-impl Cell for bool {
-    const KIND: CellKind = CellKind::Flag;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        match u8::deserialize(deserializer)? {
-            0 => Ok(false),
-            1 => Ok(true),
-            other => Err(D::Error::custom(format!("{other} is neither 0 nor 1"))),
-        }
-    }
-
-    fn value(&self) -> Option<CellValue<'_>> {
-        Some(CellValue::Flag(*self))
-    }
-}
-
-impl Cell for RowHash {
-    const KIND: CellKind = CellKind::Hash;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let digits = String::deserialize(deserializer)?;
-        let hash = parse_hash(&digits)
-            .ok_or_else(|| D::Error::custom(format!("'{digits}' is not 16 hexadecimal digits")))?;
-        Ok(Self(hash))
-    }
-
-    fn value(&self) -> Option<CellValue<'_>> {
-        Some(CellValue::Hash(self.0))
-    }
-}
-
-/// Parses a hash of ticks.csv.
-pub(super) fn parse_hash(digits: &str) -> Option<u64> {
-    let hash = u64::from_str_radix(digits, 16).ok()?;
-    (digits.len() == 16).then_some(hash)
-}
-
 /// Declares the rows of a table. The comment of a field is the meaning of its column, in one line.
 macro_rules! table {
     (
         $(#[doc = $about:literal])+
-        $row:ident in $table:ident $(, compact $form:path)? {
+        $row:ident in $table:ident $(, compact $form:ident)? {
             #[doc = $time:literal]
             t_ms,
             $(
@@ -242,7 +84,7 @@ macro_rules! table {
 
 table! {
     /// A row of motivations.csv: a behavior set of a robot.
-    MotivationRow in Motivations, compact compact::MOTIVATIONS {
+    MotivationRow in Motivations, compact MOTIVATIONS {
         /// The time of the tick. The row contains the end of its step.
         t_ms,
         /// The name of the robot.
@@ -270,7 +112,7 @@ table! {
 
 table! {
     /// A row of allocation.csv: a behavior set of a robot whose allocator has no motivations.
-    AllocationRow in Allocation, compact compact::ALLOCATION {
+    AllocationRow in Allocation, compact ALLOCATION {
         /// The time of the tick. The row contains the end of its step.
         t_ms,
         /// The name of the robot.
@@ -327,7 +169,7 @@ table! {
 
 table! {
     /// A row of messages.csv: a broadcast at a receiver.
-    MessageRow in Messages, compact compact::MESSAGES {
+    MessageRow in Messages, compact MESSAGES {
         /// The time of the delivery, or the time at which it was due.
         t_ms,
         /// The robot that receives the broadcast.
@@ -431,7 +273,7 @@ table! {
 
 table! {
     /// A row of poses.csv: a body.
-    PoseRow in Poses, compact compact::POSES {
+    PoseRow in Poses, compact POSES {
         /// The time of the tick. The row contains the start of its step.
         t_ms,
         /// The name of the robot.
@@ -485,12 +327,48 @@ table! {
     }
 }
 
+const MOTIVATIONS: CompactForm<MotivationRow> = CompactForm::Predicted(Prediction {
+    header: MotivationRow::HEADER,
+    key: |row| &row.behavior_set,
+    time: |row| &mut row.t_ms,
+    growth: Some(Growth {
+        motivation: |row| &mut row.motivation,
+        rate: |row| row.impatience,
+        factors: |row| {
+            row.sensory_feedback
+                && row.activity_suppression
+                && row.impatience_reset
+                && row.acquiescence
+        },
+    }),
+});
+
+const ALLOCATION: CompactForm<AllocationRow> = CompactForm::Predicted(Prediction {
+    header: AllocationRow::HEADER,
+    key: |row| &row.behavior_set,
+    time: |row| &mut row.t_ms,
+    growth: None,
+});
+
+const POSES: CompactForm<PoseRow> = CompactForm::Predicted(Prediction {
+    header: PoseRow::HEADER,
+    key: |_| "",
+    time: |row| &mut row.t_ms,
+    growth: None,
+});
+
+const MESSAGES: CompactForm<MessageRow> = CompactForm::Repeated(Repetition {
+    header: MessageRow::HEADER,
+    time: |row| &mut row.t_ms,
+    receiver: |row| &mut row.receiver,
+});
+
 impl Table {
     /// Returns the first line with its line end at a log level. [`Table::header`] is that of a full log.
     pub(super) fn header_at(self, level: LogLevel) -> Option<Cow<'static, str>> {
         let header = self.header()?;
         let times = (level == LogLevel::Compact && self.is_predicted())
-            .then(|| header.replacen("t_ms", compact::FROM, 1));
+            .then(|| header.replacen("t_ms", FROM, 1));
         Some(times.map_or(Cow::Borrowed(header), Cow::Owned))
     }
 

@@ -7,7 +7,7 @@ use std::io::Write;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use plotters::style::RGBColor;
 
-use super::film::{LAST_S, Region};
+use super::region::{LAST_S, Region};
 use crate::figures::pixels::Pixels;
 
 /// The index of the transparent color. The other indices are for the colors of the pictures.

@@ -16,6 +16,7 @@ mod gif_film;
 pub mod live;
 mod png_film;
 mod radio;
+mod region;
 mod scene;
 #[cfg(test)]
 mod tests;

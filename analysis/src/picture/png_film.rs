@@ -4,7 +4,7 @@ use std::io::Write;
 
 use png::{BitDepth, BlendOp, ColorType, Compression, DisposeOp, Encoder, FilterType, Writer};
 
-use super::film::{LAST_S, Region};
+use super::region::{LAST_S, Region};
 use crate::figures::pixels::Pixels;
 
 /// The bytes of a pixel in an image without transparency.

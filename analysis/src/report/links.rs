@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use maud::{Markup, html};
 use run_log::MessageRow;
 
-use super::history::History;
 use crate::page::table;
 
 /// The maximum number of rows of the table.
@@ -44,15 +43,20 @@ impl LinkHistory {
     }
 }
 
-/// Returns the table of the links with losses, the worst first. `None` if no link has any.
-pub(super) fn links(history: &History) -> Option<Markup> {
-    let all = history.links.iter();
-    let mut lossy: Vec<_> = all.filter(|(_, link)| !link.lost.is_empty()).collect();
+/// Returns the table of the links with losses, the worst first. `None` if no link has any. A link has the ranks of its
+/// sender and its receiver.
+pub(super) fn links<'n>(
+    links: &BTreeMap<(usize, usize), LinkHistory>,
+    name: impl Fn(usize) -> &'n str,
+) -> Option<Markup> {
+    let mut lossy: Vec<_> = links
+        .iter()
+        .filter(|(_, link)| !link.lost.is_empty())
+        .collect();
     let share = |link: &LinkHistory| link.delivered_share();
     lossy.sort_by(|(_, one), (_, other)| share(one).total_cmp(&share(other)));
     let more = lossy.len().saturating_sub(ROWS_MAX);
     lossy.truncate(ROWS_MAX);
-    let name = |rank: usize| &history.robots[rank].name;
     let reasons = |link: &LinkHistory| {
         let reasons = link.lost.iter();
         let reasons = reasons.map(|(reason, count)| format!("{reason} {count}"));

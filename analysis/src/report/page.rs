@@ -111,7 +111,8 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
         let title = format!("Events: {}", recurring.event);
         (title, moments(part.history, recurring))
     });
-    let links = links(part.history).map(|table| ("Links".to_owned(), table));
+    let links = links(&part.history.links, |rank| &part.history.robots[rank].name)
+        .map(|table| ("Links".to_owned(), table));
     let sections = tables(part).map(|(title, table)| (title.to_owned(), table));
     let sections = sections.into_iter().chain(links).chain(recurring);
     let sections: Vec<(String, Markup)> = sections.collect();

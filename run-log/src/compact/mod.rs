@@ -17,8 +17,6 @@ mod rule;
 
 use scenario::time::SimTime;
 
-use crate::rows::{AllocationRow, MessageRow, MotivationRow, PoseRow};
-
 pub(crate) use predicted::PredictedRows;
 pub(crate) use repeated::RepeatedRows;
 pub(crate) use rule::MotivationRule;
@@ -36,59 +34,31 @@ pub enum CompactForm<R> {
 
 /// The columns of a predicted row that the reader needs. The first two columns are the time and the robot.
 pub struct Prediction<R> {
+    /// The header line of a full log.
+    pub(crate) header: &'static str,
     /// The name that distinguishes the rows of a robot in a tick; empty if there is only one.
-    key: fn(&R) -> &str,
-    time: fn(&mut R) -> &mut SimTime,
-    growth: Option<Growth<R>>,
+    pub(crate) key: fn(&R) -> &str,
+    pub(crate) time: fn(&mut R) -> &mut SimTime,
+    pub(crate) growth: Option<Growth<R>>,
 }
 
 /// The columns that determine the next motivation.
-struct Growth<R> {
-    motivation: fn(&mut R) -> &mut f64,
+pub struct Growth<R> {
+    pub(crate) motivation: fn(&mut R) -> &mut f64,
     /// Returns the rate, motivation/s.
-    rate: fn(&R) -> f64,
+    pub(crate) rate: fn(&R) -> f64,
     /// Returns whether all factors are 1.
-    factors: fn(&R) -> bool,
+    pub(crate) factors: fn(&R) -> bool,
 }
 
 /// The columns of a repeated row that the reader needs. The first three columns are the time, the receiver and the
 /// sender.
 pub struct Repetition<R> {
-    time: fn(&mut R) -> &mut SimTime,
-    receiver: fn(&mut R) -> &mut String,
+    /// The header line of a full log.
+    pub(crate) header: &'static str,
+    pub(crate) time: fn(&mut R) -> &mut SimTime,
+    pub(crate) receiver: fn(&mut R) -> &mut String,
 }
-
-pub(crate) const MOTIVATIONS: CompactForm<MotivationRow> = CompactForm::Predicted(Prediction {
-    key: |row| &row.behavior_set,
-    time: |row| &mut row.t_ms,
-    growth: Some(Growth {
-        motivation: |row| &mut row.motivation,
-        rate: |row| row.impatience,
-        factors: |row| {
-            row.sensory_feedback
-                && row.activity_suppression
-                && row.impatience_reset
-                && row.acquiescence
-        },
-    }),
-});
-
-pub(crate) const ALLOCATION: CompactForm<AllocationRow> = CompactForm::Predicted(Prediction {
-    key: |row| &row.behavior_set,
-    time: |row| &mut row.t_ms,
-    growth: None,
-});
-
-pub(crate) const POSES: CompactForm<PoseRow> = CompactForm::Predicted(Prediction {
-    key: |_| "",
-    time: |row| &mut row.t_ms,
-    growth: None,
-});
-
-pub(crate) const MESSAGES: CompactForm<MessageRow> = CompactForm::Repeated(Repetition {
-    time: |row| &mut row.t_ms,
-    receiver: |row| &mut row.receiver,
-});
 
 /// An error of a table in compact form.
 #[derive(Debug, thiserror::Error)]

@@ -3,9 +3,9 @@
 use csv::StringRecord;
 use scenario::Roster;
 use scenario::time::SimTime;
+use serde::de::DeserializeOwned;
 
 use super::{CompactError, MotivationRule, Prediction};
-use crate::rows::TableRow;
 
 /// The rows of a table, tick by tick and robot by robot.
 pub(crate) struct PredictedRows<'l, R> {
@@ -32,7 +32,7 @@ struct Kept<R> {
     holds: bool,
 }
 
-impl<'l, R: TableRow> PredictedRows<'l, R> {
+impl<'l, R: Clone + DeserializeOwned> PredictedRows<'l, R> {
     /// Creates the reader of a table from its bytes.
     pub fn new(
         form: Prediction<R>,
@@ -43,9 +43,9 @@ impl<'l, R: TableRow> PredictedRows<'l, R> {
     ) -> Self {
         let robots = roster.names().count();
         Self {
-            form,
             rule,
-            written: WrittenRows::new(bytes, roster),
+            written: WrittenRows::new(form.header, bytes, roster),
+            form,
             times,
             now: SimTime::ZERO,
             robots: (0..robots).map(|_| Vec::new()).collect(),
@@ -168,9 +168,8 @@ struct WrittenRows<'l, R> {
     next: Option<Written<R>>,
 }
 
-impl<'l, R: TableRow> WrittenRows<'l, R> {
-    fn new(bytes: &'l [u8], roster: &'l Roster) -> Self {
-        let header = R::TABLE.header().unwrap_or_default();
+impl<'l, R: Clone + DeserializeOwned> WrittenRows<'l, R> {
+    fn new(header: &str, bytes: &'l [u8], roster: &'l Roster) -> Self {
         Self {
             file: csv::Reader::from_reader(bytes),
             roster,

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use csv::StringRecord;
 use scenario::time::SimTime;
+use serde::de::DeserializeOwned;
 
 use super::{CompactError, Repetition};
-use crate::rows::TableRow;
 
 /// The number of columns that each row contains: the time, the receiver and the sender.
 const WRITTEN_COLUMNS: usize = 3;
@@ -21,13 +21,12 @@ pub(crate) struct RepeatedRows<'l, R> {
     lines: u64,
 }
 
-impl<'l, R: TableRow> RepeatedRows<'l, R> {
+impl<'l, R: Clone + DeserializeOwned> RepeatedRows<'l, R> {
     pub fn new(form: Repetition<R>, bytes: &'l [u8]) -> Self {
-        let header = R::TABLE.header().unwrap_or_default();
         Self {
-            form,
             file: csv::Reader::from_reader(bytes),
-            header: header.trim_end().split(',').collect(),
+            header: form.header.trim_end().split(',').collect(),
+            form,
             record: StringRecord::new(),
             latest: BTreeMap::new(),
             lines: 0,

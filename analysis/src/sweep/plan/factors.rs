@@ -9,67 +9,17 @@ use serde::Deserialize;
 use toml::Value;
 
 use super::file::FaultClass;
+use super::leaves::{Leaf, leaves, path};
 use super::seeds::Seeds;
 use super::{MAX_RUNS, table_of};
 use crate::random_mission::RandomMission;
 use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, PRESET, SEED};
 use crate::sweep::sampling::{Distribution, draw};
 
-/// A value and its position in the file.
-pub(super) struct Leaf {
-    pub(super) at: KeyPath,
-    pub(super) path: Vec<String>,
-    pub(super) value: Value,
-}
-
 /// One setting of a factor, which is validated by itself.
 pub(super) struct CheckedSetting {
     pub(super) at: KeyPath,
     pub(super) changes: Vec<Change>,
-}
-
-impl Leaf {
-    pub(super) fn change(self) -> Change {
-        Change {
-            path: self.path,
-            value: self.value,
-        }
-    }
-}
-
-pub(super) fn path(text: &str) -> Vec<String> {
-    text.split('.').map(str::to_owned).collect()
-}
-
-/// Returns all values below a table in line order, as [`leaves_below`].
-pub(super) fn leaves(
-    file: &TomlFile<'_>,
-    at: &KeyPath,
-    table: toml::Table,
-    ends: fn(&toml::Table) -> bool,
-) -> Vec<Leaf> {
-    let mut found = leaves_below(at, &[], table, ends);
-    found.sort_by_cached_key(|leaf| (file.line_of(&leaf.at), leaf.path.clone()));
-    found
-}
-
-/// Returns all values below a table. Keys may be nested tables or dotted, also within quotes. A table for which `ends` is
-/// true is a value itself.
-pub(super) fn leaves_below(
-    at: &KeyPath,
-    way: &[String],
-    table: toml::Table,
-    ends: fn(&toml::Table) -> bool,
-) -> Vec<Leaf> {
-    let below = table.into_iter().flat_map(|(name, value)| {
-        let at = at.key(&name);
-        let path = [way, &path(&name)].concat();
-        match value {
-            Value::Table(table) if !ends(&table) => leaves_below(&at, &path, table, ends),
-            value => vec![Leaf { at, path, value }],
-        }
-    });
-    below.collect()
 }
 
 pub(super) fn grid(

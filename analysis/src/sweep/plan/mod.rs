@@ -6,6 +6,7 @@
 mod factors;
 pub(crate) mod file;
 pub mod hypothesis;
+mod leaves;
 pub mod seeds;
 mod several;
 pub mod space;
@@ -24,11 +25,10 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::design::{Design, apply_change};
 use crate::random_mission::RandomMission;
 use crate::shell::shell_quoted;
-use factors::{
-    CheckedSetting, disjoint, drawn, faults, grid, leaves, list, path, presets, sample, seeds,
-};
+use factors::{CheckedSetting, disjoint, drawn, faults, grid, list, presets, sample, seeds};
 use file::{PlanFile, Source};
 use hypothesis::Hypothesis;
+use leaves::{leaves, path};
 use several::missions;
 use tuning::SearchSettings;
 

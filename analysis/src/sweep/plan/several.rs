@@ -7,8 +7,9 @@ use scenario::limits::whole;
 use scenario::{KeyPath, MAX_ROBOTS, Scenario, TomlFile};
 use toml::Value;
 
-use super::factors::{CheckedSetting, Columns, class_changes, leaves};
+use super::factors::{CheckedSetting, Columns, class_changes};
 use super::file::{FaultClass, MissionFile};
+use super::leaves::leaves;
 use super::{table_of, vocabulary};
 use crate::distinct;
 use crate::sweep::design::{Cell, Change, FAULTS, Factor, Level, MISSION, apply_change};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use scenario::{KeyPath, Problem};
 use serde::Deserialize;
 
-use super::factors::{Leaf, leaves_below};
+use super::leaves::{Leaf, leaves_below};
 use super::seeds::Seeds;
 use super::space::Range;
 

@@ -4,7 +4,8 @@ use proptest::prelude::*;
 
 use super::repeated::any_run;
 use super::*;
-use crate::compact::{CompactForm, MOTIVATIONS, MotivationRule, PredictedRows};
+use crate::compact::{CompactForm, MotivationRule, PredictedRows};
+use crate::rows::TableRow;
 
 const REDUCED: [Table; 4] = [
     Table::Motivations,
@@ -125,7 +126,7 @@ fn rows_that_fit_no_tick_or_robot_are_errors() {
     let table = &memory.tables[&Table::Motivations];
     let rows = |more: &str| {
         let text = [table, more.as_bytes()].concat();
-        let CompactForm::Predicted(form) = MOTIVATIONS else {
+        let CompactForm::Predicted(form) = MotivationRow::FORM else {
             panic!("motivations are predicted");
         };
         let (rule, roster) = (MotivationRule::new(&run.setup), &run.setup.roster);
