@@ -18,6 +18,7 @@
 //! [`run_log`] reads the logs. Each module contains the `alliance` subcommand that belongs to it.
 
 pub mod allocation;
+mod batch_journal;
 pub mod bench;
 pub mod branch;
 pub mod check;

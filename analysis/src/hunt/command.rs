@@ -11,13 +11,15 @@ use terminal::stderr_line;
 use tokio::time::Instant;
 use world_server::mission_args::{Known, read_scenario};
 
+use super::case::Judgement;
 use super::hunting::{AllocatorResult, hunt};
 use super::judge::judge;
 use super::page;
 use super::plan::{Budget, HuntPlan, Method};
-use super::record::{Executor, Header, HuntJournal};
+use super::record::{Executor, JOURNAL};
 use super::results::{command, least_path, sentence, shown, table, write};
 use super::search::{BATCH, Search, SeverityMeasure};
+use crate::batch_journal::{BatchJournal, Header};
 use crate::exit_status;
 use crate::interrupted::{InterruptFlag, Interrupted};
 use crate::new_file::{make_folder, write_atomically};
@@ -92,23 +94,28 @@ impl HuntCommand {
         Ok((plan, text))
     }
 
-    fn prepare(&self, plan: &HuntPlan, text: &str) -> anyhow::Result<(HuntJournal, PathBuf)> {
+    fn prepare(
+        &self,
+        plan: &HuntPlan,
+        text: &str,
+    ) -> anyhow::Result<(BatchJournal<Judgement>, PathBuf)> {
         let name = plan_name(&self.plan);
         let default = || Path::new("hunts").join(&name);
         let folder = self.out.clone().unwrap_or_else(default);
-        let header = Header {
-            hunt: name,
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            digest: plan.digest(),
-        };
+        let header = Header::new("hunt", &name, plan.digest());
         make_folder(&folder)?;
-        let record = HuntJournal::open(&folder, &header)?;
+        let record = BatchJournal::open(folder.join(JOURNAL), &header)?;
         write_atomically(&folder.join(PLAN), text.as_bytes())?;
         Ok((record, folder))
     }
 
     /// Executes the hunt and writes its results. Returns true if it found a violation.
-    fn work(&self, plan: &HuntPlan, record: HuntJournal, folder: &Path) -> anyhow::Result<bool> {
+    fn work(
+        &self,
+        plan: &HuntPlan,
+        record: BatchJournal<Judgement>,
+        folder: &Path,
+    ) -> anyhow::Result<bool> {
         let interrupted = InterruptFlag::install()?;
         let name = plan_name(&self.plan);
         let done = record.done();

@@ -12,11 +12,12 @@ use terminal::stderr_line;
 use world_server::mission_args::Known;
 
 use super::page::{Page, sentence};
-use super::record::{Defaults, Executor, Header, SearchJournal, Unfinished, journal_name};
+use super::record::{Defaults, Executor, Unfinished, journal_name};
 use super::search::{Method, population};
 use super::task::Task;
-use super::tuning::{Tuned, tune};
+use super::tuning::{Outcome, Tuned, tune};
 use super::verdict::{AllocatorResult, TUNED, verdicts};
+use crate::batch_journal::{BatchJournal, Header};
 use crate::columns::{Entry, Table};
 use crate::controllers::ControllerFiles;
 use crate::exit_status;
@@ -61,7 +62,7 @@ pub struct TuneCommand {
 struct Search {
     allocator: usize,
     method: Method,
-    record: SearchJournal,
+    record: BatchJournal<Outcome>,
 }
 
 impl TuneCommand {
@@ -100,11 +101,7 @@ impl TuneCommand {
         let name = plan_name(&self.plan);
         let folder = self.out.clone();
         let folder = folder.unwrap_or_else(|| Path::new("tunings").join(&name));
-        let header = Header {
-            tune: name,
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            digest: self.controllers.digest(plan.digest())?,
-        };
+        let header = Header::new("tuning", &name, self.controllers.digest(plan.digest())?);
         let task = Task::of(plan).with_context(|| self.plan.display().to_string())?;
         let all = (0..task.allocators.len())
             .flat_map(|allocator| Method::ALL.map(|method| (allocator, method)));
@@ -133,7 +130,7 @@ impl TuneCommand {
         }
         let searches = mine.into_iter().zip(names);
         let searches = searches.map(|((allocator, method), name)| {
-            let record = SearchJournal::open(&folder, &name, &header)?;
+            let record = BatchJournal::open(folder.join(&name), &header)?;
             Ok(Search {
                 allocator,
                 method,
