@@ -16,7 +16,7 @@ use run_log::{LogLevel, Table};
 use scenario::ids::RobotId;
 use scenario::{Scenario, Setup};
 use serde_json::json;
-use terminal::panics;
+use terminal::{listed, panics};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
@@ -33,7 +33,7 @@ use crate::latest::link_latest;
 use crate::metrics::Metrics;
 use crate::mission::WorldKind;
 use crate::pace::{Pace, Speed};
-use crate::server::{Bus, Ended, Publishers, Seals, Server, lock};
+use crate::server::{Bus, Ended, NAMES, Publishers, Seals, Server, lock};
 use crate::simulation::Simulation;
 use cluster::network::Network;
 use cluster::process_log;
@@ -420,7 +420,7 @@ fn announce_missing(server: &Server, announced: &mut Option<String>) {
         }
         return;
     }
-    let missing = server.missing().join(", ");
+    let missing = listed(&server.missing(), NAMES);
     if announced.as_ref() != Some(&missing) {
         tracing::info!("waiting for {missing}");
         *announced = Some(missing);

@@ -15,6 +15,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use glam::Vec2;
+use missions::Registry;
 use scenario::{Scenario, Setup, StepOrder};
 use terminal::stderr_line;
 use world_server::mission_args::{Known, MissionArgs};
@@ -70,6 +71,26 @@ impl Check {
         }
     }
 }
+
+/// Returns the contradictions of a scenario, for example work to which no way leads, as lines before a run: the first
+/// ones, and the number of the others.
+pub fn contradictions_before_run(setup: &Setup) -> anyhow::Result<Vec<String>> {
+    let world = Registry::current().worlds().find(&setup.scenario)?;
+    let starts = world.start_poses(&setup.scenario)?;
+    let starts: Vec<Vec2> = starts.iter().map(|pose| pose.position).collect();
+    let mut found = contradictions(&setup.scenario, &starts);
+    let more = found.len().saturating_sub(NOTES);
+    found.truncate(NOTES);
+    if more > 0 {
+        found.push(format!(
+            "{more} more contradictions; `alliance check` names them"
+        ));
+    }
+    Ok(found)
+}
+
+/// The largest number of contradictions that a run names.
+const NOTES: usize = 3;
 
 /// Returns values of the scenario that contradict each other or its time limit, and work to which no way leads.
 fn contradictions(scenario: &Scenario, starts: &[Vec2]) -> Vec<String> {

@@ -21,13 +21,13 @@ impl LatexCell {
 }
 
 /// Returns a table whose first column is aligned to the left and whose other columns are aligned to the right. The best
-/// cells are bold. `note` becomes the caption.
+/// cells are bold. `note` becomes the caption, and `name` the label `tab:NAME`.
 #[must_use]
-pub fn table(note: &str, heads: &[String], rows: &[Vec<LatexCell>]) -> String {
+pub fn table(name: &str, note: &str, heads: &[String], rows: &[Vec<LatexCell>]) -> String {
     let columns = "r".repeat(heads.len().saturating_sub(1));
     let heads: Vec<String> = heads.iter().map(|head| escaped(head)).collect();
     let mut text = format!(
-        "% Needs \\usepackage{{booktabs}}.\n\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\\begin{{tabular}}{{l{columns}}}\n\\toprule\n{} \\\\\n\\midrule\n",
+        "% Needs \\usepackage{{booktabs}}.\n\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\\label{{tab:{name}}}\n\\begin{{tabular}}{{l{columns}}}\n\\toprule\n{} \\\\\n\\midrule\n",
         escaped(note),
         heads.join(" & ")
     );
@@ -79,11 +79,12 @@ mod tests {
             vec![LatexCell::new("cbba"), best],
             vec![LatexCell::new("l-alliance"), LatexCell::default()],
         ];
-        insta::assert_snapshot!(table("Means & intervals", &heads, &rows), @r"
+        insta::assert_snapshot!(table("means", "Means & intervals", &heads, &rows), @r"
         % Needs \usepackage{booktabs}.
         \begin{table}
         \centering
         \caption{Means \& intervals}
+        \label{tab:means}
         \begin{tabular}{lr}
         \toprule
         allocator & drop\_p 20 \% \\

@@ -99,7 +99,7 @@ pub fn latex(data: &ComparisonData, analysis: &Analysis) -> String {
         named.into_iter().chain(means).collect()
     });
     let note = "Means of the primary metric of each mission with 95 % intervals. Bold: the best, except the oracle.";
-    latex::table(note, &heads, &rows.collect::<Vec<_>>())
+    latex::table("comparison", note, &heads, &rows.collect::<Vec<_>>())
 }
 
 fn cells(data: &ComparisonData, analysis: &Analysis) -> Table {

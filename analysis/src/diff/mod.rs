@@ -8,9 +8,11 @@ mod tables;
 mod tests;
 
 use std::collections::BTreeSet;
+use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use anyhow::bail;
 use clap::Args;
 use run_log::{LogLevel, RUN_SECTION, ReadError, RunLog, Table, TickRow};
 use serde_json::Value;
@@ -45,7 +47,15 @@ impl DiffCommand {
     }
 
     fn compare(&self) -> anyhow::Result<Comparison> {
-        Ok(compare(&open(&self.a)?, &open(&self.b)?)?)
+        let (a, b) = (open(&self.a)?, open(&self.b)?);
+        if fs::canonicalize(&self.a).ok() == fs::canonicalize(&self.b).ok() {
+            bail!(
+                "{} and {} are the same run; name two runs",
+                self.a.display(),
+                self.b.display()
+            );
+        }
+        Ok(compare(&a, &b)?)
     }
 }
 

@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, bail};
-use clap::Args;
+use clap::{Args, Command};
 use missions::Registry;
 use run_log::{RunLog, RunOutcome};
 use terminal::stderr_line;
@@ -60,7 +60,6 @@ pub struct ExportCommand {
 
 /// The formats to write, at least one.
 #[derive(Args, Clone, Debug)]
-#[group(required = true, multiple = true)]
 #[command(next_help_heading = "Formats")]
 struct Formats {
     /// MCAP for Foxglove, Lichtblick and PlotJuggler [default: RUN/run.mcap]
@@ -92,6 +91,34 @@ struct Formats {
     video: Option<PathBuf>,
 }
 
+impl Formats {
+    /// Returns the options of the formats that this program can write.
+    fn options() -> Vec<String> {
+        let all = Self::augment_args(Command::new("export"));
+        let all = all.get_arguments().filter(|option| !option.is_hide_set());
+        all.map(|option| format!("--{}", option.get_id())).collect()
+    }
+
+    fn has_any(&self) -> bool {
+        let Self {
+            mcap,
+            rosbag,
+            parquet,
+            scenario,
+            html,
+            instance,
+            svg,
+            png,
+            video,
+        } = self;
+        let files = [mcap, rosbag, parquet, scenario, html, instance];
+        let moments = [svg, png];
+        files.iter().any(|file| file.is_some())
+            || moments.iter().any(|moments| moments.is_some())
+            || video.is_some()
+    }
+}
+
 /// The error for a run that this program does not reproduce exactly, with its reason.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
@@ -112,6 +139,9 @@ impl ExportCommand {
     }
 
     pub(crate) fn export(&self, write_html: WriteHtml) -> anyhow::Result<()> {
+        if !self.formats.has_any() {
+            bail!("name a format: {}", Formats::options().join(", "));
+        }
         if self.formats.mcap.is_some() {
             mcap_is_there()?;
         }

@@ -359,7 +359,11 @@ pub fn series(
     Ok(())
 }
 
+/// Draws a line through points of a chart. A single point has no line.
 pub fn curve(chart: &Chart<'_>, points: Vec<(f64, f64)>, style: ShapeStyle) -> DrawResult {
+    if points.len() < 2 {
+        return Ok(());
+    }
     chart.plotting_area().draw(&PathElement::new(points, style))
 }
 

@@ -193,7 +193,7 @@ pub fn mark_labels(p: &Projection, marks: &[Mark], taken: &mut Taken) -> Markup 
     html! { @for label in labels { (label) } }
 }
 
-/// Returns the label with the work that is left, such as `box 6/12`, `box done`, or `None` without an amount.
+/// Returns the label with the work that is left, such as `box 6/12 left`, `box done`, or `None` without an amount.
 fn label_with_work(mark: &Mark) -> Option<String> {
     let Work { left, all, unit } = mark.work.as_ref()?;
     let label = &mark.label;
@@ -213,7 +213,11 @@ fn label_with_work(mark: &Mark) -> Option<String> {
     } else {
         format!(" {unit}")
     };
-    Some(format!("{label} {}/{}{unit}", amount(*left), amount(*all)))
+    Some(format!(
+        "{label} {}/{}{unit} left",
+        amount(*left),
+        amount(*all)
+    ))
 }
 
 /// Draws the obstacles: solid ones hatched, slow patches dotted, fast patches with arrow heads.

@@ -97,7 +97,12 @@ fn tex(history: &History, metrics: &Metrics) -> String {
                 sent.unwrap_or_else(|| "–".to_owned()),
             ]
         });
-    let robots = table("Robots.", &heads, rows);
+    let robots = table(
+        "robots",
+        "Time of each robot in the run, its idle share, its activations and its broadcasts.",
+        &heads,
+        rows,
+    );
     let heads = [
         "task",
         "applicable, s",
@@ -122,15 +127,24 @@ fn tex(history: &History, metrics: &Metrics) -> String {
                 duplicate.unwrap_or_else(|| "–".to_owned()),
             ]
         });
-    format!("{robots}\n{}", table("Tasks.", &heads, rows))
+    format!(
+        "{robots}\n{}",
+        table(
+            "tasks",
+            "Time in which each task was applicable, without a productive robot, without any robot, and with two or more.",
+            &heads,
+            rows
+        )
+    )
 }
 
 fn table<const N: usize>(
+    name: &str,
     note: &str,
     heads: &[&str; N],
     rows: impl Iterator<Item = [String; N]>,
 ) -> String {
     let heads = heads.map(str::to_owned);
     let rows = rows.map(|row| row.map(LatexCell::new).to_vec());
-    latex::table(note, &heads, &rows.collect::<Vec<_>>())
+    latex::table(name, note, &heads, &rows.collect::<Vec<_>>())
 }

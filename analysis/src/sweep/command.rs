@@ -187,8 +187,12 @@ fn terminal_table(page: &Page<'_>) -> Table {
             100.0 * to
         );
         let cells = cells.iter().map(|cell| cell.to_string());
-        let figures = [summary.makespan_s, summary.lateness_s].map(estimated);
-        table.add_row(cells.chain([complete]).chain(figures));
+        let lateness = match summary.without_lateness {
+            0 => estimated(summary.lateness_s),
+            some => format!("none in\n{}", counted(some, "run")),
+        };
+        let figures = [complete, estimated(summary.makespan_s), lateness];
+        table.add_row(cells.chain(figures));
     }
     table::align_right(&mut table, page.setting_columns().len()..);
     table

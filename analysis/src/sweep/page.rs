@@ -45,7 +45,7 @@ impl Page<'_> {
         let has_lateness = self
             .conditions
             .iter()
-            .any(|(_, summary)| summary.lateness_s.is_some());
+            .any(|(_, summary)| summary.lateness_s.is_some() || summary.without_lateness > 0);
         let primary = self.primary();
         let (first, rest) = self.figures.split_at(self.figures.len().min(1));
         let head = html! {
@@ -107,7 +107,7 @@ impl Page<'_> {
                 @if let Some(primary) = primary {
                     dt { (primary.metric) } dd { "Median of the measure by which the scenario ranks its runs, with the same kind of interval. " (if primary.more_is_better { "More" } else { "Less" }) " is better." }
                 }
-                dt { "lateness" } dd { "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval; runs without recurring tasks are omitted." }
+                dt { "lateness" } dd { "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval. It is left out if some runs have none, because in these the task was perhaps never done." }
             }
             (sorting())
             (choosing())
@@ -277,7 +277,7 @@ impl Page<'_> {
                 .collect()
         });
         let note = "Complete runs, median makespan and median lateness with 95 % intervals. Bold: the best of each class of faults.";
-        latex::table(note, &heads, &rows.collect::<Vec<_>>())
+        latex::table("sweep", note, &heads, &rows.collect::<Vec<_>>())
     }
 
     /// Returns the conditions as a table; times in s.
@@ -391,7 +391,8 @@ fn figures(summary: &Summary, has_failures: bool, has_lateness: bool) -> Markup 
     html! {
         td { (summary.runs) } @if has_failures { td { (summary.failed) } } td { (summary.complete) }
         (estimate(share, percent)) (seconds(summary.makespan_s))
-        @if has_lateness { (seconds(summary.lateness_s)) }
+        @if summary.without_lateness > 0 { td colspan="2" { "none in " (counted(summary.without_lateness, "run")) } }
+        @else if has_lateness { (seconds(summary.lateness_s)) }
     }
 }
 

@@ -26,8 +26,11 @@ pub struct Summary {
     pub completion: Interval,
     /// Simulated time of complete runs, s.
     pub makespan_s: Option<Estimate>,
-    /// The greatest lateness of a recurring task per run, s; runs without one are omitted.
+    /// The greatest lateness of a recurring task per run, s. `None` if a run has none: its task was perhaps never done, and
+    /// the other runs alone would be the better ones.
     pub lateness_s: Option<Estimate>,
+    /// The number of runs that did not fail and have no lateness, if others have one.
+    pub without_lateness: usize,
     /// The measure by which the scenario ranks its runs; `None` for the time, and if the runs have different measures.
     pub primary: Option<Primary>,
 }
@@ -79,13 +82,19 @@ impl Summary {
             }
             lateness.extend(figures.lateness_ms().map(seconds));
         }
+        let without_lateness = ended - lateness.len();
         Self {
             runs,
             failed: runs - ended,
             complete: makespans.len(),
             completion: wilson(makespans.len(), ended),
             makespan_s: estimate(makespans),
-            lateness_s: estimate(lateness),
+            without_lateness: if lateness.is_empty() {
+                0
+            } else {
+                without_lateness
+            },
+            lateness_s: estimate(lateness).filter(|_| without_lateness == 0),
             primary: Primary::of(&ranked).filter(|_| ranked.len() == ended),
         }
     }
@@ -285,7 +294,8 @@ mod tests {
         assert_eq!(summary.share(), Some(2.0 / 3.0));
         assert_eq!(summary.completion, wilson(2, 3));
         assert_eq!(summary.makespan_s.unwrap().0, 5.0);
-        assert_eq!(summary.lateness_s.unwrap().0, 0.003);
+        assert_eq!((summary.lateness_s, summary.without_lateness), (None, 1));
+        assert_eq!(Summary::of(&two).lateness_s.unwrap().0, 0.003);
         let none = Summary::of(&[failed(0)]);
         assert_eq!(
             (none.share(), none.makespan_s, none.completion),

@@ -4,6 +4,7 @@ import { reception } from "../model/channel.js";
 import { affectsLink, inForce, linkState } from "../model/faults.js";
 import { TOOK_OVER } from "../model/events.js";
 import { progress } from "../model/mission.js";
+import { signs } from "../model/signs.js";
 import { attribute, text } from "../ui/dom.js";
 import { Lens, Projection, distanceToLine, isInside, isWithin, radioLines, sameRectangle } from "./geometry.js";
 import * as paint from "./paint.js";
@@ -228,15 +229,6 @@ export class Room {
     const done = current ? `; ${current.count} ${current.what}` : "";
     attribute(this.#canvas, "aria-label", `The room seen from above: ${robots.join(", ")}${done}`);
   }
-}
-
-/** Returns the signs on the robots: the number at the end of the name, or one or two initial letters. */
-function signs(names) {
-  const initial = (name) => name[0].toUpperCase();
-  return names.map((name) => {
-    const isUnique = names.filter((each) => initial(each) === initial(name)).length === 1;
-    return name.match(/\d{1,2}$/)?.[0] ?? (isUnique ? initial(name) : initial(name) + name.slice(1, 2));
-  });
 }
 
 /** Shows the coordinates of a point of the room, or nothing. */

@@ -82,7 +82,7 @@ fn everything() -> anyhow::Result<String> {
             allocators::text(None)?,
         ),
         (
-            "Missions: mission = \"MISSION\" in a scenario",
+            "Missions: section [MISSION] of a scenario",
             missions::text(None)?,
         ),
         ("Runs: alliance watch RUN", RunsCommand::default().text()?),

@@ -32,6 +32,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "model/mission.js"
     "model/model.js"
     "model/own_faults.js"
+    "model/signs.js"
     "model/skills.js"
     "model/state.js"
     "model/traffic.js"

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use analysis::allocation::{self, DEFAULT_ROUNDS, allocate};
 use analysis::branch::{BranchArgs, BranchPlan};
+use analysis::check::contradictions_before_run;
 use analysis::export::{export_mcap, mcap_is_there};
 use analysis::learned;
 use analysis::sweep::{jobs, jobs_or_cores};
@@ -333,6 +334,9 @@ impl RunCommand {
         let log = log.unwrap_or_else(|| self.run.log(&plan.setup));
         if let Some(note) = disk::note(&plan.setup, log, &plan.folder) {
             stderr_line!("{note}");
+        }
+        for contradiction in contradictions_before_run(&plan.setup)? {
+            stderr_line!("note: {contradiction}");
         }
         let status = if self.in_process {
             one_process::run(plan, log, self.check, jobs_or_cores(self.jobs))?

@@ -136,7 +136,7 @@ impl RunNews {
             true => event.subject.as_str(),
             false => event.robot.as_str(),
         });
-        let names = listed(&names.collect::<Vec<_>>());
+        let names = terminal::listed(&names.collect::<Vec<_>>(), NAMES);
         let does = match (kind, events) {
             ("gone", [_]) => "dies",
             ("gone", _) => "die",
@@ -162,7 +162,10 @@ impl RunNews {
         };
         match tasks.is_empty() {
             true => format!("{names} {does}"),
-            false => format!("{names} {does}, executing {}", listed(&tasks)),
+            false => format!(
+                "{names} {does}, executing {}",
+                terminal::listed(&tasks, NAMES)
+            ),
         }
     }
 
@@ -207,15 +210,6 @@ fn detection(event: &EventLine) -> (SimTime, String) {
     } = event;
     let line = format!("{robot} detects the loss of {reason} at {subject}, {detail}");
     (*t_ms, line)
-}
-
-/// Returns the first names and the number of the others.
-fn listed(names: &[&str]) -> String {
-    let shown = names[..names.len().min(NAMES)].join(", ");
-    match names.len().saturating_sub(NAMES) {
-        0 => shown,
-        others => format!("{shown} and {others} more"),
-    }
 }
 
 #[cfg(test)]

@@ -22,12 +22,16 @@ const LINE_WIDTH: usize = 80;
 /// The maximum number of robots in the display; the first ones of larger teams.
 const ROBOTS_SHOWN: usize = 12;
 
+/// The time over which the speed is measured, at least.
+const SPEED_INTERVAL: Duration = Duration::from_secs(5);
+
 /// A progress display that is updated by views.
 pub struct ProgressDisplay {
     names: Vec<String>,
     catalog: Arc<Catalog>,
     columns: &'static [Column],
-    started: Option<(Instant, f64)>,
+    /// Wall-clock and simulated time, s, of the point from which the speed is measured, and of the one that replaces it.
+    speed_points: Option<[(Instant, f64); 2]>,
     /// The robots for which the clock waits, as last printed.
     waits_for: Option<String>,
     style: Style,
@@ -79,7 +83,7 @@ impl ProgressDisplay {
             names,
             catalog: Arc::clone(&setup.catalog),
             columns: setup.catalog.mission.vocabulary().columns,
-            started: None,
+            speed_points: None,
             waits_for: None,
             style,
         }
@@ -101,7 +105,11 @@ impl ProgressDisplay {
             }
         }
         let sim = view.now.as_secs_f64();
-        let (since, from) = *self.started.get_or_insert((now, sim));
+        let points = self.speed_points.get_or_insert([(now, sim); 2]);
+        if now.duration_since(points[1].0) >= SPEED_INTERVAL {
+            *points = [points[1], (now, sim)];
+        }
+        let (since, from) = points[0];
         let real = now.duration_since(since).as_secs_f64();
         // The speed is unknown until enough time has passed since the first view.
         let clock = if real < 0.05 {
@@ -129,7 +137,7 @@ impl ProgressDisplay {
                 }
                 mission.set_message(format!("{}  {clock}", short_summary(&row)));
                 if others > 0 {
-                    doing.push(format!("and {others} more"));
+                    doing.push(format!("and {others} more robots"));
                 }
                 for (line, doing) in robots.iter().zip(doing) {
                     line.set_message(terminal::escaped(&doing).into_owned());
@@ -166,7 +174,7 @@ impl ProgressDisplay {
     fn describe(&self, name: &str, robot: &RobotView) -> String {
         let doing = match (robot.state, robot.active) {
             (AgentState::Absent | AgentState::Dead, _) => "no agent",
-            (AgentState::Coming, _) => "coming",
+            (AgentState::Coming, _) => "starting",
             (AgentState::Silent, _) => "silent",
             (AgentState::Present, None) => "idle",
             (AgentState::Present, Some(set)) => self.catalog.behavior_name(set),
@@ -184,18 +192,18 @@ fn bounded_line(mut line: String, entries: &[String], others: usize) -> String {
     for (index, entry) in entries.iter().enumerate() {
         let left = entries.len() - index - 1 + others;
         let rest = if left > 0 {
-            format!("; and {left} more")
+            format!("; and {left} more robots")
         } else {
             String::new()
         };
         if width(&line) + width(entry) + width(&rest) + 2 > LINE_WIDTH {
-            return format!("{line}; and {} more", left + 1);
+            return format!("{line}; and {} more robots", left + 1);
         }
         line += &format!("; {entry}");
     }
     match others {
         0 => line,
-        others => format!("{line}; and {others} more"),
+        others => format!("{line}; and {others} more robots"),
     }
 }
 
@@ -219,7 +227,7 @@ mod tests {
         );
         assert_eq!(
             bounded_line(start(), &robots(12), 18),
-            "12.0 s simulated, 10x, 0 of 24 done; r1: idle; r2: idle; r3: idle; and 27 more"
+            "12.0 s simulated, 10x, 0 of 24 done; r1: idle; r2: idle; and 28 more robots"
         );
         for count in 0..40 {
             for others in [0, 1, 18] {

@@ -20,6 +20,7 @@ use proto::view::{RobotView, View};
 use run_log::RunFile;
 use scenario::Robot;
 use scenario::names::{PAGE, WORLD};
+use terminal::listed;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
@@ -52,6 +53,9 @@ const START_FAILURE_DELAY: Duration = Duration::from_secs(1);
 
 /// The time for the world to complete its log and end after a request.
 const ENDING: Duration = Duration::from_secs(15);
+
+/// The number of processes whose ids are printed. `alliance list runs` finds the run, and the page shows all robots.
+const PIDS: usize = 30;
 
 /// The interval between checks of processes and progress if no message arrives.
 const INTERVAL: Duration = Duration::from_millis(200);
@@ -139,7 +143,7 @@ impl RunProcesses {
             .collect();
         team.progress.print_line(&format!("run {}", plan.run));
         team.progress
-            .print_line(&paragraph(&format!("process ids: {}", pids.join(", "))));
+            .print_line(&paragraph(&format!("process ids: {}", listed(&pids, PIDS))));
         if let Some(link) = link {
             team.start_page(link, plan.open);
         }

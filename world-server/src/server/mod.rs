@@ -45,6 +45,9 @@ use run_log::recorder::{BackgroundRecorder, Ending, Folder, RecordError, Recorde
 pub use seals::Seals;
 use standstill::Standstill;
 
+/// The largest number of names in a line of text.
+pub const NAMES: usize = 12;
+
 /// The maximum time for a welcomed agent to show its token. Also the time that the run waits for a new agent after the last one
 /// is lost.
 const GRACE: Duration = Duration::from_secs(5);

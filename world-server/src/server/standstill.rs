@@ -8,7 +8,9 @@ use proto::process::ProcessAction;
 use scenario::ids::{RobotId, Tick};
 use tokio::time::Instant;
 
-use super::Server;
+use terminal::listed;
+
+use super::{NAMES, Server};
 use crate::barrier::Presence;
 
 /// The time that the clock stands still before the cause is reported.
@@ -55,7 +57,7 @@ impl Server {
             let names: Vec<&str> = awaited
                 .map(|robot| self.peers[robot.index()].name.as_str())
                 .collect();
-            return format!("{} to repeat the run and join", names.join(", "));
+            return format!("{} to repeat the run and join", listed(&names, NAMES));
         }
         let barrier = self.simulation.barrier();
         if !barrier.started() {
@@ -74,7 +76,7 @@ impl Server {
             .iter()
             .map(|robot| self.process_of(*robot))
             .collect();
-        format!("{} to answer; {REMEDY}", names.join(", "))
+        format!("{} to answer; {REMEDY}", listed(&names, NAMES))
     }
 
     /// Names the hosts that have not connected and the robots that have not joined, with remedies.
@@ -87,7 +89,7 @@ impl Server {
         }
         let mut remedies = Vec::new();
         let waits = by_host.iter().map(|(host, robots)| {
-            let robots = robots.join(", ");
+            let robots = listed(&robots, NAMES);
             if *host == LAUNCHER_HOST {
                 remedies.push("`alliance cluster agent --robot NAME` starts an agent".to_owned());
                 format!("{robots} to join")

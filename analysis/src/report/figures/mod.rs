@@ -270,7 +270,7 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
         let spec = &history.catalog.tasks[task.index()];
         let name = format!("task-{}-{}", task.0, plain(&spec.name));
         let caption = format!(
-            "{} of all robots for {}, as in the thesis' figure 4.9.",
+            "{} of all robots for {}.",
             what(task_measures(history, task)),
             spec.name
         );
@@ -280,7 +280,7 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
             && window.end < run.window.end * OVER
         {
             let caption = format!(
-                "The same figure for the time in which {} was applicable, as in the thesis' figure 4.11.",
+                "The same figure for the time in which {} was applicable.",
                 spec.name
             );
             add(

@@ -123,19 +123,10 @@ impl Waste {
             work: report,
             label: "report site".to_owned(),
         });
-        let targets = self
-            .floor
-            .zones()
-            .filter(|(_, zone, _)| *zone == Zone::Target);
-        let deposits = targets.count();
         for (index, (place, zone, outline)) in self.floor.zones().enumerate() {
             let (role, left, all) = match zone {
-                // The items that are left belong to no one of several deposits.
-                Zone::Target if deposits > 1 => (MarkRole::Goal, 0, 0),
-                Zone::Target => {
-                    let delivered = self.floor.counts().delivered as usize;
-                    (MarkRole::Goal, items.len() - delivered, items.len())
-                }
+                // The items that are left are elsewhere.
+                Zone::Target => (MarkRole::Goal, 0, 0),
                 _ => {
                     let initial = &items[place.items.clone()];
                     let is_inside =
