@@ -86,7 +86,7 @@ impl RosTopics {
         let node = Node {
             domain,
             session: session.zid().to_string(),
-            name: TEAM,
+            name: TEAM.to_owned(),
         };
         Ok(Self {
             _token: declare_token(&session, &node.token())?,
