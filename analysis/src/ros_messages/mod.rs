@@ -22,6 +22,7 @@ mod devices;
 mod live;
 mod map;
 mod markers;
+mod robot;
 mod status;
 mod team;
 
@@ -33,13 +34,14 @@ use scenario::time::SimTime;
 use scenario::{Problem, Setup};
 
 use bodies::{Body, BodyTopics};
-use convert::stamp;
+pub use convert::{body_frame, stamp};
 use destination::Topic;
 pub use destination::{Destination, TopicSpec};
 use devices::DeviceTopics;
 pub use live::LiveMessages;
 use map::MapTopic;
 use markers::MarkerTopic;
+pub use robot::RobotMessages;
 use status::StatusTopics;
 use team::TeamTopics;
 

@@ -1,19 +1,26 @@
-//! The topics of a live run in ROS 2: a process that reads the log of the run and publishes it over `rmw_zenoh`.
+//! ROS 2 and live runs.
 //!
-//! The process has a zenoh session of its own, to the router of ROS. It takes part neither in the bus of the team nor in
-//! that of the operators, so nothing in ROS reaches the run.
+//! `publish` is a process that reads the log of the run and publishes it over `rmw_zenoh`. The process has a zenoh session
+//! of its own, to the router of ROS. It takes part neither in the bus of the team nor in that of the operators, so nothing
+//! in ROS reaches the run.
+//!
+//! `robot` is the agent of a robot whose controller is a node of ROS.
 
+mod agent_args;
 #[cfg(feature = "ros")]
 mod publish;
 #[cfg(not(feature = "ros"))]
 #[path = "without_ros.rs"]
 mod publish;
 #[cfg(feature = "ros")]
+mod robot;
+#[cfg(feature = "ros")]
 mod topics;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+pub use agent_args::RosAgentArgs;
 use analysis::{LATEST, optional};
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
@@ -82,6 +89,12 @@ fn router(text: &str) -> Result<Locator, Problem> {
         return Err(Problem::of_value(what, "use tcp/ADDRESS:PORT"));
     }
     Ok(locator)
+}
+
+/// Returns the error line for a router that is not there.
+#[cfg(feature = "ros")]
+fn no_router(router: &Locator) -> String {
+    format!("no zenoh router has answered at {router}; start `ros2 run rmw_zenoh_cpp rmw_zenohd`")
 }
 
 impl RosArgs {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use analysis::live;
 use analysis::ros_messages::{LiveMessages, robot_names};
 use anyhow::bail;
+use ros::names::TEAM;
 use run_log::LogLevel;
 use scenario::{Problem, Setup};
 use terminal::stderr_line;
@@ -13,12 +14,15 @@ use tokio::runtime::Handle;
 use tokio::task::spawn_blocking;
 use tokio::time::sleep;
 
-use super::RosCommand;
 use super::topics::{RosTopics, connect};
+use super::{RosCommand, no_router};
 use crate::follow::{self, EndRequests, FollowedRun, follow, while_live};
 
 /// The option of `alliance run`, for error messages.
 const OPTION: &str = "--ros";
+
+/// The time to wait for a full queue before a message is dropped. Only this process waits.
+const SEND_PATIENCE: Duration = Duration::from_secs(1);
 
 /// The time for the last messages to leave this process.
 const DRAIN_TIME: Duration = Duration::from_millis(200);
@@ -50,19 +54,18 @@ async fn publish(command: &RosCommand) -> anyhow::Result<()> {
     stderr_line!("{}", command.describe());
     let router = command.router.clone();
     // Opening a session blocks its thread until there is a router.
-    let connecting = spawn_blocking(move || Handle::current().block_on(connect(&router)));
+    let connecting =
+        spawn_blocking(move || Handle::current().block_on(connect(&router, SEND_PATIENCE)));
     let connected = while_live(&mut run, connecting);
     let Some(connected) = ends.during(connected).await else {
         return Ok(());
     };
     let Some(session) = connected? else {
         let router = &command.router;
-        bail!(
-            "no zenoh router has answered at {router}; start `ros2 run rmw_zenoh_cpp rmw_zenohd`"
-        );
+        bail!(no_router(router));
     };
     stderr_line!("connected");
-    let mut topics = RosTopics::new(session??, command.domain)?;
+    let mut topics = RosTopics::new(session??, command.domain, TEAM.to_owned())?;
     // The present state is published, but not the past.
     topics.set_silent(!command.from_start);
     let names = robot_names(run.setup(), OPTION)?;
