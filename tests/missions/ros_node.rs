@@ -52,7 +52,7 @@ fn lab() -> Lab {
 /// Runs the scenario with the node in this mode, in the folder of that name.
 #[track_caller]
 fn control(lab: &Lab, python: &Path, mode: &str, arguments: &str) -> Value {
-    let arguments = format!("crew.toml {arguments}");
+    let arguments = format!("crew.toml --log full {arguments}");
     facts(lab, python, "ros_node.py", &[mode, "7"], (mode, &arguments))
 }
 
@@ -64,7 +64,7 @@ fn a_node_does_the_work_of_a_robot_and_garbage_changes_only_counts() {
     let lab = lab();
     let facts = control(&lab, &python, "drive", "");
     let log = lab.log("drive");
-    assert_eq!(log.run.result.outcome.as_str(), "complete");
+    assert_eq!(lab.json("drive/run.json")["outcome"], "complete");
     assert_eq!(log.events_of("blue-1", "delivered").len(), 2);
     assert_eq!(facts["delivered"], 2);
     assert_eq!(facts["ticks"], log.run.result.ticks);
@@ -86,7 +86,15 @@ fn a_node_does_the_work_of_a_robot_and_garbage_changes_only_counts() {
     lab.assert_same_bytes("drive", "hostile");
     let agent_log = lab.text("hostile/logs/blue-1.log");
     for kind in [
-        "attachment", "encoding", "size", "number", "frame", "late", "early", "type", "action",
+        "attachment",
+        "encoding",
+        "size",
+        "number",
+        "frame",
+        "late",
+        "early",
+        "type",
+        "action",
     ] {
         // One line for the first message, and one for the number of all.
         let lines = agent_log.matches(&format!("kind=\"{kind}\"")).count();

@@ -122,7 +122,7 @@ impl Commands {
             .map(|(_, command)| command)
     }
 
-    /// Begins a tick.
+    /// Begins the tick at the time `now`.
     pub fn begin(&mut self, now: SimTime) {
         self.now = now;
         self.is_in_tick = true;

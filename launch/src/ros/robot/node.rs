@@ -59,7 +59,7 @@ struct Output {
     topics: RosTopics,
 }
 
-/// The received commands.
+/// The commands that arrive from ROS.
 struct Inbox {
     commands: Mutex<Commands>,
     has_arrived: Condvar,
