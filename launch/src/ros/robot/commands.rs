@@ -16,6 +16,7 @@ use ros::rmw_zenoh::is_attachment;
 use ros::{Message, decode};
 use scenario::time::SimTime;
 use serde::Deserialize;
+use serde_json::Value;
 
 /// The time for which a command counts without lockstep.
 const IN_FORCE: SimTime = SimTime(500);
@@ -231,8 +232,17 @@ impl Commands {
 
     fn activity_of(&self, text: &str) -> Result<Activity, Dropped> {
         let wrong = |why: String| Dropped::new("action", why);
+        let value: Value = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
+        // A list of values would also be read as the members in their order.
+        if !value.is_object()
+            || value
+                .get("action")
+                .is_some_and(|action| !action.is_object())
+        {
+            return Err(wrong("use an object, with an object as action".to_owned()));
+        }
         let activity: Activity =
-            serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
+            serde_json::from_value(value).map_err(|error| wrong(error.to_string()))?;
         match &activity.doing {
             Some(set) if !self.sets.contains(set) => {
                 let sets = self.sets.join(", ");

@@ -145,6 +145,7 @@ fn invalid_messages_have_no_effect() {
     for text in [
         "",
         "[]",
+        r#"{ "action": ["pick"] }"#,
         r#"{ "doing": "dig" }"#,
         r#"{ "progress": true }"#,
         r#"{ "action": { "gripper": "open" } }"#,
