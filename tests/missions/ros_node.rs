@@ -1,6 +1,7 @@
 //! A robot whose controller is a node of ROS 2, written with packages by others: it works, its run replays without it, and
 //! nothing but a valid command has an effect.
 
+use std::fs;
 use std::path::Path;
 
 use alliance_tests::harness::Lab;
@@ -53,6 +54,8 @@ fn lab() -> Lab {
 #[track_caller]
 fn control(lab: &Lab, python: &Path, mode: &str, arguments: &str) -> Value {
     let arguments = format!("crew.toml --log full {arguments}");
+    // Each run of a mode begins anew.
+    let _ = fs::remove_dir_all(lab.path(mode));
     facts(lab, python, "ros_node.py", &[mode, "7"], (mode, &arguments))
 }
 
@@ -100,6 +103,37 @@ fn a_node_does_the_work_of_a_robot_and_garbage_changes_only_counts() {
         let lines = agent_log.matches(&format!("kind=\"{kind}\"")).count();
         assert_eq!(lines, 2, "{kind}: {agent_log}");
     }
+}
+
+#[test]
+fn faults_reach_the_robot_of_a_node_and_the_run_is_repeatable() {
+    let Some(python) = python(&["zenoh", "rosbags", "xxhash"]) else {
+        return;
+    };
+    let lab = Lab::new();
+    let faults = r#"
+        [faults]
+        timeline = [
+            { fault.pause = "blue-1", at_s = 5.0, for_s = 2.0 },
+            { fault.kill = "blue-1", at_s = 12.0, for_s = 3.0 },
+            { fault.drop.p = 0.4, at_s = 2.0 },
+            { fault.sensor = { robot = "blue-1", device = "avoidance", mode = "dead" }, at_s = 20.0, for_s = 3.0 },
+        ]
+    "#;
+    lab.write("crew.toml", format!("{CREW}{faults}"));
+    let hashes = [(); 2].map(|()| {
+        let facts = control(&lab, &python, "drive", "");
+        let log = lab.log("drive");
+        assert!(log.run.faults.iter().all(|fault| fault.hits > 0));
+        assert_eq!(log.events_of("blue-1", "delivered").len(), 2);
+        // A dead device publishes nothing for 3 s.
+        let count = |topic: &str| facts["topics"][topic].as_u64().unwrap();
+        assert_eq!(count("blue_1/devices") - count("blue_1/scan"), 60);
+        lab.assert_repeated("drive");
+        log.run.hash
+    });
+    assert!(hashes[0].is_some());
+    assert_eq!(hashes[0], hashes[1]);
 }
 
 #[test]
