@@ -13,12 +13,6 @@ const DEFAULT_DEPTH: u32 = 42;
 /// The size of an attachment, bytes.
 const ATTACHMENT_BYTES: usize = 33;
 
-/// The place of the length of the publisher's id in an attachment, bytes.
-const ID_PLACE: usize = 16;
-
-/// The size of the id of a publisher, bytes.
-const ID_BYTES: usize = 16;
-
 /// The replacement for slashes in a part of a token.
 const SLASH: &str = "%";
 
@@ -30,18 +24,18 @@ pub struct Node {
     /// The id of the zenoh session, as zenoh writes it.
     pub session: String,
     /// The name, which ROS accepts.
-    pub name: String,
+    pub name: &'static str,
 }
 
-/// A publisher or a subscription of a node.
+/// A publisher or a subscriber of a node.
 #[derive(Clone, Debug)]
 pub struct Endpoint {
-    /// The key of the messages.
+    /// The key of its messages.
     pub key: String,
     /// The key of its liveliness token.
     pub token: String,
     /// The id within the ROS graph: a hash of the token.
-    id: [u8; ID_BYTES],
+    id: [u8; 16],
 }
 
 impl Node {
@@ -60,22 +54,29 @@ impl Node {
         message: &MessageType,
         qos: Qos,
     ) -> Endpoint {
-        self.endpoint(self.entity(number, "MP"), topic, message, qos)
+        self.endpoint(number, "MP", topic, message, qos)
     }
 
-    /// Creates a subscription. `number` is different for each endpoint of the node, and above 0.
+    /// Creates a subscriber. `number` is different for each endpoint of the node, and above 0.
     #[must_use]
-    pub fn subscription(
+    pub fn subscriber(
         &self,
         number: usize,
         topic: &str,
         message: &MessageType,
         qos: Qos,
     ) -> Endpoint {
-        self.endpoint(self.entity(number, "MS"), topic, message, qos)
+        self.endpoint(number, "MS", topic, message, qos)
     }
 
-    fn endpoint(&self, entity: String, topic: &str, message: &MessageType, qos: Qos) -> Endpoint {
+    fn endpoint(
+        &self,
+        number: usize,
+        entity: &str,
+        topic: &str,
+        message: &MessageType,
+        qos: Qos,
+    ) -> Endpoint {
         let (kind, hash) = (dds_name(message), type_hash(message));
         let key = format!(
             "{}/{}/{kind}/{hash}",
@@ -83,7 +84,8 @@ impl Node {
             topic.trim_start_matches('/')
         );
         let token = format!(
-            "{entity}/{}/{kind}/{hash}/{}",
+            "{}/{}/{kind}/{hash}/{}",
+            self.entity(number, entity),
             topic.replace('/', SLASH),
             policies(qos)
         );
@@ -112,8 +114,8 @@ impl Endpoint {
         let mut bytes = [0; ATTACHMENT_BYTES];
         bytes[..8].copy_from_slice(&sequence.to_le_bytes());
         bytes[8..16].copy_from_slice(&time_ns.to_le_bytes());
-        bytes[ID_PLACE] = self.id.len() as u8;
-        bytes[ID_PLACE + 1..].copy_from_slice(&self.id);
+        bytes[16] = self.id.len() as u8;
+        bytes[17..].copy_from_slice(&self.id);
         bytes
     }
 }
@@ -121,7 +123,7 @@ impl Endpoint {
 /// Returns whether bytes have the form of an attachment: 33 bytes, with the length of the publisher's id in its place.
 #[must_use]
 pub fn is_attachment(bytes: &[u8]) -> bool {
-    bytes.len() == ATTACHMENT_BYTES && usize::from(bytes[ID_PLACE]) == ID_BYTES
+    bytes.len() == ATTACHMENT_BYTES && bytes[16] == 16
 }
 
 /// Returns the name of a type as DDS has it, such as `std_msgs::msg::dds_::Header_`.
@@ -150,12 +152,15 @@ mod tests {
     use crate::field::Message;
     use crate::messages::{StringMessage, TfMessage};
 
+    const NODE: Node = Node {
+        domain: 2,
+        session: String::new(),
+        name: "alliance",
+    };
+
     fn node() -> Node {
-        Node {
-            domain: 2,
-            session: "aac3178e146ba6f1fc6e6a4085e77f21".to_owned(),
-            name: "alliance".to_owned(),
-        }
+        let session = "aac3178e146ba6f1fc6e6a4085e77f21".to_owned();
+        Node { session, ..NODE }
     }
 
     #[test]
@@ -171,9 +176,9 @@ mod tests {
             chatter.token,
             format!("{start}/10/MP/%/%/alliance/%blue%chatter/{kind}/{hash}/::,10:,:,:,,")
         );
-        let commands = node.subscription(12, "/blue/chatter", StringMessage::MESSAGE, Qos::Stream);
-        assert_eq!(commands.key, chatter.key);
-        assert!(commands.token.starts_with(&format!("{start}/12/MS/%/%/")));
+        let subscriber = node.subscriber(10, "/blue/chatter", StringMessage::MESSAGE, Qos::Stream);
+        assert_eq!(subscriber.key, chatter.key);
+        assert_eq!(subscriber.token, chatter.token.replace("/MP/", "/MS/"));
         let fixed = node.publisher(11, "/tf_static", TfMessage::MESSAGE, Qos::Latched);
         assert!(fixed.token.ends_with("/:1:,1:,:,:,,"), "{}", fixed.token);
     }

@@ -34,14 +34,14 @@ use scenario::time::SimTime;
 use scenario::{Problem, Setup};
 
 use bodies::{Body, BodyTopics};
-pub use convert::{body_frame, stamp};
+use convert::stamp;
 use destination::Topic;
 pub use destination::{Destination, TopicSpec};
 use devices::DeviceTopics;
 pub use live::LiveMessages;
 use map::MapTopic;
 use markers::MarkerTopic;
-pub use robot::RobotMessages;
+pub use robot::{RobotMessages, body_frame, stamp as stamp_of};
 use status::StatusTopics;
 use team::TeamTopics;
 

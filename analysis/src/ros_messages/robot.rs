@@ -12,7 +12,7 @@ use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use serde_json::{Value, json};
 
-use super::convert::stamp;
+pub use super::convert::{body_frame, stamp};
 use super::destination::{Destination, Topic};
 use super::devices::RobotDevices;
 

@@ -1,12 +1,10 @@
-//! ROS 2 and live runs.
+//! The topics of a live run in ROS 2: a process that reads the log of the run and publishes it over `rmw_zenoh`.
 //!
-//! `publish` is a process that reads the log of the run and publishes it over `rmw_zenoh`. The process has a zenoh session
-//! of its own, to the router of ROS. It takes part neither in the bus of the team nor in that of the operators, so nothing
-//! in ROS reaches the run.
+//! The process has a zenoh session of its own, to the router of ROS. It takes part neither in the bus of the team nor in
+//! that of the operators, so nothing in ROS reaches the run.
 //!
 //! `robot` is the agent of a robot whose controller is a node of ROS.
 
-mod agent_args;
 #[cfg(feature = "ros")]
 mod publish;
 #[cfg(not(feature = "ros"))]
@@ -14,18 +12,19 @@ mod publish;
 mod publish;
 #[cfg(feature = "ros")]
 mod robot;
+mod robot_args;
 #[cfg(feature = "ros")]
 mod topics;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-pub use agent_args::RosAgentArgs;
 use analysis::{LATEST, optional};
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use cluster::locator::{Locator, Transport};
 use cluster::process_log::{LogArgs, log_to_stderr};
+pub use robot_args::RosAgentArgs;
 use run_log::LogLevel;
 use scenario::{Problem, Setup};
 use terminal::fail;

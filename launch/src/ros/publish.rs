@@ -21,9 +21,6 @@ use crate::follow::{self, EndRequests, FollowedRun, follow, while_live};
 /// The option of `alliance run`, for error messages.
 const OPTION: &str = "--ros";
 
-/// The time to wait for a full queue before a message is dropped. Only this process waits.
-const SEND_PATIENCE: Duration = Duration::from_secs(1);
-
 /// The time for the last messages to leave this process.
 const DRAIN_TIME: Duration = Duration::from_millis(200);
 
@@ -54,18 +51,16 @@ async fn publish(command: &RosCommand) -> anyhow::Result<()> {
     stderr_line!("{}", command.describe());
     let router = command.router.clone();
     // Opening a session blocks its thread until there is a router.
-    let connecting =
-        spawn_blocking(move || Handle::current().block_on(connect(&router, SEND_PATIENCE)));
+    let connecting = spawn_blocking(move || Handle::current().block_on(connect(&router)));
     let connected = while_live(&mut run, connecting);
     let Some(connected) = ends.during(connected).await else {
         return Ok(());
     };
     let Some(session) = connected? else {
-        let router = &command.router;
-        bail!(no_router(router));
+        bail!(no_router(&command.router));
     };
     stderr_line!("connected");
-    let mut topics = RosTopics::new(session??, command.domain, TEAM.to_owned())?;
+    let mut topics = RosTopics::new(session??, command.domain, TEAM)?;
     // The present state is published, but not the past.
     topics.set_silent(!command.from_start);
     let names = robot_names(run.setup(), OPTION)?;

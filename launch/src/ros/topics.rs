@@ -21,8 +21,16 @@ use zenoh::{Session, Wait};
 ///
 /// - The session is a client. The router of ROS passes the messages of clients on, but not those between its peers.
 /// - Timestamps are on. By them, a late subscriber recognizes a message that arrives twice.
-/// - The sender waits for `patience` before it drops messages for a full queue.
-pub async fn connect(router: &Locator, patience: Duration) -> anyhow::Result<Session> {
+/// - The sender waits for a second before it drops messages for a full queue, because only this process waits.
+pub async fn connect(router: &Locator) -> anyhow::Result<Session> {
+    connect_with_patience(router, Duration::from_secs(1)).await
+}
+
+/// Opens a session as [`connect`] does. The sender waits for `patience` before it drops messages.
+pub async fn connect_with_patience(
+    router: &Locator,
+    patience: Duration,
+) -> anyhow::Result<Session> {
     let wait_us = patience.as_micros();
     let config = format!(
         r#"{{
@@ -83,7 +91,7 @@ struct Sent {
 
 impl RosTopics {
     /// Creates the node `name` in a domain.
-    pub fn new(session: Session, domain: u8, name: String) -> anyhow::Result<Self> {
+    pub fn new(session: Session, domain: u8, name: &'static str) -> anyhow::Result<Self> {
         let node = Node {
             domain,
             session: session.zid().to_string(),
@@ -205,7 +213,7 @@ fn reply(query: &Query, key: &str, sent: Sent) -> zenoh::Result<()> {
         .wait()
 }
 
-/// Declares a liveliness token of the ROS graph.
+/// Declares a token of the ROS graph, which ends with the returned value.
 pub fn declare_token(session: &Session, key: &str) -> anyhow::Result<LivelinessToken> {
     session
         .liveliness()

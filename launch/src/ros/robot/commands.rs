@@ -9,7 +9,7 @@
 use std::cmp::Ordering;
 use std::collections::VecDeque;
 
-use analysis::ros_messages::{body_frame, stamp};
+use analysis::ros_messages::{body_frame, stamp_of};
 use missions::external::MissionAction;
 use ros::messages::{StringMessage, Time, Twist, TwistStamped, Vector3};
 use ros::rmw_zenoh::is_attachment;
@@ -200,7 +200,7 @@ impl Commands {
     }
 
     fn take_answer(&mut self, at: &Time, motion: Motion) -> Result<(), Dropped> {
-        let tick = stamp(self.now);
+        let tick = stamp_of(self.now);
         let order = (at.sec, at.nanosec).cmp(&(tick.sec, tick.nanosec));
         if order != Ordering::Greater {
             self.is_present = true;

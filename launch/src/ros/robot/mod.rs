@@ -24,7 +24,7 @@ use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 use zenoh::Session;
 
-use super::topics::connect;
+use super::topics::connect_with_patience;
 use super::{RosAgentArgs, no_router};
 use crate::runtime::start_runtime;
 use controller::{FollowingAllocator, RosController};
@@ -64,8 +64,9 @@ fn open_session(router: &Locator) -> anyhow::Result<Session> {
     let wanted = router.clone();
     let opened = runtime.block_on(async {
         // Opening a session blocks its thread until there is a router.
-        let connecting =
-            spawn_blocking(move || Handle::current().block_on(connect(&wanted, SEND_PATIENCE)));
+        let connecting = spawn_blocking(move || {
+            Handle::current().block_on(connect_with_patience(&wanted, SEND_PATIENCE))
+        });
         timeout(CONNECT_PATIENCE, connecting).await
     });
     runtime.shutdown_background();

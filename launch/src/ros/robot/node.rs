@@ -28,8 +28,8 @@ use crate::ros::topics::{RosTopics, declare_token};
 /// The option of the agent, for error messages.
 const OPTION: &str = "--ros";
 
-/// The number of the first subscription in the node. Publishers have smaller numbers.
-const FIRST_SUBSCRIPTION: usize = 100;
+/// The number of the first subscriber in the node. Publishers have smaller numbers.
+const FIRST_SUBSCRIBER: usize = 100;
 
 /// The connection of a robot to ROS, before the robot joins a run.
 pub struct Connection {
@@ -51,7 +51,7 @@ pub struct RosNode {
     inbox: Arc<Inbox>,
     output: Mutex<Output>,
     /// The endpoints, which must live as long as the node.
-    _subscriptions: Vec<(Subscriber<()>, Vec<LivelinessToken>)>,
+    _subscribers: Vec<(Subscriber<()>, Vec<LivelinessToken>)>,
 }
 
 struct Output {
@@ -89,7 +89,8 @@ impl RosNode {
         let names = robot_names(setup, OPTION)?;
         let (robot, name) = (RobotId(rank as u16), &names[rank]);
         let session = connection.session.clone();
-        let node = format!("alliance_{name}");
+        // The process has this node until its end.
+        let node = format!("alliance_{name}").leak();
         let mut topics = RosTopics::new(session, connection.domain, node)?;
         // Only one robot publishes the time, so that the time never goes back.
         let mut robots = setup.scenario.robots.iter();
@@ -110,19 +111,19 @@ impl RosNode {
             false => vec![stamped, (CommandTopic::Twist, Twist::MESSAGE)],
         };
         let actions = vec![(CommandTopic::Action, StringMessage::MESSAGE)];
-        let mut subscriptions = Vec::new();
+        let mut subscribers = Vec::new();
         for (topic, types) in [("cmd_vel", motions), ("action", actions)] {
-            let first = FIRST_SUBSCRIPTION + 10 * subscriptions.len();
+            let first = FIRST_SUBSCRIBER + 10 * subscribers.len();
             let topic = format!("/{name}/{topic}");
             let subscribed = subscribe(&connection.session, &topics, first, &topic, types, &inbox);
-            subscriptions.push(subscribed.with_context(|| topic)?);
+            subscribers.push(subscribed.with_context(|| topic)?);
         }
         Ok(Self {
             robot: setup.roster.name(robot).to_owned(),
             wait: connection.lockstep.unwrap_or_default(),
             inbox,
             output: Mutex::new(Output { messages, topics }),
-            _subscriptions: subscriptions,
+            _subscribers: subscribers,
         })
     }
 
@@ -172,7 +173,7 @@ fn subscribe(
     let mut tokens = Vec::new();
     let mut keys = Vec::new();
     for (number, (kind, message)) in (first..).zip(types) {
-        let endpoint = node.subscription(number, topic, message, Qos::Stream);
+        let endpoint = node.subscriber(number, topic, message, Qos::Stream);
         tokens.push(declare_token(session, &endpoint.token)?);
         keys.push((endpoint.key, kind, message.short_name()));
     }

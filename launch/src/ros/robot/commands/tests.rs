@@ -30,7 +30,7 @@ fn twist(speed: f64) -> Twist {
 
 fn stamped(at: SimTime, speed: f64, frame: &str) -> Vec<u8> {
     let header = Header {
-        stamp: stamp(at),
+        stamp: stamp_of(at),
         frame_id: frame.to_owned(),
     };
     let twist = twist(speed);
