@@ -12,7 +12,7 @@ fn attachment() -> [u8; 33] {
     let node = Node {
         domain: 0,
         session: "1".to_owned(),
-        name: "driver".to_owned(),
+        name: "driver",
     };
     let topic = node.publisher(1, "/blue/cmd_vel", Twist::MESSAGE, Qos::Stream);
     topic.attachment(1, 1)
