@@ -18,6 +18,7 @@ use super::{ROS, ROUTER, domain, router};
 /// The options of an agent whose robot a node of ROS controls.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "ROS 2")]
+#[cfg_attr(not(feature = "ros"), allow(dead_code, reason = "only ROS needs them"))]
 pub struct RosAgentArgs {
     /// Let a node in this domain of ROS 2 control the robot [default: 0]
     #[arg(
