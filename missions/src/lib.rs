@@ -3,9 +3,11 @@
 //! - [`Registry`]: the missions and allocators of a program. [`testkit`]: the checks that every mission must pass.
 //! - [`waste`]: hazardous waste clean-up. [`service`]: points of work. [`push`]: long bars. [`observe`]: moving
 //!   targets.
+//! - [`external`]: readings and actions in a form for controllers in other languages.
 
 mod coverage;
 mod districts;
+pub mod external;
 #[cfg(test)]
 mod fixtures;
 mod geometry;

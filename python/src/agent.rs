@@ -7,10 +7,10 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use missions::{observe, service};
+use missions::external::MissionAction;
 use proto::allocation::AllocationMessage;
-use proto::mission::items::{Gripper, ItemsAction};
-use proto::mission::{Action, Bytes};
+use proto::mission::Action;
+use proto::mission::items::Gripper;
 use proto::readings::Actuation;
 use proto::team::Broadcast;
 use proto::telemetry::{Note, NoteKind};
@@ -258,25 +258,14 @@ impl PythonController {
                 )));
             }
         };
-        let open = |bytes: Result<Bytes<_>, _>| match bytes {
-            Ok(bytes) => Ok(Action::Open(bytes)),
-            Err(error) => Err(PyValueError::new_err(format!("Action: {error}"))),
+        let action = MissionAction {
+            gripper,
+            report: action.report,
+            work: action.work,
+            read: action.read,
+            watch: action.watch,
         };
-        match self.object.common.setup.catalog.mission.name() {
-            "waste" => Ok(ItemsAction {
-                gripper,
-                report: action.report,
-            }
-            .into()),
-            // A robot with a dead device cannot observe.
-            "observe" if action.watch && readings::sees_targets(input.readings) => {
-                open(Bytes::encode(&observe::bus::ObserveAction))
-            }
-            "service" => open(Bytes::encode(&service::bus::Action {
-                work: action.work,
-                read: action.read,
-            })),
-            _ => Ok(Action::Nothing),
-        }
+        let mission = self.object.common.setup.catalog.mission.name();
+        Ok(action.for_mission(mission, input.readings))
     }
 }

@@ -1,8 +1,7 @@
 //! Sensor readings as Python objects.
 
 use glam::Vec2;
-use missions::{observe, push, service};
-use proto::mission::{Reading, SensorReading};
+use missions::external::reading_as_json;
 use proto::readings::{Hit, Readings};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -41,32 +40,10 @@ fn to_json(readings: &Readings, setup: &Setup) -> Value {
         "right": readings.proximity.map(|proximity| hits(proximity.right)),
         "ground": readings.ground.map(|ground| [number(ground.here), number(ground.ahead)]),
         "energy": readings.energy_j.map(number),
-        "mission": mission(&readings.mission, setup),
+        "mission": reading_as_json(&readings.mission, setup.catalog.mission.name()),
     })
 }
 
 fn point(position: Vec2) -> [f64; 2] {
     position.to_array().map(f64::from)
-}
-
-/// Returns the readings of the mission's devices, by their names on the bus. For an unknown mission it returns the raw
-/// bytes.
-fn mission(sensed: &SensorReading, setup: &Setup) -> Value {
-    fn open<R: Reading>(sensed: &SensorReading) -> Value {
-        serde_json::to_value(sensed.value::<R>()).unwrap_or_default()
-    }
-    match (setup.catalog.mission.name(), sensed) {
-        ("waste", sensed) => serde_json::to_value(sensed.items()).unwrap_or_default(),
-        ("observe", sensed) => open::<observe::bus::SensorReading>(sensed),
-        ("push", sensed) => open::<push::bus::SensorReading>(sensed),
-        ("service", sensed) => open::<service::bus::SensorReading>(sensed),
-        (_, SensorReading::Open(open)) => json!({ "bytes": open.bytes().as_slice() }),
-        _ => json!({}),
-    }
-}
-
-/// Returns whether the device that detects targets works.
-pub fn sees_targets(readings: &Readings) -> bool {
-    let sensed = readings.mission.value::<observe::bus::SensorReading>();
-    sensed.targets.is_some()
 }

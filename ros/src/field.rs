@@ -2,6 +2,7 @@
 
 use crate::cdr::CdrWriter;
 use crate::description::{BaseType, FieldType, MessageType, Shape};
+use crate::read::{CdrReader, ReadError};
 
 /// A message of a type that ROS 2 defines.
 pub trait Message: Field {
@@ -10,12 +11,18 @@ pub trait Message: Field {
 }
 
 /// A value that a field of a message can contain.
-pub trait Field {
+pub trait Field: Sized {
     /// The type of the field.
     const TYPE: FieldType;
 
     /// Appends the value in CDR.
     fn write(&self, to: &mut CdrWriter);
+
+    /// Reads a value in CDR.
+    ///
+    /// # Errors
+    /// Returns an error if the bytes contain no such value.
+    fn read(from: &mut CdrReader<'_>) -> Result<Self, ReadError>;
 }
 
 /// A field type that sequences and arrays can contain.
@@ -32,6 +39,10 @@ macro_rules! numbers {
 
             fn write(&self, to: &mut CdrWriter) {
                 to.put(self.to_le_bytes());
+            }
+
+            fn read(from: &mut CdrReader<'_>) -> Result<Self, ReadError> {
+                from.take().map(<$type>::from_le_bytes)
             }
         }
 
@@ -57,6 +68,14 @@ impl Field for bool {
     fn write(&self, to: &mut CdrWriter) {
         to.put([u8::from(*self)]);
     }
+
+    fn read(from: &mut CdrReader<'_>) -> Result<Self, ReadError> {
+        match from.take()? {
+            [0] => Ok(false),
+            [1] => Ok(true),
+            _ => Err(ReadError::Bool),
+        }
+    }
 }
 
 impl Field for Byte {
@@ -68,6 +87,10 @@ impl Field for Byte {
     fn write(&self, to: &mut CdrWriter) {
         to.put([self.0]);
     }
+
+    fn read(from: &mut CdrReader<'_>) -> Result<Self, ReadError> {
+        from.take().map(|[octet]| Self(octet))
+    }
 }
 
 impl Field for String {
@@ -78,6 +101,10 @@ impl Field for String {
 
     fn write(&self, to: &mut CdrWriter) {
         to.put_text(self);
+    }
+
+    fn read(from: &mut CdrReader<'_>) -> Result<Self, ReadError> {
+        from.take_text()
     }
 }
 
@@ -95,6 +122,16 @@ impl<T: Element> Field for Vec<T> {
             value.write(to);
         }
     }
+
+    fn read(from: &mut CdrReader<'_>) -> Result<Self, ReadError> {
+        // The length is not trusted with memory: each value takes a byte at least, so a false length ends the bytes.
+        let length = from.take_length()?;
+        let mut values = Self::new();
+        for _ in 0..length {
+            values.push(T::read(from)?);
+        }
+        Ok(values)
+    }
 }
 
 impl<T: Element, const N: usize> Field for [T; N] {
@@ -107,5 +144,14 @@ impl<T: Element, const N: usize> Field for [T; N] {
         for value in self {
             value.write(to);
         }
+    }
+
+    fn read(from: &mut CdrReader<'_>) -> Result<Self, ReadError> {
+        let mut values = Vec::with_capacity(N);
+        for _ in 0..N {
+            values.push(T::read(from)?);
+        }
+        // The list has N values.
+        Self::try_from(values).map_err(|_| ReadError::End)
     }
 }

@@ -66,7 +66,7 @@ mod tests {
     use crate::field::Message;
     use crate::messages::{
         DiagnosticArray, LaserScan, MarkerArray, OccupancyGrid, Odometry, PointCloud2,
-        StringMessage, TfMessage,
+        StringMessage, TfMessage, Twist, TwistStamped,
     };
 
     /// Hashes of the Python package `rosbags` 0.11 for ROS 2 Humble to Kilted.
@@ -100,6 +100,14 @@ mod tests {
             (
                 MarkerArray::MESSAGE,
                 "86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
+            ),
+            (
+                Twist::MESSAGE,
+                "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
+            ),
+            (
+                TwistStamped::MESSAGE,
+                "5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
             ),
             (
                 DiagnosticArray::MESSAGE,

@@ -1,8 +1,8 @@
 //! Messages of ROS 2 for programs without ROS.
 //!
-//! Each message type is declared once, in [`messages`]. Three forms are derived from the declaration:
+//! Each message type is declared once, in [`messages`]. These forms are derived from the declaration:
 //!
-//! - [`encode`]: the bytes of a message, in CDR;
+//! - [`encode`] and [`decode`]: the bytes of a message, in CDR;
 //! - [`definition`]: the text of the type, as in `.msg` files;
 //! - [`type_hash`]: the RIHS01 hash, by which ROS 2 compares types.
 //!
@@ -17,6 +17,7 @@ mod hash;
 pub mod messages;
 pub mod names;
 mod qos;
+mod read;
 pub mod rmw_zenoh;
 
 pub use cdr::{CdrWriter, encode};
@@ -25,3 +26,4 @@ pub use description::{BaseType, Constant, FieldSpec, FieldType, MessageType, Sha
 pub use field::{Byte, Field, Message};
 pub use hash::type_hash;
 pub use qos::Qos;
+pub use read::{CdrReader, ReadError, decode};

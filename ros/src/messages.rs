@@ -6,6 +6,7 @@
 use crate::cdr::CdrWriter;
 use crate::description::{BaseType, Constant, FieldSpec, FieldType, MessageType, Shape};
 use crate::field::{Byte, Element, Field, Message};
+use crate::read::{CdrReader, ReadError};
 
 /// The covariance of six coordinates, row by row: x, y, z, and the rotations about x, y and z. A matrix of zeros means
 /// that it is unknown.
@@ -35,6 +36,10 @@ impl Field for Covariance {
 
     fn write(&self, to: &mut CdrWriter) {
         self.0.write(to);
+    }
+
+    fn read(from: &mut CdrReader<'_>) -> Result<Self, ReadError> {
+        Field::read(from).map(Self)
     }
 }
 
@@ -86,6 +91,12 @@ macro_rules! messages {
 
             fn write(&self, to: &mut CdrWriter) {
                 $(self.$field.write(to);)+
+            }
+
+            fn read(from: &mut CdrReader<'_>) -> Result<Self, ReadError> {
+                Ok(Self {
+                    $($field: Field::read(from)?,)+
+                })
             }
         }
 
@@ -179,6 +190,12 @@ messages! {
     Twist = "geometry_msgs/msg/Twist" {
         linear: Vector3,
         angular: Vector3,
+    }
+
+    /// A velocity at a time, in the frame of the header.
+    TwistStamped = "geometry_msgs/msg/TwistStamped" {
+        header: Header,
+        twist: Twist,
     }
 
     /// A velocity with its uncertainty.

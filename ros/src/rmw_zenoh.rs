@@ -27,7 +27,7 @@ pub struct Node {
     pub name: &'static str,
 }
 
-/// A publisher of a node.
+/// A publisher or a subscriber of a node.
 #[derive(Clone, Debug)]
 pub struct Endpoint {
     /// The key of its messages.
@@ -45,11 +45,34 @@ impl Node {
         self.entity(0, "NN")
     }
 
-    /// Creates a publisher. `number` is different for each publisher of the node, and above 0.
+    /// Creates a publisher. `number` is different for each endpoint of the node, and above 0.
     #[must_use]
     pub fn publisher(
         &self,
         number: usize,
+        topic: &str,
+        message: &MessageType,
+        qos: Qos,
+    ) -> Endpoint {
+        self.endpoint(number, "MP", topic, message, qos)
+    }
+
+    /// Creates a subscriber. `number` is different for each endpoint of the node, and above 0.
+    #[must_use]
+    pub fn subscriber(
+        &self,
+        number: usize,
+        topic: &str,
+        message: &MessageType,
+        qos: Qos,
+    ) -> Endpoint {
+        self.endpoint(number, "MS", topic, message, qos)
+    }
+
+    fn endpoint(
+        &self,
+        number: usize,
+        entity: &str,
         topic: &str,
         message: &MessageType,
         qos: Qos,
@@ -62,7 +85,7 @@ impl Node {
         );
         let token = format!(
             "{}/{}/{kind}/{hash}/{}",
-            self.entity(number, "MP"),
+            self.entity(number, entity),
             topic.replace('/', SLASH),
             policies(qos)
         );
@@ -95,6 +118,12 @@ impl Endpoint {
         bytes[17..].copy_from_slice(&self.id);
         bytes
     }
+}
+
+/// Returns whether bytes have the form of an attachment: 33 bytes, with the length of the publisher's id in its place.
+#[must_use]
+pub fn is_attachment(bytes: &[u8]) -> bool {
+    bytes.len() == ATTACHMENT_BYTES && bytes[16] == 16
 }
 
 /// Returns the name of a type as DDS has it, such as `std_msgs::msg::dds_::Header_`.
@@ -147,6 +176,9 @@ mod tests {
             chatter.token,
             format!("{start}/10/MP/%/%/alliance/%blue%chatter/{kind}/{hash}/::,10:,:,:,,")
         );
+        let subscriber = node.subscriber(10, "/blue/chatter", StringMessage::MESSAGE, Qos::Stream);
+        assert_eq!(subscriber.key, chatter.key);
+        assert_eq!(subscriber.token, chatter.token.replace("/MP/", "/MS/"));
         let fixed = node.publisher(11, "/tf_static", TfMessage::MESSAGE, Qos::Latched);
         assert!(fixed.token.ends_with("/:1:,1:,:,:,,"), "{}", fixed.token);
     }
@@ -158,6 +190,8 @@ mod tests {
         assert_eq!(bytes[..8], [2, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(bytes[8..16], 50_000_001_i64.to_le_bytes());
         assert_eq!(bytes[16], 16);
+        assert!(is_attachment(&bytes));
+        assert!(!is_attachment(&bytes[..32]) && !is_attachment(&[0; 33]));
         assert_eq!(
             bytes[17..],
             xxh3_128(publisher.token.as_bytes()).to_le_bytes()

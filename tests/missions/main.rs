@@ -57,6 +57,7 @@ mod refusals;
 mod repeatable;
 mod reproduced;
 mod ros;
+mod ros_node;
 mod service;
 mod slurm;
 mod statistics;

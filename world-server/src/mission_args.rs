@@ -191,7 +191,10 @@ fn step_order(text: &str) -> Result<StepOrder, String> {
 }
 
 /// Parses a time above 0, such as `60`, `60s` or `2min`, and returns it in seconds.
-pub(crate) fn positive_time(text: &str) -> Result<f64, Problem> {
+///
+/// # Errors
+/// Returns an error for another text, and for a time that is too long.
+pub fn positive_time(text: &str) -> Result<f64, Problem> {
     let span_s = seconds(text)?;
     TIME.check((), span_s).map(|()| span_s)
 }

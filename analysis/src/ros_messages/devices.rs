@@ -11,7 +11,7 @@ use ros::messages::{
     TwistWithCovariance,
 };
 use scenario::time::SimTime;
-use scenario::{Sensors, Setup};
+use scenario::{Robot, Sensors, Setup};
 
 use super::convert::{MAP_FRAME, beam_frame, body_frame, header, point, pose};
 use super::destination::{Destination, Topic};
@@ -21,18 +21,16 @@ use crate::export::look::{beam_ends, point_bytes};
 /// large variance means that the zeros are no measurement.
 const UNKNOWN: f64 = 1e6;
 
-/// The topics `/NAME/odom`, `/NAME/scan`, `/NAME/border` and `/NAME/avoidance`.
-pub struct DeviceTopics {
+/// The topics `/NAME/odom`, `/NAME/scan`, `/NAME/border` and `/NAME/avoidance` of all robots, by rank.
+pub struct DeviceTopics(Vec<RobotDevices>);
+
+/// The same topics of one robot.
+pub struct RobotDevices {
+    /// The name of the robot in ROS.
+    name: String,
     sensors: Sensors,
     radius_m: f32,
     step: SimTime,
-    /// The topics of each robot, by rank.
-    robots: Vec<Devices>,
-}
-
-struct Devices {
-    /// The name of the robot in ROS.
-    name: String,
     has_side_sensor: bool,
     odom: Topic<Odometry>,
     scan: Topic<LaserScan>,
@@ -42,84 +40,87 @@ struct Devices {
 
 impl DeviceTopics {
     pub fn new(to: &mut dyn Destination, setup: &Setup, names: &[String]) -> anyhow::Result<Self> {
-        let scenario = &setup.scenario;
-        let robots = scenario.robots.iter().zip(names).map(|(robot, name)| {
-            Ok(Devices {
-                name: name.clone(),
-                has_side_sensor: robot.has_device(scenario::Robot::SIDE_BORDER),
-                odom: to.topic(format!("/{name}/odom"), Qos::Stream)?,
-                scan: to.topic(format!("/{name}/scan"), Qos::Stream)?,
-                border: to.topic(format!("/{name}/border"), Qos::Stream)?,
-                avoidance: to.topic(format!("/{name}/avoidance"), Qos::Stream)?,
-            })
-        });
-        Ok(Self {
-            robots: robots.collect::<anyhow::Result<_>>()?,
-            sensors: scenario.sensors,
-            radius_m: scenario.body.radius_m,
-            step: SimTime(scenario.step_ms),
-        })
+        let robots = setup.scenario.robots.iter().zip(names);
+        let topics = robots.map(|(robot, name)| RobotDevices::new(to, setup, robot, name));
+        topics.collect::<anyhow::Result<_>>().map(Self)
     }
 
     /// Writes the readings in a view, which were measured at the time `at`.
     pub fn write(&self, to: &mut dyn Destination, at: SimTime, view: &View) -> anyhow::Result<()> {
-        for (robot, shown) in self.robots.iter().zip(&view.robots) {
+        for (robot, shown) in self.0.iter().zip(&view.robots) {
             // Other robots have readings from an earlier time.
             if shown.state == AgentState::Present {
-                self.write_robot(to, at, robot, &shown.readings)?;
+                robot.write(to, at, &shown.readings)?;
             }
         }
         Ok(())
     }
+}
 
-    fn write_robot(
+impl RobotDevices {
+    /// Adds the topics of a robot, which has the name `name` in ROS.
+    pub fn new(
+        to: &mut dyn Destination,
+        setup: &Setup,
+        robot: &Robot,
+        name: &str,
+    ) -> anyhow::Result<Self> {
+        let scenario = &setup.scenario;
+        Ok(Self {
+            name: name.to_owned(),
+            sensors: scenario.sensors,
+            radius_m: scenario.body.radius_m,
+            step: SimTime(scenario.step_ms),
+            has_side_sensor: robot.has_device(Robot::SIDE_BORDER),
+            odom: to.topic(format!("/{name}/odom"), Qos::Stream)?,
+            scan: to.topic(format!("/{name}/scan"), Qos::Stream)?,
+            border: to.topic(format!("/{name}/border"), Qos::Stream)?,
+            avoidance: to.topic(format!("/{name}/avoidance"), Qos::Stream)?,
+        })
+    }
+
+    /// Writes the readings that were measured at the time `at`.
+    pub fn write(
         &self,
         to: &mut dyn Destination,
         at: SimTime,
-        robot: &Devices,
         readings: &Readings,
     ) -> anyhow::Result<()> {
         if let Some(measured) = &readings.pose {
-            to.write(&robot.odom, at, &odometry(at, &robot.name, measured))?;
+            to.write(&self.odom, at, &odometry(at, &self.name, measured))?;
         }
         if let Some(proximity) = &readings.proximity {
             let range_m = self.sensors.avoidance_range_m;
-            let scan = self.scan(at, &robot.name, range_m, center_beams(proximity));
-            to.write(&robot.scan, at, &scan)?;
+            let scan = self.scan(at, range_m, center_beams(proximity));
+            to.write(&self.scan, at, &scan)?;
             let points = beam_ends(proximity, self.radius_m);
-            let header = header(at, beam_frame(&robot.name));
+            let header = header(at, beam_frame(&self.name));
             let bytes = point_bytes(&points);
             let cloud = cloud(points.len() as u32, bytes);
-            to.write(&robot.avoidance, at, &PointCloud2 { header, ..cloud })?;
+            to.write(&self.avoidance, at, &PointCloud2 { header, ..cloud })?;
         }
         let border = [readings.front_border, readings.side_border];
         if border.iter().any(Option::is_some) {
             let range_m = self.sensors.border_range_m;
             let beams = border.into_iter().zip([0.0, FRAC_PI_2]);
             let beams: Vec<Beam> = beams
-                .take(if robot.has_side_sensor { 2 } else { 1 })
+                .take(if self.has_side_sensor { 2 } else { 1 })
                 .map(|(reading, angle_rad)| Beam { angle_rad, reading })
                 .collect();
-            let scan = self.scan(at, &robot.name, range_m, beams);
-            to.write(&robot.border, at, &scan)?;
+            let scan = self.scan(at, range_m, beams);
+            to.write(&self.border, at, &scan)?;
         }
         Ok(())
     }
 
     /// Returns a scan of beams at equal angles. Distances are from the center of the body, and ranges of sensors from its
     /// edge.
-    fn scan(
-        &self,
-        at: SimTime,
-        name: &str,
-        range_m: f32,
-        beams: impl IntoIterator<Item = Beam>,
-    ) -> LaserScan {
+    fn scan(&self, at: SimTime, range_m: f32, beams: impl IntoIterator<Item = Beam>) -> LaserScan {
         let beams: Vec<Beam> = beams.into_iter().collect();
         let angle = |beam: Option<&Beam>| beam.map_or(0.0, |beam| beam.angle_rad);
         let (first, last) = (angle(beams.first()), angle(beams.last()));
         LaserScan {
-            header: header(at, beam_frame(name)),
+            header: header(at, beam_frame(&self.name)),
             angle_min: first,
             angle_max: last,
             angle_increment: if beams.len() > 1 { FRAC_PI_2 } else { 0.0 },

@@ -22,6 +22,7 @@ mod devices;
 mod live;
 mod map;
 mod markers;
+mod robot;
 mod status;
 mod team;
 
@@ -40,6 +41,7 @@ use devices::DeviceTopics;
 pub use live::LiveMessages;
 use map::MapTopic;
 use markers::MarkerTopic;
+pub use robot::{RobotMessages, body_frame, stamp as stamp_of};
 use status::StatusTopics;
 use team::TeamTopics;
 

@@ -19,7 +19,7 @@ use world_server::process::RunState;
 
 use crate::foxglove::FoxgloveCommand;
 use crate::program_content;
-use crate::ros::RosCommand;
+use crate::ros::{RosAgentArgs, RosCommand};
 
 /// Start a run on several machines, or single processes by hand
 #[derive(Args, Clone, Debug)]
@@ -68,6 +68,8 @@ struct AgentCommand {
     #[command(flatten)]
     agent: AgentArgs,
     #[command(flatten)]
+    ros: RosAgentArgs,
+    #[command(flatten)]
     branch: RepeatedRun,
 }
 
@@ -101,6 +103,9 @@ impl WorldCommand {
 
 impl AgentCommand {
     fn run(&self) -> ExitCode {
+        if self.ros.is_on() {
+            return self.ros.run(&self.agent);
+        }
         let registry = Registry::current().agents();
         let Some(request) = &self.branch.branch else {
             return self.agent.run(registry);

@@ -2,12 +2,17 @@
 //!
 //! The process has a zenoh session of its own, to the router of ROS. It takes part neither in the bus of the team nor in
 //! that of the operators, so nothing in ROS reaches the run.
+//!
+//! `robot` is the agent of a robot whose controller is a node of ROS.
 
 #[cfg(feature = "ros")]
 mod publish;
 #[cfg(not(feature = "ros"))]
 #[path = "without_ros.rs"]
 mod publish;
+#[cfg(feature = "ros")]
+mod robot;
+mod robot_args;
 #[cfg(feature = "ros")]
 mod topics;
 
@@ -19,6 +24,7 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use cluster::locator::{Locator, Transport};
 use cluster::process_log::{LogArgs, log_to_stderr};
+pub use robot_args::RosAgentArgs;
 use run_log::LogLevel;
 use scenario::{Problem, Setup};
 use terminal::fail;
@@ -82,6 +88,12 @@ fn router(text: &str) -> Result<Locator, Problem> {
         return Err(Problem::of_value(what, "use tcp/ADDRESS:PORT"));
     }
     Ok(locator)
+}
+
+/// Returns the error line for a router that is not there.
+#[cfg(feature = "ros")]
+fn no_router(router: &Locator) -> String {
+    format!("no zenoh router has answered at {router}; start `ros2 run rmw_zenoh_cpp rmw_zenohd`")
 }
 
 impl RosArgs {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use analysis::live;
 use analysis::ros_messages::{LiveMessages, robot_names};
 use anyhow::bail;
+use ros::names::TEAM;
 use run_log::LogLevel;
 use scenario::{Problem, Setup};
 use terminal::stderr_line;
@@ -13,8 +14,8 @@ use tokio::runtime::Handle;
 use tokio::task::spawn_blocking;
 use tokio::time::sleep;
 
-use super::RosCommand;
 use super::topics::{RosTopics, connect};
+use super::{RosCommand, no_router};
 use crate::follow::{self, EndRequests, FollowedRun, follow, while_live};
 
 /// The option of `alliance run`, for error messages.
@@ -56,13 +57,10 @@ async fn publish(command: &RosCommand) -> anyhow::Result<()> {
         return Ok(());
     };
     let Some(session) = connected? else {
-        let router = &command.router;
-        bail!(
-            "no zenoh router has answered at {router}; start `ros2 run rmw_zenoh_cpp rmw_zenohd`"
-        );
+        bail!(no_router(&command.router));
     };
     stderr_line!("connected");
-    let mut topics = RosTopics::new(session??, command.domain)?;
+    let mut topics = RosTopics::new(session??, command.domain, TEAM)?;
     // The present state is published, but not the past.
     topics.set_silent(!command.from_start);
     let names = robot_names(run.setup(), OPTION)?;

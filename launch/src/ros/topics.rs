@@ -1,12 +1,12 @@
 //! Topics of ROS 2 on zenoh, as `rmw_zenoh` has them.
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use analysis::ros_messages::{Destination, TopicSpec};
 use anyhow::Context;
 use cluster::locator::Locator;
 use ros::Qos;
-use ros::names::TEAM;
 use ros::rmw_zenoh::{Endpoint, Node};
 use terminal::stderr_line;
 use zenoh::bytes::ZBytes;
@@ -23,6 +23,15 @@ use zenoh::{Session, Wait};
 /// - Timestamps are on. By them, a late subscriber recognizes a message that arrives twice.
 /// - The sender waits for a second before it drops messages for a full queue, because only this process waits.
 pub async fn connect(router: &Locator) -> anyhow::Result<Session> {
+    connect_with_patience(router, Duration::from_secs(1)).await
+}
+
+/// Opens a session as [`connect`] does. The sender waits for `patience` before it drops messages.
+pub async fn connect_with_patience(
+    router: &Locator,
+    patience: Duration,
+) -> anyhow::Result<Session> {
+    let wait_us = patience.as_micros();
     let config = format!(
         r#"{{
   mode: "client", listen: {{ endpoints: [] }},
@@ -33,7 +42,7 @@ pub async fn connect(router: &Locator) -> anyhow::Result<Session> {
   scouting: {{ multicast: {{ enabled: false }}, gossip: {{ enabled: false }} }},
   timestamping: {{ enabled: true }},
   transport: {{
-    link: {{ tx: {{ queue: {{ size: {{ data: 16 }}, congestion_control: {{ drop: {{ wait_before_drop: 1000000 }} }} }} }} }},
+    link: {{ tx: {{ queue: {{ size: {{ data: 16 }}, congestion_control: {{ drop: {{ wait_before_drop: {wait_us} }} }} }} }} }},
     shared_memory: {{ enabled: false }},
   }},
 }}"#
@@ -44,7 +53,7 @@ pub async fn connect(router: &Locator) -> anyhow::Result<Session> {
         .with_context(|| format!("the zenoh router at {router}"))
 }
 
-/// The topics of the node `alliance`.
+/// The topics of a node.
 pub struct RosTopics {
     session: Session,
     node: Node,
@@ -81,12 +90,12 @@ struct Sent {
 }
 
 impl RosTopics {
-    /// Creates the node in a domain.
-    pub fn new(session: Session, domain: u8) -> anyhow::Result<Self> {
+    /// Creates the node `name` in a domain.
+    pub fn new(session: Session, domain: u8, name: &'static str) -> anyhow::Result<Self> {
         let node = Node {
             domain,
             session: session.zid().to_string(),
-            name: TEAM,
+            name,
         };
         Ok(Self {
             _token: declare_token(&session, &node.token())?,
@@ -95,6 +104,11 @@ impl RosTopics {
             topics: Vec::new(),
             is_silent: false,
         })
+    }
+
+    /// Returns the node, for the names of its subscriptions.
+    pub fn node(&self) -> &Node {
+        &self.node
     }
 
     /// Sets whether messages are only stored for late subscribers.
@@ -199,7 +213,8 @@ fn reply(query: &Query, key: &str, sent: Sent) -> zenoh::Result<()> {
         .wait()
 }
 
-fn declare_token(session: &Session, key: &str) -> anyhow::Result<LivelinessToken> {
+/// Declares a token of the ROS graph, which ends with the returned value.
+pub fn declare_token(session: &Session, key: &str) -> anyhow::Result<LivelinessToken> {
     session
         .liveliness()
         .declare_token(key.to_owned())
