@@ -27,7 +27,7 @@ pub struct Node {
     pub name: &'static str,
 }
 
-/// A publisher of a node.
+/// A publisher or a subscriber of a node.
 #[derive(Clone, Debug)]
 pub struct Endpoint {
     /// The key of its messages.
@@ -45,11 +45,34 @@ impl Node {
         self.entity(0, "NN")
     }
 
-    /// Creates a publisher. `number` is different for each publisher of the node, and above 0.
+    /// Creates a publisher. `number` is different for each endpoint of the node, and above 0.
     #[must_use]
     pub fn publisher(
         &self,
         number: usize,
+        topic: &str,
+        message: &MessageType,
+        qos: Qos,
+    ) -> Endpoint {
+        self.endpoint(number, "MP", topic, message, qos)
+    }
+
+    /// Creates a subscriber. `number` is different for each endpoint of the node, and above 0.
+    #[must_use]
+    pub fn subscriber(
+        &self,
+        number: usize,
+        topic: &str,
+        message: &MessageType,
+        qos: Qos,
+    ) -> Endpoint {
+        self.endpoint(number, "MS", topic, message, qos)
+    }
+
+    fn endpoint(
+        &self,
+        number: usize,
+        entity: &str,
         topic: &str,
         message: &MessageType,
         qos: Qos,
@@ -62,7 +85,7 @@ impl Node {
         );
         let token = format!(
             "{}/{}/{kind}/{hash}/{}",
-            self.entity(number, "MP"),
+            self.entity(number, entity),
             topic.replace('/', SLASH),
             policies(qos)
         );
@@ -147,6 +170,9 @@ mod tests {
             chatter.token,
             format!("{start}/10/MP/%/%/alliance/%blue%chatter/{kind}/{hash}/::,10:,:,:,,")
         );
+        let subscriber = node.subscriber(10, "/blue/chatter", StringMessage::MESSAGE, Qos::Stream);
+        assert_eq!(subscriber.key, chatter.key);
+        assert_eq!(subscriber.token, chatter.token.replace("/MP/", "/MS/"));
         let fixed = node.publisher(11, "/tf_static", TfMessage::MESSAGE, Qos::Latched);
         assert!(fixed.token.ends_with("/:1:,1:,:,:,,"), "{}", fixed.token);
     }

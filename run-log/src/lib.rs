@@ -22,7 +22,7 @@ mod section;
 mod table;
 
 pub use external::ExternalAnswer;
-pub use input::{Branch, Input, InputLine};
+pub use input::{BodyInput, Branch, Input, InputLine};
 pub use level::LogLevel;
 pub use memory::{Document, MemoryLog};
 pub use read::{Damage, ReadError, RunLog, Seal};

@@ -199,7 +199,8 @@ fn reply(query: &Query, key: &str, sent: Sent) -> zenoh::Result<()> {
         .wait()
 }
 
-fn declare_token(session: &Session, key: &str) -> anyhow::Result<LivelinessToken> {
+/// Declares a token of the ROS graph, which ends with the returned value.
+pub fn declare_token(session: &Session, key: &str) -> anyhow::Result<LivelinessToken> {
     session
         .liveliness()
         .declare_token(key.to_owned())
