@@ -56,7 +56,7 @@ pub struct RosArgs {
         hide = !cfg!(feature = "ros")
     )]
     ros: Option<u8>,
-    /// Take the bodies from another world, in a domain of ROS 2 [default: 0], at 1x
+    /// Take the bodies from another world, such as ros or ros:7 for a domain of ROS 2, at 1x
     #[arg(
         long,
         value_name = "ros[:DOMAIN]",

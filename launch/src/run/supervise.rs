@@ -456,10 +456,17 @@ impl RunProcesses {
             .collect();
         let say = |line: &str| self.progress.print_line(line);
         end_processes(team, patience, &say).await;
-        if let Some(bridge) = &mut self.bridge
-            && let Err(error) = bridge.end(&say).await
-        {
-            say(&format!("the bridge to the other world: {error:#}"));
+        // The end of the world closes the socket of the bridge, which then stops the bodies.
+        // If it was killed, a second process does so.
+        for _ in 0..2 {
+            if let Some(bridge) = &mut self.bridge
+                && let Some(process) = bridge.live_process()
+            {
+                end_processes(vec![process], GRACE, &say).await;
+                if let Err(error) = bridge.poll(&say) {
+                    say(&format!("the bridge to the other world: {error:#}"));
+                }
+            }
         }
         let mut hosts = Vec::new();
         for (host, hold) in self.hosts.drain(..) {

@@ -31,12 +31,11 @@ impl Server {
             Ok(BridgeMessage::Ready | BridgeMessage::Refused(_)) => return,
             Err(error) => return self.refuse("pose", &error),
         };
-        let poses = self.external_bodies.iter_mut();
-        let place = poses.flat_map(|bodies| bodies.poses.get_mut(pose.robot.index()));
-        for place in place {
+        let bodies = self.external_bodies.as_mut();
+        if let Some(place) = bodies.and_then(|bodies| bodies.poses.get_mut(pose.robot.index())) {
             *place = Some((pose, None));
+            self.advance();
         }
-        self.advance();
     }
 
     /// Ends the run, because the bridge has ended and the bodies receive no more commands.

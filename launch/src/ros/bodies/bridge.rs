@@ -24,11 +24,11 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::{Session, Wait};
 
-use super::super::topics::{connect, declare_token};
 use super::commands::CommandTopics;
 use super::received::ReceivedPoses;
 use super::{BridgeSettings, OPTION};
 use crate::follow::{self, EndRequests};
+use crate::ros::topics::{connect, declare_token};
 
 /// The interval between checks of the times.
 const CLOCK_INTERVAL: Duration = Duration::from_millis(20);

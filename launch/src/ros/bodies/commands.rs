@@ -12,7 +12,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Publisher;
 use zenoh::{Session, Wait};
 
-use super::super::topics::declare_token;
+use crate::ros::topics::declare_token;
 
 /// The least time without commands after which the bodies are stopped. A shorter time stops them on a busy machine.
 const LEAST_TIMEOUT: Duration = Duration::from_millis(250);

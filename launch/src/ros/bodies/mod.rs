@@ -19,7 +19,6 @@ use std::io::{BufRead, BufReader, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use anyhow::Context;
 use missions::Registry;
@@ -29,7 +28,7 @@ use terminal::panics::PANICKED;
 use world_server::external_bodies::BridgeMessage;
 
 use super::{DOMAIN_MAX, ROS};
-use crate::run::child_processes::{Ending, Process, end_processes};
+use crate::run::child_processes::{Ending, Process};
 
 pub use bridge::run;
 
@@ -38,9 +37,6 @@ const OPTION: &str = "--external";
 
 /// The name of the process.
 const BRIDGE: &str = "bridge";
-
-/// The time for a bridge to stop the bodies and end by itself.
-const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The settings of the bridge, the first line on its standard input.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -214,16 +210,9 @@ impl BodyBridge {
         Ok(())
     }
 
-    /// Waits until the bridge has stopped the bodies after the end of the world.
-    ///
-    /// # Errors
-    /// If the state of the process cannot be read.
-    pub async fn end(&mut self, say: &(dyn Fn(&str) + Sync)) -> anyhow::Result<()> {
-        self.poll(say)?;
-        end_processes(vec![&mut self.process], PATIENCE, say).await;
-        self.poll(say)?;
-        end_processes(vec![&mut self.process], PATIENCE, say).await;
-        Ok(())
+    /// Returns the process that has not ended: the bridge, or the one that stops the bodies in its place.
+    pub fn live_process(&mut self) -> Option<&mut Process> {
+        Some(&mut self.process).filter(|process| process.ending().is_none())
     }
 }
 
