@@ -74,9 +74,8 @@ pub(super) struct TickInputs {
 
 impl TickInputs {
     fn new(inputs: Vec<Input>) -> Self {
-        let (mut ordered, mut unordered): (Vec<Input>, Vec<Input>) = inputs
-            .into_iter()
-            .partition(|input| {
+        let (mut ordered, mut unordered): (Vec<Input>, Vec<Input>) =
+            inputs.into_iter().partition(|input| {
                 let is_ordered = input.moment().is_some() || input.is_command();
                 is_ordered || is_branch(input) || is_body(input)
             });

@@ -38,8 +38,14 @@ fn lab() -> Lab {
 /// Runs the scenario with bodies in another world, which behaves according to `mode`.
 #[track_caller]
 fn run(lab: &Lab, python: &std::path::Path, mode: &str, arguments: &str) -> Value {
-    let arguments = format!("elsewhere.toml {arguments}");
-    facts(lab, python, "external_world.py", &[mode, "7"], (mode, &arguments))
+    let arguments = format!("elsewhere.toml --allocator cbba {arguments}");
+    facts(
+        lab,
+        python,
+        "external_world.py",
+        &[mode, "7"],
+        (mode, &arguments),
+    )
 }
 
 fn stderr(facts: &Value) -> &str {
@@ -51,7 +57,7 @@ fn a_team_with_bodies_of_another_world_survives_a_crash_and_replays() {
     let Some(python) = judge() else { return };
     let lab = lab();
     // The script compares all poses of the log with those of the other world.
-    let facts = run(&lab, &python, "mission", "--allocator cbba");
+    let facts = run(&lab, &python, "mission", "");
     assert_eq!(facts["status"], 0, "{}", stderr(&facts));
     assert_eq!(facts["gold_moved_after_kill"], false);
     assert_eq!(facts["stands_at_end"], true);
@@ -93,7 +99,10 @@ fn a_team_with_bodies_of_another_world_survives_a_crash_and_replays() {
         count += 1;
     }
     assert_eq!(count, 3 * log.run.result.ticks);
-    assert_eq!(facts["poses"], json!({ "blue": count / 3, "gold": count / 3, "green": count / 3 }));
+    assert_eq!(
+        facts["poses"],
+        json!({ "blue": count / 3, "gold": count / 3, "green": count / 3 })
+    );
     lab.assert_repeated("mission");
 }
 
@@ -101,7 +110,7 @@ fn a_team_with_bodies_of_another_world_survives_a_crash_and_replays() {
 fn bodies_stand_while_the_clock_is_paused() {
     let Some(python) = judge() else { return };
     let lab = lab();
-    let facts = run(&lab, &python, "pause", "--limit 6");
+    let facts = run(&lab, &python, "pause", "--limit 8");
     assert_eq!(facts["stands"], true);
     assert_eq!(facts["commands_while_paused"], 0);
     assert_eq!(
@@ -121,8 +130,14 @@ fn a_run_ends_when_its_bodies_are_lost() {
     let Some(python) = judge() else { return };
     let lab = lab();
     for (mode, expected) in [
-        ("silent", "the other world has stopped sending: /blue/odom, /gold/odom, /green/odom"),
-        ("crash", "the bridge to the other world was killed by SIGKILL; the run ends"),
+        (
+            "silent",
+            "the other world has stopped sending: /blue/odom, /gold/odom, /green/odom",
+        ),
+        (
+            "crash",
+            "the bridge to the other world was killed by SIGKILL; the run ends",
+        ),
     ] {
         let facts = run(&lab, &python, mode, "--stall-after 2");
         assert!(stderr(&facts).contains(expected), "{}", stderr(&facts));
@@ -133,6 +148,29 @@ fn a_run_ends_when_its_bodies_are_lost() {
 }
 
 #[test]
+fn a_body_that_falls_silent_stands_and_the_others_move() {
+    let Some(python) = judge() else { return };
+    let lab = lab();
+    let facts = run(&lab, &python, "one", "--limit 12 --stall-after 2");
+    assert_eq!(
+        facts["moved_when_lost"],
+        json!(["blue", "green"]),
+        "{}",
+        stderr(&facts)
+    );
+    lab.assert_repeated("one");
+}
+
+#[test]
+fn bodies_stand_after_the_world_is_killed() {
+    let Some(python) = judge() else { return };
+    let lab = lab();
+    let facts = run(&lab, &python, "world", "");
+    assert_eq!(facts["status"], 3, "{}", stderr(&facts));
+    assert_eq!(facts["stands_at_end"], true);
+}
+
+#[test]
 fn a_run_without_usable_poses_does_not_start() {
     let Some(python) = judge() else { return };
     let lab = lab();
@@ -140,7 +178,10 @@ fn a_run_without_usable_poses_does_not_start() {
         ("absent", "/gold/odom; "),
         ("nan", "/gold/odom (the pose is not finite); "),
         ("outside", "/gold/odom ((-3, 3) is not in the room); "),
-        ("frame", "/gold/odom (the frame is 'odom', and must be 'map', that of the room); "),
+        (
+            "frame",
+            "/gold/odom (the frame is 'odom', and must be 'map', that of the room); ",
+        ),
     ] {
         let facts = run(&lab, &python, mode, "--stall-after 3");
         let line = format!(
@@ -155,7 +196,10 @@ fn a_run_without_usable_poses_does_not_start() {
 #[test]
 fn runs_that_cannot_have_external_bodies_are_refused() {
     let lab = lab();
-    lab.write("names.toml", r#"robots = [{ name = "r-2" }, { name = "r_2" }]"#);
+    lab.write(
+        "names.toml",
+        r#"robots = [{ name = "r-2" }, { name = "r_2" }]"#,
+    );
     for (arguments, expected) in [
         (
             "run --external gazebo",
@@ -175,7 +219,7 @@ fn runs_that_cannot_have_external_bodies_are_refused() {
         ),
         (
             "run --external ros --in-process",
-            "alliance: the argument '--in-process' cannot be used with '--external <ros[:DOMAIN]>'",
+            "alliance: the argument '--external <ros[:DOMAIN]>' cannot be used with '--in-process'",
         ),
         (
             "run names.toml --external ros",

@@ -7,7 +7,8 @@ Messages are encoded and decoded by rosbags. Modes:
 
 - `mission`: the process of gold is killed while gold moves, and the mission continues.
 - `pause`: the clock of the run is paused and resumed.
-- `silent`: the world stops sending. `crash`: the bridge of the run is killed. The run ends.
+- `silent`: the other world stops sending. `crash`: the bridge of the run is killed. `world`: its world is. The run ends.
+- `one`: gold stops sending, and the run continues.
 - `absent`, `nan`, `frame`, `outside`: no odometry of gold, or wrong ones. The run does not start.
 
 Prints facts as JSON.
@@ -38,8 +39,10 @@ with contextlib.redirect_stdout(sys.stderr):
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 STEP_S = 0.05
-# The time after which a command would have arrived, s.
+# The time after which a command has arrived, s.
 QUIET = 1.0
+# The value of --stall-after with `one`, s.
+STALL_S = 2.0
 ROBOTS = {"blue": (1.0, 1.0, 0.0), "gold": (1.0, 3.0, 0.0), "green": (1.0, 5.0, 0.0)}
 WORLD = """
 world: { width: 8, height: 6, step_time: 0.05, collision_mode: unobstructed, control_mode: auto }
@@ -74,7 +77,9 @@ class World(threading.Thread):
         self.commands = {name: [] for name in ROBOTS}
         # The poses by robot and time stamp.
         self.sent = {}
-        self.is_silent, self.failed = False, None
+        # The robots that send no odometry.
+        self.silent = {"gold"} if mode == "absent" else set()
+        self.failed = None
         self.tokens = set()
         self.liveliness = self.session.liveliness().declare_subscriber(f"@ros2_lv/{domain}/**", self.take_token, history=True)
         twist = kind_of("geometry_msgs/msg/Twist")
@@ -103,7 +108,7 @@ class World(threading.Thread):
             sequence += 1
             for name, robot in zip(ROBOTS, self.env.robot_list):
                 x, y, heading = (float(value) for value in robot.state[:3, 0])
-                if not self.is_silent and (name != "gold" or self.mode != "absent"):
+                if name not in self.silent:
                     self.publish(name, sequence, x, y, heading)
             due += STEP_S
             time.sleep(max(0.0, due - time.monotonic()))
@@ -225,7 +230,8 @@ def main(mode, domain, program, run, *arguments):
     if mode == "mission":
         time.sleep(1)
         os.kill(gold, signal.SIGKILL)
-        process.wait_for("stop of gold", lambda: not world.moves("gold"))
+        process.wait_for("loss of gold", lambda: re.search(r"gold.* dies", process.shown))
+        time.sleep(QUIET)
         killed = len(world.commands["gold"])
     elif mode == "pause":
         clock = [program, "clock"]
@@ -241,14 +247,24 @@ def main(mode, domain, program, run, *arguments):
         subprocess.run([*clock, "resume"], check=True, capture_output=True)
         process.wait_for("command after the pause", lambda: world.moves("blue") or world.moves("green"))
     elif mode == "silent":
-        world.is_silent = True
+        world.silent = set(ROBOTS)
+    elif mode == "one":
+        world.silent = {"gold"}
+        time.sleep(STALL_S + QUIET)
+        lost = time.monotonic()
     elif mode == "crash":
         os.kill(bridge, signal.SIGKILL)
+    elif mode == "world":
+        # The log needs a tick.
+        time.sleep(QUIET)
+        os.kill(process.pid(r"world (\d+)"), signal.SIGKILL)
     facts["status"] = process.finish()
     facts["stderr"] = process.shown
     if Path(run, "run.json").exists():
         facts["stands_at_end"] = standing(world)
         facts["poses"], facts["late"] = check_inputs(world, run)
+    if mode == "one":
+        facts["moved_when_lost"] = [name for name in ROBOTS if any(at > lost and twist != (0, 0) for at, twist in world.commands[name])]
     if mode == "mission":
         facts["gold_moved_after_kill"] = any(twist != (0, 0) for _, twist in world.commands["gold"][killed:])
         facts["moved"] = {

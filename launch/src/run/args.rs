@@ -423,7 +423,10 @@ impl RunCommand {
         if has_external_bodies {
             arguments.push("--external-bodies".to_owned());
         }
-        arguments.push(format!("--speed={}", self.run.pace(is_watched || has_external_bodies)));
+        arguments.push(format!(
+            "--speed={}",
+            self.run.pace(is_watched || has_external_bodies)
+        ));
         arguments.push(format!("--stall-after={}", self.run.stall_after));
         if let Some(address) = self.run.metrics {
             arguments.push(format!("--metrics={address}"));

@@ -8,7 +8,7 @@ use super::{ChangeError, Floor};
 
 impl Floor {
     /// Sets the pose of a body for the next step, in which the body does not move by itself. Its speed is the distance from the
-    /// previous pose per step. The pose may overlap solids, because the other world decides where bodies fit.
+    /// previous pose of the other world per step. The pose may overlap solids, because the other world decides where bodies fit.
     ///
     /// # Errors
     /// If the robot has no body, or the pose is not finite or not in the room. Nothing has changed then.
@@ -24,7 +24,11 @@ impl Floor {
         let body = &mut self.robots[robot.index()];
         let from = std::mem::replace(&mut body.component.pose.position, pose.position);
         body.set_heading(wrap_angle(pose.heading_rad));
-        body.speed_m_s = pose.position.distance(from) / step_s;
+        // The way from the start pose of this world to the first one of the other world takes no time.
+        body.speed_m_s = match body.placed_at {
+            Some(_) => pose.position.distance(from) / step_s,
+            None => 0.0,
+        };
         body.placed_at = Some(now);
         if pose.position != from {
             self.invalidate_readings_around_body(from, 0.0);
@@ -72,6 +76,7 @@ mod tests {
             ..Actuation::default()
         });
         world.place_body(BLUE, pose(3.0, 4.0)).unwrap();
+        assert_eq!(world.speed_m_s(BLUE), 0.0);
         world.step(&[ahead]);
         world.place_body(BLUE, pose(3.03, 4.04)).unwrap();
         // 0.05 m in a step of 50 ms.

@@ -12,6 +12,9 @@ use world_server::external_bodies::ExternalPose;
 /// The largest number of robots that a message names.
 const NAMES_SHOWN: usize = 3;
 
+/// The largest part of a frame's name in a message, characters.
+const FRAME_SHOWN: usize = 40;
+
 /// The newest poses of all bodies.
 pub struct ReceivedPoses {
     room: Room,
@@ -114,7 +117,7 @@ fn list<'b>(bodies: impl Iterator<Item = &'b Body>) -> String {
 fn read(rank: usize, message: &[u8], room: &Room) -> Result<ExternalPose, String> {
     let pose = PlanarPose::decode(message).map_err(|error| error.to_string())?;
     if pose.frame != MAP_FRAME {
-        let frame = pose.frame.escape_debug();
+        let frame: String = pose.frame.escape_debug().take(FRAME_SHOWN).collect();
         return Err(format!(
             "the frame is '{frame}', and must be '{MAP_FRAME}', that of the room"
         ));
@@ -180,7 +183,10 @@ mod tests {
             "/gold/odom: the frame is 'odom', and must be 'map', that of the room"
         );
         assert_eq!(poses.receive(1, &message("map", f64::NAN), now), None);
-        assert_eq!(poses.missing(), "/blue/odom, /gold/odom (the pose is not finite)");
+        assert_eq!(
+            poses.missing(),
+            "/blue/odom, /gold/odom (the pose is not finite)"
+        );
         assert_eq!(poses.receive(1, &message("map", -1.0), now), None);
         assert_eq!(poses.receive(1, &message("map", 1.0), now), None);
         let again = poses.receive(1, &message("map", 13.0), now).unwrap();
