@@ -59,6 +59,10 @@ fn is_branch(input: &Input) -> bool {
     matches!(input, Input::Branch(_))
 }
 
+fn is_body(input: &Input) -> bool {
+    matches!(input, Input::Body(_))
+}
+
 /// The external inputs of one tick.
 #[derive(Default)]
 pub(super) struct TickInputs {
@@ -70,9 +74,11 @@ pub(super) struct TickInputs {
 
 impl TickInputs {
     fn new(inputs: Vec<Input>) -> Self {
-        let (mut ordered, mut unordered): (Vec<Input>, Vec<Input>) = inputs
-            .into_iter()
-            .partition(|input| input.moment().is_some() || input.is_command() || is_branch(input));
+        let (mut ordered, mut unordered): (Vec<Input>, Vec<Input>) =
+            inputs.into_iter().partition(|input| {
+                let is_ordered = input.moment().is_some() || input.is_command();
+                is_ordered || is_branch(input) || is_body(input)
+            });
         unordered.retain(|input| !matches!(input, Input::Join { .. }));
         // A command takes effect at the end of its order index. Commands without one take effect at the first. A branch
         // precedes everything else.

@@ -278,6 +278,7 @@ impl Run {
                         tracing::warn!(%why, "a logged branch was refused");
                     }
                 }
+                Input::Body(body) => self.simulation.place_body(body.clone()),
                 // All faults that one command clears are one input.
                 Input::Clear { ids, .. } => self.simulation.replay_clear(ids.clone()),
                 _ => self.admit_input(&input),

@@ -92,6 +92,22 @@ pub enum Input {
     },
     /// The run left the course of the run that it repeated, at the start of this tick.
     Branch(Branch),
+    /// The pose of a body that moves in another world, set before the sensing of this tick.
+    Body(BodyInput),
+}
+
+/// The latest known pose of an external body, in the frame of the room.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodyInput {
+    pub robot: String,
+    pub x_m: f32,
+    pub y_m: f32,
+    pub heading_rad: f32,
+    /// The time of the pose by the clock of the other world, ns.
+    pub stamp_ns: i64,
+    /// `true` if no pose has arrived since the previous tick: this is the pose of that tick.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub late: bool,
 }
 
 /// The changes of a branch. They take effect before anything else of their tick.
@@ -139,7 +155,8 @@ impl Input {
             | Self::Order { .. }
             | Self::Clear { .. }
             | Self::Failed { .. }
-            | Self::Branch(_) => false,
+            | Self::Branch(_)
+            | Self::Body(_) => false,
         }
     }
 
@@ -157,9 +174,11 @@ impl Input {
             | Self::StallEnd { moment, .. }
             | Self::Order { moment, .. }
             | Self::Clear { moment, .. } => *moment,
-            Self::StallBegin { .. } | Self::Lost { .. } | Self::Failed { .. } | Self::Branch(_) => {
-                None
-            }
+            Self::StallBegin { .. }
+            | Self::Lost { .. }
+            | Self::Failed { .. }
+            | Self::Branch(_)
+            | Self::Body(_) => None,
         }
     }
 
@@ -173,6 +192,7 @@ impl Input {
             | Self::StallEnd { robot, .. }
             | Self::Failed { robot, .. } => Some(robot),
             Self::Lost { receiver, .. } => Some(receiver),
+            Self::Body(body) => Some(&body.robot),
             Self::Order { .. } | Self::Clear { .. } | Self::Branch(_) => None,
         }
     }

@@ -30,7 +30,7 @@ pub struct RunFile<S = Setup> {
     /// The origin of a branch; absent for a run of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub branch: Option<BranchOrigin>,
-    /// `true` if an unscripted stall or message loss changed the run.
+    /// `true` if an unscripted stall or message loss changed the run, or bodies of another world took part.
     pub unscripted: bool,
     /// The faults at the end of the run with their hit counts, in the order in which they were armed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -21,6 +21,7 @@ mod endless;
 mod ends;
 mod energy;
 mod export;
+mod external_world;
 mod family;
 mod faults;
 mod figures;

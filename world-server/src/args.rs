@@ -79,6 +79,9 @@ pub struct WorldArgs {
     /// Version of an external controller
     #[arg(long, hide = true, value_name = "NAME=VERSION", value_parser = controller_version)]
     controller_version: Vec<(String, String)>,
+    /// Take the poses of the bodies from a bridge to another world, at the socket on standard input
+    #[arg(long, hide = true, requires = "launched")]
+    external_bodies: bool,
     /// Run as the gateway of a world, which sends the settings on standard input
     #[arg(long, hide = true, exclusive = true)]
     gateway: bool,
@@ -156,6 +159,7 @@ impl RunArgs {
             log: self.log(setup),
             stall_after: Duration::from_secs_f64(self.stall_after),
             metrics: self.metrics,
+            external_bodies: false,
         }
     }
 }
@@ -265,6 +269,7 @@ impl WorldArgs {
             network,
             ground_truth_robots: told_truth,
             launched: self.launched,
+            external_bodies: self.external_bodies,
             controller_versions: self.controller_version.iter().cloned().collect(),
             ..self.run.options(&setup, id, folder)
         };

@@ -9,7 +9,7 @@
 //!
 //! Modules with side effects: [`server`] is a run behind one lock. [`process`] connects it to the bus and the disk.
 //! [`latest`] links to it. [`args`] and [`size`] are its command line, and [`mission_args`] the arguments of a mission. [`gateway`] is a separate process that
-//! operators connect to.
+//! operators connect to. [`external_bodies`] is the connection to another world in which the bodies move.
 
 // `println!` panics if the output is closed; `terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -21,6 +21,8 @@ pub mod barrier;
 mod drill;
 #[cfg(feature = "bus")]
 pub mod error;
+#[cfg(feature = "bus")]
+pub mod external_bodies;
 pub mod faults;
 #[cfg(feature = "bus")]
 pub mod gateway;

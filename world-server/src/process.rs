@@ -26,6 +26,7 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::error::WorldError;
+use crate::external_bodies;
 use crate::gateway::supervisor::{Gateway, StartedGateway};
 use crate::interruption::InterruptionHandler;
 use crate::invocation;
@@ -69,6 +70,8 @@ pub struct Options {
     pub stall_after: Duration,
     /// The address at which the process serves metrics; `None` without metrics.
     pub metrics: Option<SocketAddr>,
+    /// `true` if the bodies move in another world. The standard input is then a socket to its bridge.
+    pub external_bodies: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -160,6 +163,9 @@ pub async fn serve_from(start: RunState, options: &Options) -> Result<RunResult,
         ended,
     )?;
     let server = Server::shared(server);
+    if options.external_bodies {
+        external_bodies::connect(&server)?;
+    }
     subscribe(&session, &keys, &seals, &server).await?;
     let _token = session
         .liveliness()

@@ -116,6 +116,10 @@ fn in_words(input: &Input) -> String {
         Input::Clear { ids, .. } => format!("{} cleared", ids.join(", ")),
         Input::Failed { robot, .. } => format!("an order to the process of {robot} failed"),
         Input::Branch(branch) => branch_in_words(branch),
+        Input::Body(body) => {
+            let (x_m, y_m) = (body.x_m, body.y_m);
+            format!("the body of {} was at ({x_m}, {y_m})", body.robot)
+        }
     }
 }
 

@@ -25,6 +25,7 @@ struct Done {
     /// The number of messages lost without a fault.
     lost: usize,
     has_random_faults: bool,
+    has_external_bodies: bool,
 }
 
 /// Returns the scenario file, and notes about facts that it cannot express.
@@ -41,6 +42,7 @@ pub fn from_log(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
         notes: Vec::new(),
         lost: 0,
         has_random_faults: scenario.faults.random.is_some(),
+        has_external_bodies: false,
     };
     for line in log.inputs()? {
         done.take(line);
@@ -57,6 +59,10 @@ pub fn from_log(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
             count => format!("{count} messages were"),
         };
         notes.push(format!("{lost} lost without a fault: not exported"));
+    }
+    if done.has_external_bodies {
+        let note = "the bodies moved in another world: in the scenario they move in this one";
+        notes.push(note.to_owned());
     }
     let resolved = Setup::resolve(scenario.clone(), setup.seed, None);
     let resolved = resolved.context("the actions on this run do not form a scenario")?;
@@ -120,6 +126,7 @@ impl Done {
             } if incarnation > 1 => self.happened(Fault::Restart(robot), tick),
             Input::Lost { .. } => self.lost += 1,
             Input::Branch(branch) => self.branched(branch, tick),
+            Input::Body(_) => self.has_external_bodies = true,
             Input::Join { .. } | Input::Failed { .. } => {}
         }
     }

@@ -34,6 +34,7 @@ use scenario::time::SimTime;
 use scenario::{Problem, Setup};
 
 use bodies::{Body, BodyTopics};
+pub use convert::MAP_FRAME;
 use convert::stamp;
 use destination::Topic;
 pub use destination::{Destination, TopicSpec};

@@ -1,10 +1,12 @@
 //! The topics of a live run in ROS 2: a process that reads the log of the run and publishes it over `rmw_zenoh`.
+//! [`bodies`] is the connection to bodies of another world.
 //!
 //! The process has a zenoh session of its own, to the router of ROS. It takes part neither in the bus of the team nor in
 //! that of the operators, so nothing in ROS reaches the run.
 //!
 //! `robot` is the agent of a robot whose controller is a node of ROS.
 
+pub mod bodies;
 #[cfg(feature = "ros")]
 mod publish;
 #[cfg(not(feature = "ros"))]
@@ -30,9 +32,13 @@ use scenario::{Problem, Setup};
 use terminal::fail;
 
 use crate::run::observers::ObserverCommand;
+use bodies::BridgeSettings;
 
 /// The name of the process and its option.
 const ROS: &str = "ros";
+
+/// The options that connect a run to ROS. Both would have a topic `/NAME/odom`, so they exclude each other.
+const PEER: &str = "ros_peer";
 
 /// The largest domain of ROS 2.
 const DOMAIN_MAX: u64 = 232;
@@ -52,11 +58,22 @@ pub struct RosArgs {
         require_equals = true,
         default_missing_value = "0",
         value_parser = domain(),
+        group = PEER,
         hide = !cfg!(feature = "ros")
     )]
     ros: Option<u8>,
+    /// Take the bodies from another world, such as ros or ros:7 for a domain of ROS 2, at 1x
+    #[arg(
+        long,
+        value_name = "ros[:DOMAIN]",
+        value_parser = bodies::parse_world,
+        group = PEER,
+        conflicts_with_all = ["speed", "from"],
+        hide = !cfg!(feature = "ros")
+    )]
+    external: Option<u8>,
     /// Address of the zenoh router of ROS [default: tcp/127.0.0.1:7447]
-    #[arg(long, value_name = "LOCATOR", requires = "ros", value_parser = router, hide = !cfg!(feature = "ros"))]
+    #[arg(long, value_name = "LOCATOR", requires = PEER, value_parser = router, hide = !cfg!(feature = "ros"))]
     ros_router: Option<Locator>,
 }
 
@@ -72,6 +89,9 @@ pub struct RosCommand {
     /// Address of the zenoh router of ROS
     #[arg(long, value_name = "LOCATOR", default_value = ROUTER, value_parser = router)]
     router: Locator,
+    /// Run as the bridge to bodies of another world, with the settings on standard input
+    #[arg(long, hide = true, exclusive = true)]
+    bodies: bool,
     /// Publish from the start of the run, and wait for its folder
     #[arg(long, hide = true)]
     from_start: bool,
@@ -103,11 +123,39 @@ impl RosArgs {
         self.ros.is_some()
     }
 
+    /// Returns whether the bodies of the run move in another world.
+    #[must_use]
+    pub fn has_external_bodies(&self) -> bool {
+        self.external.is_some()
+    }
+
+    /// Returns the settings of the bridge, if the bodies of the run move in another world.
+    ///
+    /// # Errors
+    /// Returns an error if ROS forbids the name of a robot.
+    pub fn bridge(
+        &self,
+        setup: &Setup,
+        stall_after_s: f64,
+    ) -> Result<Option<BridgeSettings>, Problem> {
+        let settings = |domain| BridgeSettings::new(setup, domain, self.router(), stall_after_s);
+        self.external.map(settings).transpose()
+    }
+
+    fn router(&self) -> String {
+        let given = self.ros_router.as_ref().map(ToString::to_string);
+        given.unwrap_or_else(|| ROUTER.to_owned())
+    }
+
     /// Checks a run before it starts.
     ///
     /// # Errors
     /// Returns an error if this program has no support of ROS, or if the run cannot be published.
     pub fn check(&self, setup: &Setup, log: LogLevel) -> anyhow::Result<()> {
+        if self.has_external_bodies() {
+            optional::check(ROS, cfg!(feature = "ros"))?;
+            bodies::check(setup)?;
+        }
         if self.is_on() {
             optional::check(ROS, cfg!(feature = "ros"))?;
             publish::check(setup, log)?;
@@ -118,11 +166,11 @@ impl RosArgs {
     /// Returns the process that publishes the run, if it has topics in ROS 2.
     #[must_use]
     pub fn observer(&self, folder: PathBuf) -> Option<ObserverCommand> {
-        let router = self.ros_router.clone();
         let command = RosCommand {
             folder,
             domain: self.ros?,
-            router: router.or_else(|| ROUTER.parse().ok())?,
+            router: self.router().parse().ok()?,
+            bodies: false,
             from_start: true,
         };
         Some(ObserverCommand {
@@ -166,6 +214,7 @@ impl RosCommand {
     pub fn run(&self) -> ExitCode {
         const NAME: &str = "alliance cluster ros";
         match optional::check(ROS, cfg!(feature = "ros")) {
+            Ok(()) if self.bodies => bodies::run("alliance cluster ros --bodies"),
             Ok(()) => publish::run(NAME, self),
             Err(error) => fail(NAME, &error, 2),
         }

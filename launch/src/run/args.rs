@@ -29,6 +29,7 @@ use crate::limits;
 use crate::page::link::{LinkArgs, PageLink};
 use crate::page::view::show_log;
 use crate::ros::RosArgs;
+use crate::ros::bodies::BridgeRefusal;
 use cluster::process_log::{log_to_stderr, set_run};
 use cluster::start::StartPlan;
 
@@ -45,7 +46,7 @@ pub struct RunCommand {
     #[arg(long = "controller", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse, help_heading = "Execution")]
     controllers: Vec<ControllerCommand>,
     /// Run everything in this process: the same log, but no page and no pace
-    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "metrics", "ros", "foxglove"])]
+    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "metrics", "ros", "external", "foxglove"])]
     in_process: bool,
     /// Number of threads with --in-process [default: all cores, fewer for a small team]
     #[arg(long, value_name = "N", value_parser = jobs, requires = "in_process", help_heading = "Execution")]
@@ -62,7 +63,7 @@ pub struct RunCommand {
         default_missing_value = DEFAULT_ROUNDS,
         value_parser = clap::value_parser!(u64).range(1..=1_000_000),
         help_heading = "Execution",
-        conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "check", "mcap", "ros", "foxglove", "out", "log", "from", "controllers"],
+        conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "check", "mcap", "ros", "external", "foxglove", "out", "log", "from", "controllers"],
     )]
     allocate_only: Option<u64>,
     #[command(flatten)]
@@ -109,6 +110,10 @@ impl RunCommand {
             if self.over.is_some() && self.in_process {
                 bail!("--in-process: a run over several machines needs several processes; leave it out");
             }
+            if self.over.is_some() && self.ros.has_external_bodies() {
+                let what = "the bodies of a run over several machines move in its world";
+                bail!(Problem::with_source("--external", what, "use `alliance run`"));
+            }
             if !self.in_process {
                 limits::check_run_limits(setup.scenario.robots.len())?;
             }
@@ -133,11 +138,13 @@ impl RunCommand {
             let log = log.unwrap_or_else(|| self.run.log(&setup));
             self.ros.check(&setup, log)?;
             self.foxglove.check(&setup, log)?;
+            let bodies = self.ros.bridge(&setup, self.run.stall_after)?;
             self.run.check_metrics()?;
             let link = self.link()?;
-            Ok((self.run.folder(&setup)?, setup, branch, controllers, link))
+            let folder = self.run.folder(&setup)?;
+            Ok((folder, setup, branch, controllers, link, bodies))
         });
-        let (folder, setup, branch, controllers, link) = match prepared {
+        let (folder, setup, branch, controllers, link, bodies) = match prepared {
             Ok(prepared) => prepared,
             Err(error) => {
                 return fail(self.name(), &error, 2);
@@ -164,6 +171,7 @@ impl RunCommand {
         let foxglove = self.foxglove.observer(folder.clone(), &run);
         let plan = RunPlan {
             observers: ros.into_iter().chain(foxglove).collect(),
+            bodies,
             run,
             world_arguments: match &branch {
                 Some(branch) => self.execution_arguments(&branch.arguments),
@@ -188,7 +196,10 @@ impl RunCommand {
         });
         match carried_out {
             Ok(status) => ExitCode::from(status),
-            Err(error) => fail(self.name(), &error, 3),
+            Err(error) => {
+                let is_refused = error.is::<BridgeRefusal>();
+                fail(self.name(), &error, if is_refused { 2 } else { 3 })
+            }
         }
     }
 
@@ -412,7 +423,14 @@ impl RunCommand {
             arguments.push("--paused".to_owned());
         }
         let is_watched = self.is_paused() || self.ros.is_on() || self.foxglove.is_on();
-        arguments.push(format!("--speed={}", self.run.pace(is_watched)));
+        let has_external_bodies = self.ros.has_external_bodies();
+        if has_external_bodies {
+            arguments.push("--external-bodies".to_owned());
+        }
+        arguments.push(format!(
+            "--speed={}",
+            self.run.pace(is_watched || has_external_bodies)
+        ));
         arguments.push(format!("--stall-after={}", self.run.stall_after));
         if let Some(address) = self.run.metrics {
             arguments.push(format!("--metrics={address}"));

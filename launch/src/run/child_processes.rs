@@ -258,9 +258,10 @@ pub fn die_with_launcher() -> anyhow::Result<()> {
     let Ok(launcher) = std::env::var(LAUNCHER) else {
         return Ok(());
     };
-    // The world receives SIGTERM, so that it completes its log. Agents receive SIGKILL, because SIGTERM does not end a stopped process.
-    let is_world = std::env::args().skip(1).take(2).eq(["cluster", "world"]);
-    let signal = if is_world {
+    // The world receives SIGTERM, so that it completes its log, and the bridge, so that it stops the bodies. Agents receive SIGKILL, because SIGTERM does not end a stopped process.
+    let words: Vec<String> = std::env::args().skip(1).take(3).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let signal = if let ["cluster", "world", ..] | ["cluster", "ros", "--bodies"] = *words {
         Signal::SIGTERM
     } else {
         Signal::SIGKILL

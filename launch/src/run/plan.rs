@@ -10,6 +10,7 @@ use scenario::Setup;
 use cluster::start::StartPlan;
 
 use super::observers::ObserverCommand;
+use crate::ros::bodies::BridgeSettings;
 
 /// The checked inputs of a run.
 pub struct RunPlan {
@@ -24,6 +25,8 @@ pub struct RunPlan {
     pub start: Option<StartPlan>,
     /// The processes that publish the run to other tools.
     pub observers: Vec<ObserverCommand>,
+    /// The bridge to the bodies; `None` if they move in the world of the run.
+    pub bodies: Option<BridgeSettings>,
     /// The run that this one repeats first.
     pub branch: Option<BranchStart>,
     pub folder: PathBuf,

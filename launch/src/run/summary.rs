@@ -25,7 +25,7 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
         serde_json::from_str(&std::fs::read_to_string(plan.folder.join("host.json"))?)?;
     if run.unscripted {
         stderr_line!(
-            "note: this run contains a stall or a loss that no fault explains (`unscripted` in run.json)"
+            "note: this run contains a stall, a loss or bodies of another world, which no fault explains (`unscripted` in run.json)"
         );
     }
     for (robot, build) in &run.agent_builds {

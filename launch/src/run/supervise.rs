@@ -36,6 +36,7 @@ use super::progress::ProgressDisplay;
 use super::summary;
 use crate::page::link::PageLink;
 use crate::page::server::END_OF_RUN_TIMEOUT;
+use crate::ros::bodies::BodyBridge;
 use crate::runtime;
 use cluster::start::InputHold;
 
@@ -88,6 +89,8 @@ struct RunProcesses {
     page: Option<Process>,
     /// The processes that publish the run, each with the name of the other tool. The run continues without them.
     observers: Vec<(Process, &'static str)>,
+    /// The bridge to the bodies; `None` if they move in the world of the run.
+    bridge: Option<BodyBridge>,
     progress: ProgressDisplay,
 }
 
@@ -96,6 +99,9 @@ impl RunProcesses {
         let logs = plan.folder.join("logs");
         std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
 
+        let bridge = plan.bodies.as_ref();
+        let bridge = bridge.map(|settings| BodyBridge::start(settings, &logs));
+        let (bridge, socket) = bridge.transpose()?.unzip();
         let mut arguments = ["cluster", "world"].map(ToOwned::to_owned).to_vec();
         arguments.extend(plan.world_arguments.iter().cloned());
         arguments.push(format!("--out={}", plan.folder.display()));
@@ -103,11 +109,12 @@ impl RunProcesses {
         arguments.push("--launched".to_owned());
         let command = [(invocation::COMMAND, invocation::command())];
         let log = logs.join(format!("{WORLD}.log"));
-        let input = match &plan.start {
-            Some(start) => in_memory(&start.world.to_line())
+        let input = match (&plan.start, socket) {
+            (_, Some(socket)) => socket.into(),
+            (Some(start), None) => in_memory(&start.world.to_line())
                 .context("standard input of the world")?
                 .into(),
-            None => Stdio::null(),
+            (None, None) => Stdio::null(),
         };
         let world = Process::start_with(WORLD, &log, &arguments, input, &command, false)?;
         let mut team = Self {
@@ -116,6 +123,7 @@ impl RunProcesses {
             hosts: Vec::new(),
             page: None,
             observers: Vec::new(),
+            bridge,
             progress: ProgressDisplay::new(&plan.setup),
         };
         let robots = plan.setup.scenario.robots.iter();
@@ -146,6 +154,10 @@ impl RunProcesses {
             .print_line(&paragraph(&format!("process ids: {}", listed(&pids, PIDS))));
         if let Some(link) = link {
             team.start_page(link, plan.open);
+        }
+        if let Some((bridge, settings)) = team.bridge.as_ref().zip(plan.bodies.as_ref()) {
+            let line = format!("{} (process {})", settings.describe(), bridge.pid());
+            team.progress.print_line(&line);
         }
         for command in &plan.observers {
             team.start_observer(command);
@@ -370,6 +382,9 @@ impl RunProcesses {
         {
             self.page = None;
         }
+        if let Some(bridge) = &mut self.bridge {
+            bridge.poll(&say)?;
+        }
         let mut failed = Vec::new();
         for (index, (process, title)) in self.observers.iter_mut().enumerate() {
             if poll_observer(process, &format!("the process for {title}"), over, &say)? {
@@ -445,6 +460,18 @@ impl RunProcesses {
             .collect();
         let say = |line: &str| self.progress.print_line(line);
         end_processes(team, patience, &say).await;
+        // The end of the world closes the socket of the bridge, which then stops the bodies.
+        // If it was killed, a second process does so.
+        for _ in 0..2 {
+            if let Some(bridge) = &mut self.bridge
+                && let Some(process) = bridge.live_process()
+            {
+                end_processes(vec![process], GRACE, &say).await;
+                if let Err(error) = bridge.poll(&say) {
+                    say(&format!("the bridge to the other world: {error:#}"));
+                }
+            }
+        }
         let mut hosts = Vec::new();
         for (host, hold) in self.hosts.drain(..) {
             drop(hold);

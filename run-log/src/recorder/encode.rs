@@ -328,9 +328,11 @@ fn describe(input: &Input) -> Option<(EventKind, &str, &str, String)> {
             let detail = format!("broadcast {index} of tick {sent_tick}");
             (EventKind::Lost, receiver, sender, detail)
         }
-        Input::Order { .. } | Input::Clear { .. } | Input::Failed { .. } | Input::Branch(_) => {
-            return None;
-        }
+        Input::Order { .. }
+        | Input::Clear { .. }
+        | Input::Failed { .. }
+        | Input::Branch(_)
+        | Input::Body(_) => return None,
     })
 }
 

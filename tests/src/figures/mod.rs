@@ -130,7 +130,7 @@ pub fn run_file(log: &RunLog) -> Result<Differences, ReadError> {
     let inputs = log.inputs()?;
     let unscripted = inputs.iter().any(|line| match &line.input {
         Input::StallBegin { scripted, .. } => !scripted,
-        Input::Lost { .. } | Input::Failed { .. } => true,
+        Input::Lost { .. } | Input::Failed { .. } | Input::Body(_) => true,
         _ => false,
     });
     found.compare("unscripted", run.unscripted, unscripted);

@@ -39,6 +39,9 @@ impl Server {
             let problem = Problem::at(["nonce"], "it has been used", "give each request its own");
             return Reply::Refused(problem.to_string());
         }
+        if let Err(problem) = self.check_for_bodies(&request.command) {
+            return Reply::Refused(problem.to_string());
+        }
         let reply = match request.command {
             ControlCommand::Fault(order) => {
                 let target = order.fault.robot().and_then(|name| self.robot_named(name));

@@ -5,12 +5,14 @@
 //!
 //! - `joining`: arrival of agents and hosts. `messages`: messages of robots and launchers. `control`: requests of operators.
 //! - `process_orders`: process faults. `resend`, `standstill`, `clocks`: repeated messages, waiting and clock differences.
+//! - `external_bodies`: bodies that move in another world.
 //! - `seals`: keys of all members. `delivery_check`: a check of the receptions that external controllers report.
 //! - `overheard`: a check that the world has all broadcasts of a report, for a full log.
 
 mod clocks;
 mod control;
 mod delivery_check;
+mod external_bodies;
 mod joining;
 mod messages;
 mod overheard;
@@ -38,6 +40,7 @@ use crate::barrier::Presence;
 use crate::pace::Pace;
 use crate::simulation::Simulation;
 use delivery_check::DeliveryCheck;
+use external_bodies::ExternalBodies;
 use overheard::Overheard;
 use process_orders::CurrentOrder;
 use resend::SentTick;
@@ -78,6 +81,8 @@ pub struct Server {
     recorder: BackgroundRecorder<Folder>,
     delivery_check: DeliveryCheck,
     overheard: Overheard,
+    /// The bodies in another world; `None` for a run whose bodies move in this one.
+    external_bodies: Option<ExternalBodies>,
     peers: Vec<Peer>,
     run: String,
     folder: PathBuf,
@@ -169,6 +174,7 @@ impl Server {
             recorder: BackgroundRecorder::new(recorder, true)?,
             delivery_check: DeliveryCheck::default(),
             overheard: Overheard::default(),
+            external_bodies: None,
             run: bus.run,
             keys: bus.keys,
             seals: bus.seals,
@@ -354,7 +360,8 @@ impl Server {
     #[must_use]
     pub fn due(&self) -> Option<Instant> {
         let due = self.pace.due()?;
-        let waits = self.simulation.awaits_act() || !self.awaited.is_empty();
+        let waits =
+            self.simulation.awaits_act() || !self.awaited.is_empty() || self.awaits_bodies();
         if waits || self.simulation.barrier().is_idle() {
             return None;
         }
@@ -388,7 +395,7 @@ impl Server {
 
     /// Sends the tick to the next robots if it is due. Returns `true` if the run may continue at once.
     fn ask(&mut self) -> bool {
-        if self.simulation.outcome().is_some() || !self.awaited.is_empty() {
+        if self.simulation.outcome().is_some() || !self.awaited.is_empty() || self.awaits_bodies() {
             return false;
         }
         self.send_pending_orders();
@@ -399,6 +406,9 @@ impl Server {
         }
         self.simulation.begin();
         self.send_pending_orders();
+        if self.begun != Some(tick) {
+            self.place_bodies(tick);
+        }
         let mut question = self.simulation.next_recipient();
         if question.is_none() && !self.simulation.is_complete() {
             return false;
@@ -428,6 +438,7 @@ impl Server {
     /// Records the tick that has ended, if any, and publishes it to observers.
     fn record(&mut self) -> Result<(), RecordError> {
         if self.simulation.record(&mut self.recorder)? {
+            self.send_body_commands();
             self.announce_events();
             if self.shown.elapsed() >= VIEW_INTERVAL {
                 self.publish_view();
@@ -463,6 +474,8 @@ impl Server {
 
     fn end(&mut self, ended: Ended) {
         if let Some(sender) = self.ended.take() {
+            // The bridge stops the bodies when its connection is closed.
+            self.external_bodies = None;
             if let Ok(outcome) = ended {
                 self.publish_view();
                 for robot in self.simulation.barrier().robots() {

@@ -8,6 +8,7 @@
 //! - `presence`: robots that take part. `robot_tick`: the part of a tick that concerns one robot. `reports`: their reports. `figures`: progress of the mission.
 //! - `commands`: operators' orders. `triggers`: events that faults wait for.
 //! - `effects`: effects of faults. `process_actions`: process actions of faults.
+//! - `external_bodies`: bodies that move in another world.
 //! - `ground_truth`: ground truth for allocators that request it.
 //! - `view`: views for observers. `levels`, `corners`: their curves.
 
@@ -16,6 +17,7 @@ mod corners;
 mod effects;
 mod end;
 mod ended_tick;
+mod external_bodies;
 mod figures;
 mod ground_truth;
 mod levels;
@@ -34,7 +36,7 @@ use std::collections::{BTreeMap, VecDeque};
 use proto::team::Broadcast;
 use proto::telemetry::{AllocationRow, Motivation};
 use proto::tick::{Outcome, TickMessage};
-use run_log::Input;
+use run_log::{BodyInput, Input};
 use scenario::ids::{BehaviorId, RobotId, Tick};
 use scenario::time::SimTime;
 use scenario::{Catalog, Setup, StepOrder};
@@ -100,6 +102,8 @@ pub struct Simulation {
     acts: Acts,
     /// The kills of the current tick, executed after its last report.
     pending_kills: Vec<PendingAction>,
+    /// The poses of external bodies for the current tick, until they take effect.
+    placements: Vec<BodyInput>,
     inputs: Vec<Input>,
     failures: Vec<Input>,
     /// The events of the current tick from neither reports nor the world.
@@ -152,6 +156,7 @@ impl Simulation {
             commands: VecDeque::new(),
             acts: Acts::default(),
             pending_kills: Vec::new(),
+            placements: Vec::new(),
             inputs: Vec::new(),
             failures: Vec::new(),
             events: Vec::new(),

@@ -1,7 +1,7 @@
 //! The steps of a tick, in the order in which they run.
 //!
 //! 1. [`Simulation::begin`]: faults, handlers and commands that are due take effect.
-//! 2. [`Simulation::gather`]: the faults of links, devices and skills are fixed for the tick.
+//! 2. [`Simulation::gather`]: external bodies get their poses, and the faults of links, devices and skills are fixed for the tick.
 //! 3. [`Simulation::next_recipient`]: each robot gets its readings and its manifest.
 //! 4. [`Simulation::report`]: the answers arrive.
 //! 5. `settle`: after the last answer, triggers are evaluated and the kills of the tick begin.
@@ -93,6 +93,7 @@ impl Simulation {
     fn fix_faults(&mut self) {
         self.phase = TickPhase::Reports;
         self.order_index += 1;
+        self.place_bodies();
         let world = &self.world;
         self.links
             .begin(self.barrier.tick(), self.schedule.in_force(), |robot| {

@@ -27,6 +27,12 @@ pub enum ChangeError {
     /// The robot has no body.
     #[error("the robot is not in the mission")]
     Absent,
+    /// The body moves in another world, which sets its pose.
+    #[error("the body of the robot moves in another world")]
+    External,
+    /// The place of a body in another world is not in the room.
+    #[error("the place is not in the room")]
+    Outside,
     /// The robot has a body already.
     #[error("the robot is in the mission already")]
     Present,
@@ -58,6 +64,9 @@ impl Floor {
     ) -> Result<(), ChangeError> {
         if !self.is_present(robot) {
             return Err(ChangeError::Absent);
+        }
+        if self.is_external(robot) {
+            return Err(ChangeError::External);
         }
         if !self.is_free(robot, to) {
             return Err(ChangeError::Occupied);
@@ -96,7 +105,7 @@ impl Floor {
     }
 
     /// Updates the indexes after a body was placed somewhere.
-    fn jumped(&mut self, robot: RobotId, to: Vec2) {
+    pub(super) fn jumped(&mut self, robot: RobotId, to: Vec2) {
         let body = &mut self.robots[robot.index()];
         body.vicinity = NeighborCache::default();
         body.unchanged.invalidate();

@@ -70,6 +70,8 @@ pub(super) struct Robot {
     pub side_sensor: bool,
     /// The number of times that the body was placed somewhere.
     pub jumps: u32,
+    /// The time at which another world last set the pose; `None` for a body that always moved in this world.
+    pub placed_at: Option<SimTime>,
     pub vicinity: NeighborCache,
     pub unchanged: ReadingsCache,
 }
@@ -128,6 +130,7 @@ impl Floor {
                 body: scenario.body_of(robot),
                 side_sensor: robot.has_device(RobotSpec::SIDE_BORDER),
                 jumps: 0,
+                placed_at: None,
                 vicinity: NeighborCache::default(),
                 unchanged: ReadingsCache::default(),
             };

@@ -10,7 +10,7 @@
 //! - `vicinity`: search results that stay valid for several steps. `unchanged`: validity of the latest readings.
 //! - `radio`: robots in radio range. `channel`: fading and obstacles between two robots. `sensing`: readings of the
 //!   devices that every mission has.
-//! - `change`: changes by interruption handlers between steps.
+//! - `change`: changes by interruption handlers between steps. `external_body`: bodies that move in another world.
 //! - [`Floor`]: the combination of these modules. `state`: [`World`], a floor and the [mission](crate::mission) on it.
 //!
 //! # One step
@@ -31,6 +31,7 @@ mod battery;
 pub(crate) mod change;
 mod channel;
 mod component;
+mod external_body;
 pub(crate) mod floor;
 mod grid;
 mod ground;

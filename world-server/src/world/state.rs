@@ -64,6 +64,9 @@ impl World {
             if !matches!(command.action, Action::Nothing) {
                 mission.act(robot, &command.action, floor, &mut happened);
             }
+            if floor.is_placed(robot) {
+                continue;
+            }
             let push = floor.turn_and_move(robot, command.turn_rad_s, command.speed_m_s);
             if let Some(push) = push {
                 let way_m = mission.handle_push(&push, floor, &mut happened);
