@@ -18,7 +18,7 @@ export function direction(angle) {
 class Still {
     constructor(name, setup) {
         const sets = Object.values(setup.alliance.robots[name].sets);
-        this.period = Math.max(...sets.map((set) => rounded(1000 / set.broadcast_rate_hz)));
+        this.period = Math.max(...sets.map((set) => Math.round(1000 / set.broadcast_rate_hz)));
         this.since = this.sent = null;
     }
 
@@ -49,13 +49,6 @@ class Still {
             shared_knowledge: variant("nothing"),
         };
     }
-}
-
-/** Rounds to the nearest integer, and a half to the even one. */
-function rounded(value) {
-    const floor = Math.floor(value);
-    const rest = value - floor;
-    return rest > 0.5 || (rest === 0.5 && floor % 2 === 1) ? floor + 1 : floor;
 }
 
 /** Turns by sender, time and order of the received heartbeats. */

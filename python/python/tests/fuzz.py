@@ -200,21 +200,17 @@ class Fuzzer:
             env._parts = [tuple(self.array((1, 2)) for _ in range(self.rng.choice([4, 5, 5, 5, 6])))]
 
     def engine(self):
-        """Calls the engine below the package."""
+        """Calls the engine below an environment."""
         env = self.rng.choice(self.envs)
         batch = getattr(env, "_worlds", None) or getattr(env, "_vec", env)._worlds
         calls = [
-            lambda: batch.reset(self.some([1], [1, 2], [None], [])),
+            lambda: batch.reset(self.rng.choice([[1], [1, 2], [None], [], [2**64], [-1]])),
             lambda: batch.step(self.actions(env), self.some(True, False)),
             lambda: batch.see(self.some(0, 1), *(self.array((1, 2)) for _ in range(5))),
             lambda: batch.row(self.anything()),
             lambda: batch.sets(self.anything()),
             lambda: batch.feature_names(self.anything()),
             lambda: batch.picture(self.some(0), self.some(64, 0, 1, 2**32 - 1)),
-            lambda: _engine.EnvironmentBatch(self.anything(), self.some("drive"), self.some((None, 1)), self.some((1, 1)), self.some(True)),
-            lambda: _engine.run(self.anything(), self.anything(), self.anything()),
-            lambda: _engine.full_table(self.anything(), self.anything()),
-            lambda: _engine.run_agent(self.some([], ["--help"]), self.anything(), self.anything(), self.anything()),
         ]
         self.rng.choice(calls)()
 
@@ -228,7 +224,7 @@ class Fuzzer:
                 self.some(0),
                 **self.keywords(cost=(1.0,), since=(0.0,), max_robots=(1,), values=({"a": 1},), priority=(1,)),
             ),
-            lambda: alliance_sim.Message(self.some(0), self.some("idle", "message"), **self.keywords(content=(b"x",), position=((1.0, 2.0),), task=(1,))),
+            lambda: alliance_sim.Message(self.some(0), self.some("idle", "message"), **self.keywords(content=(b"x", Hostile()), position=((1.0, 2.0),), task=(1,))),
             lambda: function(*(self.number() for _ in range(self.rng.choice([1, 1, 2])))),
             lambda: alliance_sim.load(self.anything()),
             lambda: alliance_sim.Action(self.anything(), self.anything(), work=self.anything()),

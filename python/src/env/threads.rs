@@ -1,6 +1,7 @@
 //! Worker threads for the parts of a batch. They wait between steps, because starting a thread takes as long as a step
 //! of a small batch.
 
+use std::io;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -51,7 +52,13 @@ impl Threads {
         let process = std::process::id();
         if threads.len() != others.len() || self.process != process {
             // A forked process has none of the threads of its parent.
-            threads = others.iter().map(Worker::start).collect();
+            let started: io::Result<Vec<Worker>> = others.iter().map(Worker::start).collect();
+            threads = started.map_err(|error| {
+                let count = parts.len();
+                alliance_error(format!(
+                    "threads: cannot start {count} threads: {error}; use fewer"
+                ))
+            })?;
             self.process = process;
         }
         for worker in &threads {
@@ -82,19 +89,19 @@ impl Worker {
         }
     }
 
-    fn start(part: &Arc<Mutex<BatchPart>>) -> Self {
+    fn start(part: &Arc<Mutex<BatchPart>>) -> io::Result<Self> {
         let part = Arc::clone(part);
         let (work, queue) = mpsc::sync_channel::<Work>(1);
         let (results, done) = mpsc::sync_channel(1);
-        thread::spawn(move || {
+        thread::Builder::new().spawn(move || {
             for work in queue {
                 let result = work(&mut lock(&part));
                 if results.send(result).is_err() {
                     return;
                 }
             }
-        });
-        Self { work, done }
+        })?;
+        Ok(Self { work, done })
     }
 }
 
