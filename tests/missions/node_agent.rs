@@ -57,7 +57,10 @@ fn the_javascript_agent_agrees_with_the_test_vectors() {
     let Some(script) = script() else {
         return;
     };
-    let output = Command::new("node").args([&script, "--check"]).output().unwrap();
+    let output = Command::new("node")
+        .args([&script, "--check"])
+        .output()
+        .unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{stderr}");
     let stdout = String::from_utf8_lossy(&output.stdout);
@@ -88,7 +91,8 @@ fn a_worker_in_javascript_completes_service_with_the_hash_of_the_one_in_python()
     lab.write("worker.toml", WORKER);
     let hashes = [("javascript", javascript), ("python", python)].map(|(out, program)| {
         let command = format!("--controller=worker={program} --controller worker");
-        lab.mission(out, ["worker.toml", "--seed", "2", &command]).expect(0);
+        lab.mission(out, ["worker.toml", "--seed", "2", &command])
+            .expect(0);
         lab.run(["replay", out, &command]).expect(0);
         let log = lab.log(out);
         let mut done = log.rows::<EventRow>().unwrap();

@@ -262,7 +262,10 @@ fn a_controller_that_breaks_a_rule_is_dismissed_and_the_run_continues() {
             fs::create_dir_all(lab.path(folder)).unwrap();
         }
         lab.write("tests/python/changed.py", changed);
-        lab.write("docs/wire.schema.json", include_str!("../../docs/wire.schema.json"));
+        lab.write(
+            "docs/wire.schema.json",
+            include_str!("../../docs/wire.schema.json"),
+        );
         lab.write("changed.toml", format!("{gold_only}{faults}"));
         let python = python.display();
         let command = format!("--controller=agent={python} tests/python/changed.py");

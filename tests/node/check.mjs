@@ -7,9 +7,11 @@ import { chacha8, pairKey, robotSecret, seal, sealBytes, sealKey } from "./seals
 
 const hex = (bytes) => Buffer.from(bytes).toString("hex");
 
-/** Compares a decoded value with one of JSON, in which an f32 has as few digits as possible. */
+/** Compares a decoded value with one of JSON, in which an f32 has as few digits as possible, and NaN is null. */
 function same(found, expected, at) {
-    if (typeof found === "number") {
+    if (typeof found === "number" && !Number.isFinite(found)) {
+        assert.equal(expected, null, at);
+    } else if (typeof found === "number") {
         assert.ok(found === expected || found === Math.fround(expected), `${at}: ${found} is not ${expected}`);
     } else if (found && typeof found === "object") {
         assert.deepEqual(Object.keys(found), Object.keys(expected), at);

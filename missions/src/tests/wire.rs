@@ -127,26 +127,37 @@ fn lines(object: &Value) -> String {
     Vec::from_iter(lines).join(",\n")
 }
 
-/// Compares a generated file. With ALLIANCE_WRITE_WIRE=1 it writes the file.
+/// Compares a generated file. With ALLIANCE_WRITE_TYPES=1 it writes the file.
 #[track_caller]
 fn check_file(name: &str, made: &str) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../docs")
         .join(name);
-    if std::env::var_os("ALLIANCE_WRITE_WIRE").is_some_and(|value| value == "1") {
+    if std::env::var_os("ALLIANCE_WRITE_TYPES").is_some_and(|value| value == "1") {
         std::fs::write(&file, made).unwrap();
     }
     let stored = std::fs::read_to_string(&file).unwrap_or_default();
     let file = file.display();
     assert!(
         stored == made,
-        "{file} is out of date: run this test with ALLIANCE_WRITE_WIRE=1"
+        "{file} is out of date: run this test with ALLIANCE_WRITE_TYPES=1"
     );
 }
 
 #[test]
 fn the_schema_of_the_bus_is_up_to_date() {
     check_file("wire.schema.json", &schema());
+}
+
+/// The bytes stand at the beginning of the lines of the block.
+#[test]
+fn the_tick_in_bytes_on_the_page_is_a_test_vector() {
+    let page = include_str!("../../../docs/WIRE.md");
+    let block = page.split("```text\n").nth(1).unwrap();
+    let lines = block.split("```").next().unwrap().lines();
+    let bytes = lines.map(|line| line.split("  ").next().unwrap().replace(' ', ""));
+    let message = format!("\"message\":\"{}\"", bytes.collect::<String>());
+    assert!(vectors::file().contains(&message), "{message}");
 }
 
 #[test]
