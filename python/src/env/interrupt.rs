@@ -34,7 +34,6 @@ impl Interrupt {
 }
 
 /// The count of one thread's ticks until its next check.
-#[derive(Default)]
 pub struct Watch {
     ticks: u32,
     /// True in a thread of the batch, which has no signals.
