@@ -15,7 +15,7 @@ import gymnasium
 import numpy as np
 
 import alliance_sim
-from alliance_sim import _engine, math
+from alliance_sim import math
 from alliance_sim.env import RobotEnv, VecEnv, parallel_env
 
 #: Limit of the address space, bytes: a large batch must be refused, and must not take the memory of the machine.
