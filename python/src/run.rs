@@ -7,7 +7,6 @@ use launch::Registry;
 use pyo3::prelude::*;
 use run_log::recorder::{Folder, Sink};
 use run_log::{LogLevel, MemoryLog, RunFile};
-use terminal::in_one_line;
 
 use crate::errors::{alliance_error, scenario_error};
 use crate::request::{PreparedRun, RunRequest};
@@ -29,7 +28,6 @@ pub fn run(
         .find(|candidate| candidate.as_str() == level)
         .ok_or_else(|| {
             let known = LogLevel::ALL.map(LogLevel::as_str).join(", ");
-            let level = in_one_line(level);
             scenario_error(format!("level: there is no '{level}'; there are {known}"))
         })?;
     py.detach(|| {

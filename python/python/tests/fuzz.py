@@ -4,6 +4,7 @@ A call may succeed, or raise an exception with one clear line. A crash of the in
 line end the program with a status other than 0.
 """
 
+import os
 import random
 import resource
 import sys
@@ -273,6 +274,8 @@ class Fuzzer:
 def main(seed, calls):
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
     with tempfile.TemporaryDirectory() as folder:
+        # Some logs have relative paths.
+        os.chdir(folder)
         fuzzer = Fuzzer(seed, Path(folder))
         for _ in range(calls):
             fuzzer.together() if fuzzer.rng.random() < 0.02 else fuzzer.one()

@@ -13,7 +13,6 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::PyBytes;
-use terminal::in_one_line;
 
 use super::external_agent::{self, ExternalAgents};
 use super::memory::check_memory;
@@ -133,7 +132,6 @@ impl EnvironmentBatch {
             "decide" => Level::Decide,
             "drive" => Level::Drive,
             other => {
-                let other = in_one_line(other);
                 let text = format!("level: there is no '{other}'; use 'decide' or 'drive'");
                 return Err(scenario_error(text));
             }
