@@ -1,5 +1,7 @@
 //! Whole teams without processes.
 
+mod wire;
+
 use crate::testkit::check_mission;
 
 #[test]

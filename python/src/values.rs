@@ -245,12 +245,12 @@ impl Message {
         progress: u32,
         position: Option<(f32, f32)>,
         carrying: bool,
-        content: Option<Vec<u8>>,
+        content: Option<&[u8]>,
     ) -> PyResult<Self> {
         let body = match content {
             Some(bytes) => BroadcastContent::Allocation(AllocationMessage::Open(OpenMessage {
                 schema: String::new(),
-                bytes,
+                bytes: bytes.to_vec(),
             })),
             None => BroadcastContent::Heartbeat(Heartbeat {
                 state: state_named(state)?,

@@ -38,6 +38,7 @@ mod kubernetes;
 mod learning;
 mod liars;
 mod machines;
+mod node_agent;
 mod observe;
 mod observed;
 mod on_time;

@@ -257,9 +257,18 @@ fn a_controller_that_breaks_a_rule_is_dismissed_and_the_run_continues() {
         let program = include_str!("../python/agent.py");
         let changed = program.replace(from, to);
         assert_ne!(changed, program);
-        lab.write("changed.py", changed);
+        // The program reads the schema by its own place.
+        for folder in ["tests/python", "docs"] {
+            fs::create_dir_all(lab.path(folder)).unwrap();
+        }
+        lab.write("tests/python/changed.py", changed);
+        lab.write(
+            "docs/wire.schema.json",
+            include_str!("../../docs/wire.schema.json"),
+        );
         lab.write("changed.toml", format!("{gold_only}{faults}"));
-        let command = format!("--controller=agent={} changed.py", python.display());
+        let python = python.display();
+        let command = format!("--controller=agent={python} tests/python/changed.py");
         let arguments = ["changed.toml", "--limit=10", &command];
         lab.mission("run", arguments).expect(1);
         lab.assert_repeated("run");

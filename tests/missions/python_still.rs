@@ -7,13 +7,13 @@
 //! The Python program also reads and writes every message of the fuzz corpora.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use alliance_tests::damage::corpus;
 use alliance_tests::harness::Lab;
 use alliance_tests::python::{python, run};
 use alliance_tests::runs;
+use alliance_tests::testkit::in_repository;
 use in_process::{Team, joins_of};
 use missions::Registry;
 use proto::team::{Broadcast, BroadcastContent};
@@ -133,15 +133,13 @@ fn still_and_listener_in_rust_have_the_hashes_of_the_python_versions() {
     }
 }
 
-/// Runs a controller by the plain Python program with each seed, and compares the hashes. Its answers to the log of
-/// `run-1` must be the same.
+/// Runs a controller by a program with each seed, and compares the hashes. Its answers to the log of `run-1` must be the
+/// same.
 #[track_caller]
-fn run_by_program(lab: &Lab, python: &Path, controller: &str) {
+pub fn run_by_program(lab: &Lab, program: &str, controller: &str) {
     let expected = &expected()[controller];
     lab.write("mine.toml", expected.text());
-    let (python, script) = (python.display(), script());
-    let program = format!("{python} {} --controller {controller}", script.display());
-    let command = format!("--controller={controller}={program}");
+    let command = format!("--controller={controller}={program} --controller {controller}");
     for (seed, hash) in &expected.hashes {
         let (out, seed) = (format!("run-{seed}"), seed.to_string());
         let arguments = ["mine.toml", "--seed", &seed, &command];
@@ -155,20 +153,31 @@ fn run_by_program(lab: &Lab, python: &Path, controller: &str) {
     lab.run(["replay", "run-1", &command]).expect(0);
 }
 
+/// Returns the words of the plain Python program; `None` if the test may be skipped.
+pub fn program() -> Option<String> {
+    let script = in_repository("tests/python/agent.py");
+    python(&MODULES).map(|python| format!("{} {}", python.display(), script.display()))
+}
+
 #[test]
 fn still_in_plain_python_has_the_same_hash() {
-    if let Some(python) = python(&MODULES) {
-        run_by_program(&Lab::new(), &python, "still");
+    if let Some(program) = program() {
+        run_by_program(&Lab::new(), &program, "still");
     }
 }
 
 #[test]
 fn listener_in_plain_python_has_the_same_hash_under_link_faults() {
-    let Some(python) = python(&MODULES) else {
-        return;
-    };
+    if let Some(program) = program() {
+        check_listener(&program);
+    }
+}
+
+/// Runs the listener by a program, and checks that each effect of links applies to its messages.
+#[track_caller]
+pub fn check_listener(program: &str) {
     let lab = Lab::new();
-    run_by_program(&lab, &python, "listener");
+    run_by_program(&lab, program, "listener");
     for seed in expected()["listener"].hashes.keys() {
         let mut rows = lab
             .log(&format!("run-{seed}"))
@@ -180,10 +189,6 @@ fn listener_in_plain_python_has_the_same_hash_under_link_faults() {
             assert!(applies, "{delivery} applies to no message");
         }
     }
-}
-
-fn script() -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("python/agent.py")
 }
 
 /// Writes every message of the corpus to files, by the program's type names.

@@ -2,7 +2,8 @@
 reports that it is idle.
 
     agent.py [--robot NAME] [--run ID]       control the robot; or start it by `alliance run --controller still='python3 agent.py'`
-             [--controller listener]               turn by the received messages, so that they affect the run's hash
+             [--controller listener]        turn by the received messages, so that they affect the run's hash
+             [--controller worker]          work in the mission service
     agent.py --check TYPE FILE…              decode and encode messages
 
 Needs the packages eclipse-zenoh and xxhash.
@@ -24,113 +25,13 @@ import time
 import xxhash
 import zenoh
 
-VERSION = 13
-
-# The structs with their fields in order, "NAME TYPE". TYPE is a number type, bool, str, bytes or another type; [T] is a list, ?T an option.
-STRUCTS = {
-    "JoinRequest": "version u32, robot str, pid u32, nonce u128",
-    "Welcome": "robot u16, incarnation u32, first_tick u64, setup str, pairs ?[u128]",
-    "TickMessage": "incarnation u32, tick u64, now u64, last_counted ?u64, manifest [ManifestEntry], held [u16], readings Readings",
-    "ManifestEntry": "sender u16, tick u64, incarnation u32, count u16, link ?LinkState",
-    "LinkState": "cut bool, hold bool, drop u64, delay u64, jitter u64, duplicate u64, reorder u64,"
-    " blocked bool, fade u64, corrupt u64, checksum bool",
-    "TaskOffer": "robot u16, behavior u16, task u16, utility f64",
-    "Readings": "pose ?Pose, front_border ??f32, side_border ??f32, proximity ?Proximity, ground ?Ground, energy_j ?f32, mission SensorReading",
-    "Pose": "position Vec2, heading_rad f32",
-    "Hit": "distance_m f32, normal_rad f32",
-    "Proximity": "ahead 3Hit, left 3Hit, right 3Hit",
-    "Ground": "here f32, ahead f32",
-    "ItemsReading": "items ?[Vec2], zone ?Zone, at_site ?bool, holding ?bool",
-    "Actuation": "speed_m_s f32, turn_rad_s f32, action Action",
-    "ItemsAction": "gripper Gripper, report bool",
-    "Report": "robot u16, incarnation u32, tick u64, actuation Actuation, broadcasts u16, broadcast_bytes u32, active ?u16,"
-    " motivations [Motivation], allocation [AllocationRow], changes [StateChange], notes [Note], receptions [Reception]",
-    "Motivation": "set u16, motivation f64, impatience f64, sensory_feedback bool, activity_suppression bool, impatience_reset bool,"
-    " acquiescence bool, state BehaviorState",
-    "AllocationRow": "task u16, behavior u16, utility f64, holder ?u16, state BehaviorState",
-    "StateChange": "set u16, from BehaviorState, to BehaviorState, reason Reason",
-    "Note": "kind u32, detail str",
-    "Reception": "at u64, sender u16, incarnation u32, sent u64, delivery Delivery, content ?BroadcastSummary",
-    "BroadcastSummary": "seq u64, kind BroadcastKind, state ?TaskState, since ?u64, set ?u16, task ?u16, progress ?u32",
-    "Broadcast": "sender u16, incarnation u32, tick u64, index u16, seq u64, sent u64, body BroadcastContent",
-    "Heartbeat": "state TaskState, since u64, set ?u16, task ?u16, progress u32, position ?Vec2, carrying bool, shared_knowledge SharedKnowledge",
-    "Bulletin": "kind BulletinKind, about ?BulletinSubject, payload Payload",
-    "BulletinSubject": "task u16, set u16, progress u32",
-    "ItemsKnowledge": "locations ?FactLocations, withdrawn [Withdrawal], empty [Empty], loose [FactLooseItem], last_report ?FactNothing",
-    "Locations": "min Vec2, max Vec2",
-    "Withdrawal": "finder u16, seen u64",
-    "LooseItem": "at Vec2, present bool",
-    "OpenMessage": "schema str, bytes bytes",
-    "Eligibility": "entries [EligibleTask]",
-    "EligibleTask": "task u16, round u64, utility f32",
-    "Negotiation": "task u16, round u64, auction AuctionId, word NegotiationKind",
-    "AuctionId": "auctioneer u16, incarnation u32, number u32",
-    "BidTable": "block u16, slot u16, beliefs [TableEntry], news [TimeStamp]",
-    "TableEntry": "task u16, round u64, claim ?WinningBid",
-    "WinningBid": "robot u16, value f32",
-    "TimeStamp": "robot u16, age_ms u32",
-    "Deltas": "entries [BidChange]",
-    "BidChange": "belief TableEntry, slot u16, made u64",
-    "CoalitionPartition": "evolution u64, stamp f64, part u16, parts u16, members [CoalitionMember]",
-    "CoalitionMember": "robot u16, task u16, seen u64",
-    "AuctionBid": "auction u32, bid ?CostBid, block u16, awards [Award]",
-    "CostBid": "task u16, slot u16, cost f32",
-    "Award": "round u64, auction u32, bid CostBid",
-    "MatrixPart": "rows [MatrixRow], versions [RowVersion]",
-    "MatrixRow": "version RowVersion, entries [EligibleTask]",
-    "RowVersion": "robot u16, made ?u64, seen u64",
-    "Awareness": "block u16, costs [TaskCost]",
-    "TaskCost": "task u16, cost_s f64, worth f64",
-}
-# A fact is a value with its observer and time. The wire format has no names for these types.
-FACTS = {"FactLocations": "Locations", "FactLooseItem": "LooseItem", "FactFlag": "bool", "FactNothing": "nothing"}
-STRUCTS |= {name: f"value {of}, seen_by u16, seen u64" for name, of in FACTS.items()}
-TUPLES = {"Vec2": "x f32, y f32", "Empty": "source u16, fact FactFlag"}
-
-# The enums with their variants in order, each with its content: a type, or fields in brackets.
-ENUMS = {
-    "JoinReply": "Welcome Welcome, Refused Refusal",
-    "Refusal": "UnknownRobot (robot str; known [str]), Taken (robot str; incarnation u32), Version (agent u32; world u32),"
-    " Absent (robot str), Malformed, Over",
-    "ToAgent": "Tick TickMessage, End Outcome, Dismissed u32, Informed (0 TickMessage; 1 [TaskOffer])",
-    "Outcome": "complete, time-limit, interrupted, no-robot-left, expired",
-    "SensorReading": "nothing, items ItemsReading, open bytes",
-    "Zone": "None, Source, Target",
-    "Action": "nothing, items ItemsAction, open bytes",
-    "Gripper": "Keep, Pick, Drop",
-    "BehaviorState": "Hibernating, Waiting, Active",
-    "Reason": "Threshold, NotApplicable, Suppressed, ResetBy u16, AcquiescedPsi, GaveUpLambda, Arbitration, WaitOver, WaitBound, Chosen,"
-    " Reassigned, Claimed, Outbid, Awarded, LeaseEnded, NoProgress, Drawn",
-    "Delivery": "Received, Lost, Delayed, Duplicate, Dropped, Cut, Pending, Faded, Blocked, Corrupted, Damaged",
-    "BroadcastKind": "Heartbeat, FirstBulletin, SecondBulletin, Allocation",
-    "TaskState": "Executing, Waiting, Idle, Released",
-    "BroadcastContent": "Heartbeat Heartbeat, Bulletin Bulletin, Allocation AllocationMessage",
-    "BulletinKind": "First, Second",
-    "SharedKnowledge": "nothing, items ItemsKnowledge, open bytes",
-    "Payload": "items ItemsBulletin, open bytes",
-    "ItemsBulletin": "PositionUpdate FactLocations, Withdrawal Withdrawal",
-    "AllocationMessage": "Open OpenMessage, Ble Eligibility, Murdoch Negotiation, Table BidTable, Deltas Deltas, Partition CoalitionPartition,"
-    " Ssi AuctionBid, Dhba MatrixPart, Impacts BidTable, Awareness Awareness",
-    "NegotiationKind": "Announce (closes u64), Bid (utility f32), Renew (winner u16), Ack (status ContractStatus; progress u32)",
-    "ContractStatus": "Ongoing, Done, Abort",
-}
-
-
-def parsed(lists):
-    return {name: pairs(text, ", ") for name, text in lists.items()}
-
-
-def pairs(text, separator):
-    """Splits a list into names and types. A missing type is ""."""
-    each = (part.partition(" ") for part in text.split(separator))
-    return [(name, of) for name, _, of in each]
-
-
-STRUCTS, TUPLES, ENUMS = parsed(STRUCTS), parsed(TUPLES), parsed(ENUMS)
+# The types of the messages, as docs/WIRE.md describes them.
+SCHEMA = json.loads(pathlib.Path(__file__).parents[2].joinpath("docs/wire.schema.json").read_text())
+TYPES, VERSION = SCHEMA["types"], SCHEMA["version"]
 
 
 class Reader:
-    """Decodes a message. A struct becomes a dict, a variant a pair of name and content."""
+    """Decodes a message. A struct becomes a dict, a variant a pair of name and content, an option of an option `None` or a tuple of one."""
 
     def __init__(self, data):
         self.data, self.at = data, 0
@@ -144,7 +45,7 @@ class Reader:
 
     def number(self, bits=64):
         first = self.take(1)[0]
-        if first <= 250:
+        if first <= 250 or bits == 8:
             return first
         width = 2 << (first - 251)
         if 8 * width > min(bits, 128):
@@ -158,32 +59,39 @@ class Reader:
         return bool(first)
 
     def value(self, of):
-        if of in STRUCTS:
-            return {name: self.value(kind) for name, kind in STRUCTS[of]}
-        if of in TUPLES:
-            return tuple(self.value(kind) for _, kind in TUPLES[of])
-        if of in ENUMS:
-            name, kind = ENUMS[of][self.number(32)]
-            if kind[:1] != "(":
-                return (name, self.value(kind))
-            return (name, {field: self.value(each) for field, each in pairs(kind[1:-1], "; ")})
-        if of in ("", "nothing"):
-            return None
-        if of[0] == "?":
-            return self.some(of[1:]) if self.flag() else None
-        if of[0] == "[":
-            return [self.value(of[1:-1]) for _ in range(self.number())]
-        if of == "3Hit":
-            return [self.value("?Hit") for _ in range(3)]
-        if of in ("str", "bytes"):
+        if isinstance(of, dict):
+            ((form, parts),) = of.items()
+            return getattr(self, form)(parts)
+        if of in TYPES:
+            return self.value(TYPES[of])
+        if of in ("text", "bytes"):
             data = self.take(self.number())
-            return data.decode() if of == "str" else data
+            return data.decode() if of == "text" else data
         if of in ("f32", "f64"):
             return struct.unpack("<f" if of == "f32" else "<d", self.take(4 if of == "f32" else 8))[0]
         return self.flag() if of == "bool" else self.number(int(of[1:]))
 
-    def some(self, of):
-        return (self.value(of),) if of[0] == "?" else self.value(of)
+    def struct(self, fields):
+        return {field["name"]: self.value(field["type"]) for field in fields}
+
+    def enum(self, variants):
+        variant = variants[self.number(32)]
+        return variant["name"], variant["content"] and self.value(variant["content"])
+
+    def option(self, of):
+        if not self.flag():
+            return None
+        return (self.value(of),) if is_option(of) else self.value(of)
+
+    def list(self, of):
+        return [self.value(of) for _ in range(self.number())]
+
+    def tuple(self, parts):
+        return tuple(self.value(part) for part in parts)
+
+
+def is_option(of):
+    return isinstance(of, dict) and "option" in of
 
 
 def number(value):
@@ -195,31 +103,27 @@ def number(value):
 
 def encode(of, value):
     """Encodes a message."""
-    if of in STRUCTS:
-        return b"".join(encode(kind, value[name]) for name, kind in STRUCTS[of])
-    if of in TUPLES:
-        return b"".join(encode(kind, each) for (_, kind), each in zip(TUPLES[of], value))
-    if of in ENUMS:
-        name, contents = value
-        index = [variant for variant, _ in ENUMS[of]].index(name)
-        kind = ENUMS[of][index][1]
-        if kind[:1] == "(":
-            return number(index) + b"".join(encode(each, contents[field]) for field, each in pairs(kind[1:-1], "; "))
-        return number(index) + encode(kind, contents)
-    if of in ("", "nothing"):
-        return b""
-    if of[0] == "?":
-        return b"\0" if value is None else b"\1" + encode(of[1:], value[0] if of[1] == "?" else value)
-    if of[0] == "[":
-        return number(len(value)) + b"".join(encode(of[1:-1], each) for each in value)
-    if of == "3Hit":
-        return b"".join(encode("?Hit", each) for each in value)
-    if of in ("str", "bytes"):
-        data = value.encode() if of == "str" else value
+    if isinstance(of, dict):
+        ((form, parts),) = of.items()
+        if form == "struct":
+            return b"".join(encode(field["type"], value[field["name"]]) for field in parts)
+        if form == "tuple":
+            return b"".join(map(encode, parts, value))
+        if form == "list":
+            return number(len(value)) + b"".join(encode(parts, each) for each in value)
+        if form == "option":
+            return b"\0" if value is None else b"\1" + encode(parts, value[0] if is_option(parts) else value)
+        index = next(index for index, variant in enumerate(parts) if variant["name"] == value[0])
+        content = parts[index]["content"]
+        return number(index) + (encode(content, value[1]) if content else b"")
+    if of in TYPES:
+        return encode(TYPES[of], value)
+    if of in ("text", "bytes"):
+        data = value.encode() if of == "text" else value
         return number(len(data)) + data
     if of in ("f32", "f64"):
         return struct.pack("<f" if of == "f32" else "<d", value)
-    return bytes([value]) if of == "bool" else number(value)
+    return bytes([value]) if of in ("bool", "u8") else number(value)
 
 
 def decode(of, data):
@@ -391,7 +295,82 @@ class Listener(Still):
         return actuation | {"turn_rad_s": digest % 128 / 128}, messages
 
 
-CONTROLLERS = {"still": Still, "listener": Listener}
+def direction(angle):
+    """Returns cosine and sine by additions and multiplications alone, which have the same bits on every machine."""
+    x = angle / 8
+    xx = x * x
+    cos = 1 - (xx / 2) * (1 - (xx / 12) * (1 - (xx / 30) * (1 - xx / 56)))
+    sin = x * (1 - (xx / 6) * (1 - (xx / 20) * (1 - (xx / 42) * (1 - xx / 72))))
+    for _ in range(3):
+        cos, sin = cos * cos - sin * sin, 2 * cos * sin
+    return cos, sin
+
+
+class Worker(Still):
+    """A controller for the mission service. It goes straight to the nearest open point that it knows, and works there."""
+
+    #: The most facts that fit into a heartbeat.
+    SHARED_MAX = 20
+
+    def __init__(self, me, setup):
+        super().__init__(me, setup)
+        self.reach_m = setup["scenario"]["service"]["reach_m"]
+        # Observed facts by point, and the last line of the board.
+        self.known, self.line = {}, None
+
+    def step(self, now, readings, broadcasts):
+        self.learn(now, readings, broadcasts)
+        actuation, messages = super().step(now, readings, broadcasts)
+        work = None
+        pose = readings["pose"]
+        target = pose and self.nearest(*pose["position"])
+        if target:
+            x, y = (place - mine for place, mine in zip(target["at"], pose["position"]))
+            cos, sin = direction(pose["heading_rad"])
+            ahead, left = x * cos + y * sin, y * cos - x * sin
+            if x * x + y * y < 0.81 * self.reach_m * self.reach_m:
+                work = target["point"]
+            elif abs(left) > 0.2 * ahead:
+                actuation |= {"turn_rad_s": -1.0 if left < 0 else 1.0}
+            else:
+                actuation |= {"speed_m_s": 0.25, "turn_rad_s": left / ahead}
+        action = encode("service::Action", {"work": work, "read": self.line})
+        return actuation | {"action": ("open", action)}, messages
+
+    def learn(self, now, readings, broadcasts):
+        """Learns from the board and from the shared knowledge of teammates."""
+        for broadcast in broadcasts:
+            kind, body = broadcast["body"]
+            if kind == "Heartbeat" and body["shared_knowledge"][0] == "open":
+                for news in decode({"list": "service::ObservedFact"}, body["shared_knowledge"][1]):
+                    self.merge(news)
+        form, content = readings["mission"]
+        reading = decode("service::SensorReading", content) if form == "open" else {"points": None, "board_line": None}
+        for fact in reading["points"] or []:
+            self.merge({"fact": fact, "sensed": now})
+        if reading["board_line"] is not None:
+            self.line = reading["board_line"]
+
+    def merge(self, news):
+        age = lambda observed: (observed["fact"]["round"], observed["sensed"])
+        old = self.known.get(news["fact"]["point"])
+        if old is None or age(news) > age(old):
+            self.known[news["fact"]["point"]] = news
+
+    def nearest(self, x, y):
+        def distance(fact):
+            dx, dy = fact["at"][0] - x, fact["at"][1] - y
+            return dx * dx + dy * dy, fact["point"]
+
+        free = (known["fact"] for known in self.known.values() if known["fact"]["left_s"] > 0)
+        return min(free, key=distance, default=None)
+
+    def heartbeat(self, readings):
+        shared = [self.known[point] for point in sorted(self.known)][: self.SHARED_MAX]
+        return super().heartbeat(readings) | {"shared_knowledge": ("open", encode({"list": "service::ObservedFact"}, shared))}
+
+
+CONTROLLERS = {"still": Still, "listener": Listener, "worker": Worker}
 
 
 class Links:
@@ -458,7 +437,7 @@ class Links:
         if link is None:
             return "Received", None, now, False, broadcast
         stream = 3 << 32 | broadcast["sender"] << 16 | self.rank
-        number = [kind for kind, _ in ENUMS["BroadcastKind"]].index(kind)
+        number = [variant["name"] for variant in TYPES["BroadcastKind"]["enum"]].index(kind)
         block = broadcast["tick"] << 19 | number << 16 | index
         drop, jitter, duplicate, reorder, fade, *_ = chacha8(self.seed, stream, block)
         delay = link["delay"] + ((link["jitter"] + 1) * jitter >> 32)
@@ -653,7 +632,7 @@ def live(robot, run, controller):
         if name == "Dismissed" and contents == agent.incarnation:
             sys.exit("dismissed")
         if name in ("Tick", "Informed"):
-            agent.process_tick(contents if name == "Tick" else contents["0"])
+            agent.process_tick(contents if name == "Tick" else contents[0])
 
 
 def main(words):

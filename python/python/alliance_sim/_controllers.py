@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ._engine import Message, Set, Stream
+from ._plain import shown
 
 #: Maximum length of a controller's own message, bytes.
 MESSAGE_MAX = 1200
@@ -216,7 +217,7 @@ class Action:
             try:
                 value = float(value)
             except (TypeError, ValueError):
-                raise TypeError(f"Action: {name} is {value!r}, which is not a finite number") from None
+                raise TypeError(f"Action: {name} is {shown(value)}, which is not a finite number") from None
             if value - value != 0.0:
                 raise ValueError(f"Action: {name} is {value}, which is not a finite number")
 
@@ -250,7 +251,7 @@ def parameters_of(controller: type[Controller]) -> dict[str, tuple[float, float,
         try:
             default, least, greatest = map(float, declared)
         except (TypeError, ValueError):
-            raise TypeError(f"{controller.__name__}.parameters: {key} is {declared!r}; write (default, least, greatest)") from None
+            raise TypeError(f"{controller.__name__}.parameters: {key} is {shown(declared)}; write (default, least, greatest)") from None
         if not (math.isfinite(least) and math.isfinite(greatest) and least <= default <= greatest):
             raise TypeError(f"{controller.__name__}.parameters: {key}: {default} is not between {least} and {greatest}")
         checked[key] = (default, least, greatest)

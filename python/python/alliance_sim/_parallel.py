@@ -13,7 +13,7 @@ from gymnasium.utils import EzPickle
 from pettingzoo import ParallelEnv as Parallel
 
 from ._engine import BOUND
-from ._plain import whole
+from ._plain import shown, whole
 from ._run import Controller, Scenario
 from ._vector import DRAWN_MAX, SEED_MAX, Event, Reward, VecEnv
 
@@ -165,14 +165,14 @@ class ParallelEnv(Parallel, EzPickle):
                 try:
                     number = operator.index(action)
                 except TypeError:
-                    raise TypeError(f"action of '{agent}': {action!r} is not a whole number") from None
+                    raise TypeError(f"action of '{agent}': {shown(action)} is not a whole number") from None
                 array[0, rank] = number
                 mask = self._vec.action_mask[0, rank]
                 masked[agent] = 0 <= number < len(mask) and not mask[number]
                 continue
             numbers = np.asarray(action)
             if numbers.shape != (4,) or numbers.dtype.kind not in "fiu":
-                raise ValueError(f"action of '{agent}': {action!r} is not an array of four numbers")
+                raise ValueError(f"action of '{agent}': {shown(action)} is not an array of four numbers")
             array[0, rank] = numbers
         return masked
 
@@ -181,7 +181,7 @@ class ParallelEnv(Parallel, EzPickle):
         try:
             return float(reward)
         except (TypeError, ValueError):
-            raise TypeError(f"reward: the function returned {reward!r}, which is not a number") from None
+            raise TypeError(f"reward: the function returned {shown(reward)}, which is not a number") from None
 
     def state(self) -> np.ndarray:
         """Returns the state for a centralized critic: mission.csv's columns, then x, y and heading of each robot."""

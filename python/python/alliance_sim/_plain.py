@@ -13,15 +13,24 @@ import numpy as np
 from ._engine import ScenarioError
 
 
+def shown(value: Any) -> str:
+    """Returns a value for an error message: its `repr` in one line of at most 80 characters."""
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:
+        text = object.__repr__(value)
+    return text if len(text) <= 80 else f"{text[:79]}…"
+
+
 def whole(value: Any, name: str, least: int, most: int = 2**63 - 1) -> int:
     """Returns a whole number, also of NumPy. Raises `ScenarioError` with the name of the argument for any other value."""
     try:
         number = operator.index(value)
     except TypeError:
-        raise ScenarioError(f"{name}: {value!r} is not a whole number") from None
+        raise ScenarioError(f"{name}: {shown(value)} is not a whole number") from None
     if not least <= number <= most:
         limits = f"from {least} to {most}" if number > most else f"at least {least}"
-        raise ScenarioError(f"{name}: {number} is out of range; it must be {limits}")
+        raise ScenarioError(f"{name}: {shown(number)} is out of range; it must be {limits}")
     return number
 
 
@@ -37,7 +46,7 @@ def plain(value: Any, at: str) -> Any:
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str):
-                raise ScenarioError(f"{at}: the key {key!r} is not a text; write the keys as texts")
+                raise ScenarioError(f"{at}: the key {shown(key)} is not a text; write the keys as texts")
         return {str(key): plain(below, f"{at}.{key}") for key, below in value.items()}
     if isinstance(value, list | tuple):
         return [plain(below, f"{at}[{index}]") for index, below in enumerate(value)]
@@ -45,7 +54,7 @@ def plain(value: Any, at: str) -> Any:
         return value
     if isinstance(value, int):
         if not -(2**63) <= value < 2**63:
-            raise ScenarioError(f"{at}: {value} is out of range; write a number from -2^63 to 2^63 - 1")
+            raise ScenarioError(f"{at}: {shown(value)} is out of range; write a number from -2^63 to 2^63 - 1")
         return value
     if isinstance(value, float):
         if not math.isfinite(value):

@@ -14,7 +14,7 @@ from typing import Any
 
 from ._controllers import Agent, Allocator
 from ._engine import AllianceError, ScenarioError
-from ._plain import plain, whole
+from ._plain import plain, shown, whole
 from ._results import Results, load
 from ._run import name_of
 
@@ -93,7 +93,7 @@ def _with_absolute_paths(plan: dict[str, Any]) -> dict[str, Any]:
 def _file_of(controller: type) -> Path:
     """Returns the file of a class, which another process can import."""
     if not (isinstance(controller, type) and issubclass(controller, (Allocator, Agent))):
-        raise ScenarioError(f"controllers: {controller!r} is not a class derived from Allocator or Agent")
+        raise ScenarioError(f"controllers: {shown(controller)} is not a class derived from Allocator or Agent")
     file = getattr(sys.modules.get(controller.__module__), "__file__", None)
     if file is None or not file.endswith(".py") or controller.__qualname__ != controller.__name__:
         raise ScenarioError(

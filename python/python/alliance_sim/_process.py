@@ -9,6 +9,7 @@ from typing import NoReturn
 from . import _engine
 from ._engine import ScenarioError
 from ._controllers import Agent, Allocator
+from ._plain import shown
 from ._run import name_of
 
 USAGE = """\
@@ -29,7 +30,7 @@ def main(controller: type[Allocator] | type[Agent]) -> NoReturn:
     like any other: `kill -9` is a crash, SIGSTOP a silence.
     """
     if not (isinstance(controller, type) and issubclass(controller, (Allocator, Agent))):
-        raise TypeError(f"main: {controller!r} is not a class derived from Allocator or Agent")
+        raise TypeError(f"main: {shown(controller)} is not a class derived from Allocator or Agent")
     if {"-h", "--help"} & set(sys.argv[1:]):
         print(USAGE.format(program=os.path.basename(sys.argv[0]), controller=name_of(controller)))
         raise SystemExit(0)

@@ -14,7 +14,7 @@ from . import _engine
 from ._engine import ControllerError, ScenarioError
 from ._controllers import Agent, Allocator
 from ._isolation import SharedVariables
-from ._plain import plain, whole
+from ._plain import plain, shown, whole
 from ._results import Results, load
 
 #: Controller of a robot: a class, or the name of a built-in allocator.
@@ -109,7 +109,7 @@ def asked(
     document = json.dumps(plain(scenario, "scenario")) if isinstance(scenario, Mapping) else None
     words = ["run"] if scenario is None or document else ["run", os.fspath(scenario)]
     if controllers is not None and not isinstance(controllers, Mapping):
-        raise ScenarioError(f"controllers: {controllers!r} is not a dict; write {{'*': …}} for all robots")
+        raise ScenarioError(f"controllers: {shown(controllers)} is not a dict; write {{'*': …}} for all robots")
     seed = whole(seed, "seed", 0, 2**64 - 1)
     robots = None if robots is None else whole(robots, "robots", 1)
     size = None if size is None else whole(size, "size", 1)
@@ -142,7 +142,7 @@ def _named(controllers: Mapping[str, Controller]) -> list[tuple[str, str, type |
             named.append((robot, name, controller))
         else:
             raise ScenarioError(
-                f"controllers: {controller!r} of '{robot}' is neither a class derived from Allocator or Agent nor the name of an allocator"
+                f"controllers: {shown(controller)} of '{robot}' is neither a class derived from Allocator or Agent nor the name of an allocator"
             )
     return named
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import _engine
-from ._plain import whole
+from ._plain import shown, whole
 from ._run import Controller, Scenario, asked
 from ._spaces import AutoresetMode, VectorEnv, batch_spaces
 
@@ -79,7 +79,7 @@ class VecEnv(VectorEnv):
         envs, threads = whole(envs, "envs", 1), whole(threads, "threads", 1)
         ticks = None if ticks is None else whole(ticks, "ticks", 1)
         if render_mode not in (None, "rgb_array"):
-            raise _engine.ScenarioError(f"render_mode: there is no '{render_mode}'; use 'rgb_array' or None")
+            raise _engine.ScenarioError(f"render_mode: there is no {shown(render_mode)}; use 'rgb_array' or None")
         request = asked(scenario, controllers, 0, faults, robots, size, limit)
         self._worlds = _engine.EnvironmentBatch(request, level, (period_s, ticks), (envs, threads), render_mode is not None)
         self.level, self.auto_reset, self.copy, self.render_mode = level, auto_reset, copy, render_mode
@@ -87,12 +87,13 @@ class VecEnv(VectorEnv):
         self.num_envs = envs
         self.agents: list[str] = self._worlds.agents
         _, width, features, actions = self._worlds.shape
-        self.observation = np.zeros((envs, width, features), np.float32)
-        self.action_mask = np.zeros((envs, width, actions), np.int8)
-        self.alive = np.zeros((envs, width), np.int8)
-        self.reward = np.zeros(envs, np.float32)
+        # Views, because NumPy can resize an array that owns its memory, and the parts below would keep the old memory.
+        self.observation = np.zeros((envs, width, features), np.float32)[...]
+        self.action_mask = np.zeros((envs, width, actions), np.int8)[...]
+        self.alive = np.zeros((envs, width), np.int8)[...]
+        self.reward = np.zeros(envs, np.float32)[...]
         #: By environment: 0 running, 1 complete or no robot left, 2 time limit.
-        self.done = np.zeros(envs, np.int8)
+        self.done = np.zeros(envs, np.int8)[...]
         # One part per thread.
         arrays, size = (self.observation, self.action_mask, self.alive, self.reward, self.done), self._worlds.part_size
         self._parts = [tuple(array[at : at + size] for array in arrays) for at in range(0, envs, size)]
@@ -165,7 +166,7 @@ class VecEnv(VectorEnv):
         actions = self._checked(actions)
         if not self._is_running:
             raise RuntimeError("call reset() first")
-        is_over = self._worlds.step(actions, self.auto_reset)
+        is_over = self._advance(actions)
         # The arrays still have the mask of these actions, which the engine has found to be in range.
         masked = self.action_mask.reshape(-1)[self._first_action + actions] == 0 if self.level == "decide" else None
         self._update_arrays()
@@ -183,8 +184,16 @@ class VecEnv(VectorEnv):
         """Makes one step like `step`, with an array of the right shape and type, and without results: the arrays of the environment have them."""
         if not self._is_running:
             raise RuntimeError("call reset() first")
-        self._worlds.step(actions, self.auto_reset)
+        self._advance(actions)
         self._update_arrays()
+
+    def _advance(self, actions: np.ndarray) -> bool:
+        """Steps the engine. Ctrl-C ends the episodes, because it leaves some environments without the step."""
+        try:
+            return self._worlds.step(actions, self.auto_reset)
+        except KeyboardInterrupt:
+            self._is_running = False
+            raise
 
     def _checked(self, actions: Any) -> np.ndarray:
         given = actions if type(actions) is np.ndarray else np.asarray(actions)

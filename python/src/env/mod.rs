@@ -7,6 +7,7 @@
 
 mod external_agent;
 mod features;
+mod interrupt;
 mod memory;
 mod part;
 mod threads;

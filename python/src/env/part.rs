@@ -4,7 +4,11 @@ use in_process::Workspaces;
 use proto::tick::Outcome;
 use pyo3::prelude::*;
 
+use super::interrupt::Watch;
 use super::world::{Common, DRIVE_ACTION_LEN, Environment};
+
+/// The duration of a reset in ticks.
+const TICKS_PER_RESET: u32 = 64;
 
 /// A contiguous range of a batch's environments.
 pub struct BatchPart {
@@ -16,6 +20,7 @@ pub struct BatchPart {
     pub ends: Vec<EpisodeEnd>,
     /// The memory that the environments share, because they are stepped in turn.
     spaces: Workspaces,
+    watch: Watch,
 }
 
 /// The end of an episode whose environment has started another one in the same step.
@@ -81,6 +86,8 @@ impl BatchPart {
             },
             ends: Vec::new(),
             spaces: Workspaces::default(),
+            // The calling thread has the first part.
+            watch: Watch::new(first > 0),
         }
     }
 
@@ -91,6 +98,7 @@ impl BatchPart {
             let Some(seed) = seeds[self.first + at] else {
                 continue;
             };
+            self.watch.count(TICKS_PER_RESET, &common.interrupt)?;
             let place = &mut self.places[at];
             place.seed = seed;
             place.world.events.clear();
@@ -109,7 +117,10 @@ impl BatchPart {
             let number = self.first + at;
             let place = &mut self.places[at];
             place.act(common, number, actions);
-            self.observations.reward[at] = place.world.step(common, &mut self.spaces)? as f32;
+            self.observations.reward[at] =
+                place
+                    .world
+                    .step(common, &mut self.spaces, &mut self.watch)? as f32;
             let outcome = place.world.outcome;
             self.observations.done[at] = match outcome {
                 None => 0,

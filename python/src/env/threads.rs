@@ -1,14 +1,20 @@
 //! Worker threads for the parts of a batch. They wait between steps, because starting a thread takes as long as a step
 //! of a small batch.
 
-use std::sync::mpsc::{self, Receiver, SyncSender};
+use std::io;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::Duration;
 
 use pyo3::prelude::*;
 
+use super::interrupt::Interrupt;
 use super::part::BatchPart;
 use crate::errors::alliance_error;
+
+/// The time between two checks for Ctrl-C of a waiting thread.
+pub const BETWEEN_CHECKS: Duration = Duration::from_millis(20);
 
 /// The work on each part of a batch.
 pub type Work = Arc<dyn Fn(&mut BatchPart) -> PyResult<()> + Send + Sync>;
@@ -32,7 +38,12 @@ impl Threads {
     ///
     /// # Errors
     /// Returns the error of the first part that has one.
-    pub fn on_each(&mut self, parts: &[Arc<Mutex<BatchPart>>], work: &Work) -> PyResult<()> {
+    pub fn on_each(
+        &mut self,
+        parts: &[Arc<Mutex<BatchPart>>],
+        work: &Work,
+        interrupt: &Interrupt,
+    ) -> PyResult<()> {
         let [first, others @ ..] = parts else {
             return Ok(());
         };
@@ -41,7 +52,13 @@ impl Threads {
         let process = std::process::id();
         if threads.len() != others.len() || self.process != process {
             // A forked process has none of the threads of its parent.
-            threads = others.iter().map(Worker::start).collect();
+            let started: io::Result<Vec<Worker>> = others.iter().map(Worker::start).collect();
+            threads = started.map_err(|error| {
+                let count = parts.len();
+                alliance_error(format!(
+                    "threads: cannot start {count} threads: {error}; use fewer"
+                ))
+            })?;
             self.process = process;
         }
         for worker in &threads {
@@ -50,8 +67,7 @@ impl Threads {
         }
         let mut done = work(&mut lock(first));
         for worker in &threads {
-            let ended = |_| Err(alliance_error("a thread of the batch has panicked"));
-            done = done.and(worker.done.recv().unwrap_or_else(ended));
+            done = done.and(worker.result(interrupt));
         }
         self.workers = threads;
         done
@@ -59,19 +75,33 @@ impl Threads {
 }
 
 impl Worker {
-    fn start(part: &Arc<Mutex<BatchPart>>) -> Self {
+    /// Waits for the result of the work. Ctrl-C ends the work, not the wait.
+    fn result(&self, interrupt: &Interrupt) -> PyResult<()> {
+        let mut interrupted = Ok(());
+        loop {
+            match self.done.recv_timeout(BETWEEN_CHECKS) {
+                Ok(result) => return interrupted.and(result),
+                Err(RecvTimeoutError::Timeout) => interrupted = interrupted.and(interrupt.check()),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(alliance_error("a thread of the batch has panicked"));
+                }
+            }
+        }
+    }
+
+    fn start(part: &Arc<Mutex<BatchPart>>) -> io::Result<Self> {
         let part = Arc::clone(part);
         let (work, queue) = mpsc::sync_channel::<Work>(1);
         let (results, done) = mpsc::sync_channel(1);
-        thread::spawn(move || {
+        thread::Builder::new().spawn(move || {
             for work in queue {
                 let result = work(&mut lock(&part));
                 if results.send(result).is_err() {
                     return;
                 }
             }
-        });
-        Self { work, done }
+        })?;
+        Ok(Self { work, done })
     }
 }
 

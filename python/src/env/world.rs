@@ -25,6 +25,7 @@ use scenario::time::SimTime;
 
 use super::external_agent::{self, ExternalAgent, ExternalAgents, NAME};
 use super::features::{self, Row};
+use super::interrupt::{Interrupt, Watch};
 use crate::controller::FailureReaction;
 use crate::errors::{alliance_error, scenario_error};
 use crate::request::PreparedRun;
@@ -103,6 +104,7 @@ pub struct Common {
     registry: Registry,
     failure: FailureReaction,
     pub level: Level,
+    pub interrupt: Interrupt,
     /// The largest number of ticks in a step.
     period: u64,
     /// The externally controlled robots.
@@ -148,6 +150,7 @@ impl Common {
             registry,
             failure,
             level,
+            interrupt: Interrupt::default(),
             period,
             agents,
             renders,
@@ -353,13 +356,19 @@ impl Environment {
     }
 
     /// Executes ticks until the period is over, a set has ended, or the run has ended. Returns the reward of the team.
-    pub fn step(&mut self, common: &Common, spaces: &mut Workspaces) -> PyResult<f64> {
+    pub fn step(
+        &mut self,
+        common: &Common,
+        spaces: &mut Workspaces,
+        watch: &mut Watch,
+    ) -> PyResult<f64> {
         self.events.clear();
         if self.outcome.is_some() || self.team.is_none() {
             return Ok(0.0);
         }
         let mut reward = 0.0;
         for _ in 0..common.period {
+            watch.count(1, &common.interrupt)?;
             reward += self.tick(common, spaces)?;
             let mut agents = common.agents.iter();
             if self.outcome.is_some()

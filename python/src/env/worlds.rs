@@ -1,7 +1,9 @@
 //! A batch of environments as a Python class. Python copies actions into its arrays and observations out of them.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread;
+use std::time::Duration;
 
 use launch::Registry;
 use proto::event::EventLine;
@@ -15,7 +17,7 @@ use pyo3::types::PyBytes;
 use super::external_agent::{self, ExternalAgents};
 use super::memory::check_memory;
 use super::part::{Actions, BatchPart, Slot, actions, width};
-use super::threads::{Threads, Work, lock};
+use super::threads::{Threads, Work};
 use super::world::{Common, DRIVE_ACTION_LEN, Level, StepLength};
 use crate::errors::scenario_error;
 use crate::request::RunRequest;
@@ -66,7 +68,24 @@ impl EnvironmentBatch {
     ) -> PyResult<()> {
         let common = Arc::clone(&self.common);
         let work: Work = Arc::new(move |part| work(&common, part));
-        py.detach(|| lock(&self.threads).on_each(&self.parts, &work))
+        let interrupt = &self.common.interrupt;
+        py.detach(|| {
+            let mut threads = self.lock_threads()?;
+            interrupt.clear();
+            threads.on_each(&self.parts, &work, interrupt)
+        })
+    }
+
+    /// Waits until no other thread uses the batch. Ctrl-C ends the wait.
+    fn lock_threads(&self) -> PyResult<MutexGuard<'_, Threads>> {
+        loop {
+            match self.threads.try_lock() {
+                Ok(threads) => return Ok(threads),
+                Err(TryLockError::Poisoned(poisoned)) => return Ok(poisoned.into_inner()),
+                Err(TryLockError::WouldBlock) => Python::attach(|py| py.check_signals())?,
+            }
+            thread::sleep(Duration::from_millis(1));
+        }
     }
 
     /// Reads the actions of all agents in all environments, and checks their numbers and ranges.
