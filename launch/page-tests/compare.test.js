@@ -20,7 +20,7 @@ const leader = (a, b) => ahead([figuresOf(a), figuresOf(b)]);
 
 test("the figures of a run come from its view, its events and its messages", () => {
   const figures = figuresOf(model(3));
-  assert.deepEqual(figures, { done: 3, left: 21, finished_ms: null, isComplete: false, takeovers: 1, messages: 1234 });
+  assert.deepEqual(figures, { done: 3, left: 21, ended_ms: null, isComplete: false, takeovers: 1, messages: 1234 });
   assert.deepEqual(shown(figures), ["3", "21", "–", "1", "1,234"]);
   assert.deepEqual(shown(figuresOf(model(24, "complete", 342_550))).slice(0, 3), ["24", "0", "342.55 s"]);
   const countsNothing = { ...model(0), run: { mission: { columns: [] } } };

@@ -5,8 +5,8 @@ import { TOOK_OVER } from "./events.js";
 import { progress } from "./mission.js";
 
 /**
- * Returns the figures of a run: `{done, left, finished_ms, isComplete, takeovers, messages}`. `done` and `left` count
- * units of work and are null if the mission counts none. `finished_ms` is null before the end.
+ * Returns the figures of a run: `{done, left, ended_ms, isComplete, takeovers, messages}`. `done` and `left` count
+ * units of work and are null if the mission counts none. `ended_ms` is null before the end.
  */
 export function figuresOf(model) {
   const { view, run, events, broadcasts } = model;
@@ -16,7 +16,7 @@ export function figuresOf(model) {
   return {
     done: current?.done ?? null,
     left: current && sum("left"),
-    finished_ms: view.outcome === null ? null : view.now,
+    ended_ms: view.outcome === null ? null : view.now,
     isComplete: view.outcome === "complete",
     takeovers: events.filter(({ kind }) => kind === TOOK_OVER).length,
     messages: broadcasts,
@@ -31,7 +31,7 @@ export function ahead(figures) {
   const [a, b] = figures;
   const by = (difference, why) => (difference === 0 ? null : { index: difference > 0 ? 0 : 1, why });
   if (a.isComplete && b.isComplete) {
-    const gained_ms = b.finished_ms - a.finished_ms;
+    const gained_ms = b.ended_ms - a.ended_ms;
     return by(gained_ms, `complete ${seconds(Math.abs(gained_ms), 2)} earlier`);
   }
   if (a.isComplete || b.isComplete) return by(a.isComplete ? 1 : -1, "complete");
@@ -40,14 +40,14 @@ export function ahead(figures) {
 }
 
 /** Returns the figures as texts, in the order of {@link HEADINGS}. */
-export function shown({ done, left, finished_ms, takeovers, messages }) {
+export function shown({ done, left, ended_ms, takeovers, messages }) {
   return [
     done === null ? "–" : String(done),
     left === null ? "–" : String(left),
-    finished_ms === null ? "–" : seconds(finished_ms, 2),
+    ended_ms === null ? "–" : seconds(ended_ms, 2),
     String(takeovers),
     messages.toLocaleString("en"),
   ];
 }
 
-export const HEADINGS = ["done", "left", "finished at", "takeovers", "messages sent"];
+export const HEADINGS = ["done", "left", "ended at", "takeovers", "messages sent"];

@@ -6,12 +6,13 @@ import { byId, el } from "../ui/dom.js";
 /** Adds the list of runs to the form, and the sentence of the shown run below it. */
 export async function showGallery(entries) {
   const shown = await Promise.all(entries.map(async (entry) => ({ ...entry, link: await linkOf(entry.choice) })));
+  const page = location.href.split("#")[0];
   const heading = el("h2", { id: "gallery-title" }, "Gallery");
   const about = el("p", { class: "dim" }, "Each run waits at its start. The space bar starts it, m runs it as fast as possible.");
   const close = el("form", { method: "dialog" }, el("button", {}, "Close"));
   const rows = shown.map(({ title, see, source, link }) => {
-    // A link to the shown run only changes nothing, so the dialog closes with any link.
-    const open = el("a", { href: link, onclick: () => dialog.close() }, title);
+    // The dialog closes, because a link to the shown run changes nothing else.
+    const open = el("a", { href: page + link, onclick: () => dialog.close() }, title);
     return el("li", {}, open, el("p", {}, see, el("span", { class: "dim" }, ` ${source}`)));
   });
   const dialog = el("dialog", { id: "gallery", "aria-labelledby": "gallery-title" }, heading, about, el("ol", {}, ...rows), close);
