@@ -330,4 +330,39 @@ mod tests {
         assert_eq!(again.orders(), first.orders());
         assert_ne!(plain.hash(), first.hash());
     }
+
+    /// A person kills a robot in two runs beside each other. Each has the hash of a run alone with the same order.
+    #[test]
+    fn two_runs_beside_each_other_are_those_of_each_allocator() {
+        let choice = |allocator: &str| Choice {
+            allocator: Some(allocator.to_owned()),
+            ..Choice::default()
+        };
+        let mut pair = choice("grape");
+        pair.beside = Some("cbba".to_owned());
+        let mut pair = Engine::open(&pair, NOW).unwrap();
+        let alone = ["grape", "cbba"].map(|allocator| Engine::open(&choice(allocator), NOW));
+        let mut alone = alone.map(Result::unwrap);
+        while pair.outcome().is_none() {
+            let is_due = pair.next_tick() == 1000;
+            for engine in alone.iter_mut().chain([&mut pair]) {
+                if is_due {
+                    let kill = Order::now(Fault::Kill("gold".to_owned()));
+                    let reply = engine.execute(ControlCommand::Fault(kill), NOW);
+                    assert!(matches!(reply, Reply::Armed(_)), "{reply:?}");
+                }
+                engine.tick().unwrap();
+            }
+        }
+        let frames = pair.frames();
+        for (prefix, engine) in ["", BESIDE].into_iter().zip(&alone) {
+            let hash = format!(r#"{prefix}{{"hash":"{}"}}"#, engine.hash());
+            assert!(frames.contains(&hash), "{hash}");
+            let end = format!(r#"{prefix}{{"ended":"#);
+            let ends = frames.iter().filter(|frame| frame.starts_with(&end));
+            assert_eq!(ends.count(), 1);
+        }
+        assert_ne!(alone[0].hash(), alone[1].hash());
+        assert_eq!(pair.orders().len(), 1);
+    }
 }
