@@ -47,11 +47,17 @@ impl Run {
     }
 
     /// Orders a fault for a person.
+    ///
+    /// # Errors
+    /// If the order is invalid or would have no effect.
     pub fn order(&mut self, order: Order) -> Result<Armed, Problem> {
         self.team.order(order)
     }
 
     /// Clears a fault, or all faults, for a person.
+    ///
+    /// # Errors
+    /// If there is no such fault, or it has already ended.
     pub fn clear(&mut self, id: Option<&str>) -> Result<Cleared, Problem> {
         self.team.clear(id)
     }
