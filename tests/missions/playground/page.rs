@@ -220,7 +220,7 @@ fn two_allocators_run_beside_each_other() {
     );
     // The link repeats both runs.
     browser.click("#share");
-    browser.wait_for("location.hash.startsWith('#allocator=grape&beside=cbba&orders=')");
+    browser.wait_for("location.hash.includes('&allocator=grape&beside=cbba&seed=1&orders=')");
     browser.assert_no_console_message();
 }
 
