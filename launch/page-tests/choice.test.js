@@ -10,6 +10,9 @@ test("a link contains a choice", async () => {
   const link = "#scenario=waste-cleanup&allocator=a%20b%26c%3Dd%23%C3%A9&seed=18446744073709551615&limit_s=60.5";
   assert.equal(await linkOf(choice), link);
   assert.deepEqual(await choiceOf(link), choice);
+  const pair = { allocator: "grape", beside: "cbba" };
+  assert.equal(await linkOf(pair), "#allocator=grape&beside=cbba");
+  assert.deepEqual(await choiceOf("#allocator=grape&beside=cbba"), pair);
   const short = { scenario: "janitorial", allocator: "", seed: "1", orders: [] };
   assert.equal(await linkOf(short), "#scenario=janitorial&seed=1");
   for (const empty of ["", "#"]) assert.deepEqual(await choiceOf(empty), {});

@@ -3,6 +3,7 @@
 import { choiceOf } from "./model/choice.js";
 import { Model } from "./model/model.js";
 import { stateOf } from "./model/state.js";
+import { Beside } from "./panels/beside.js";
 import { openBranch } from "./panels/branch.js";
 import { Charts } from "./panels/charts.js";
 import { Clock } from "./panels/clock.js";
@@ -125,6 +126,7 @@ async function show(source, run) {
   document.body.dataset.mode = run.mode;
 
   const room = new Room(byId("room-canvas"), model, choices);
+  const beside = Beside.of(source, run, model, choices, changed);
   const clock = new Clock(model, clockwork);
   const robots = new Robots(model, choices, orders, changed);
   const links = new Links(model, choices, orders);
@@ -151,6 +153,7 @@ async function show(source, run) {
   });
   startTheme(byId("theme"), () => {
     room.refreshPalette();
+    beside?.refreshPalette();
     charts.refreshColors();
     changed();
   });
@@ -167,6 +170,7 @@ async function show(source, run) {
   loop.add(0, () => {
     room.draw();
     tools.draw();
+    beside?.draw();
     clock.draw();
     timeline?.draw();
     drawMission(model);

@@ -4,7 +4,7 @@ use proto::event::{EventLine, TickEvents};
 use proto::view::View;
 use scenario::Setup;
 use scenario::time::SimTime;
-use serde_json::json;
+use serde::Serialize;
 
 use super::detections::DetectionWatch;
 use super::past::RecordedRun;
@@ -60,22 +60,25 @@ impl Feed {
         let messages = std::mem::take(&mut view.messages);
         let left_out = std::mem::take(&mut view.messages_left_out);
         if !messages.is_empty() || left_out > 0 {
-            for message in &messages {
-                self.past.keep_message(json!(message).to_string());
+            let texts = texts(&messages);
+            let receptions = texts.join(",");
+            news.push(format!(
+                r#"{{"messages":{{"receptions":[{receptions}],"left_out":{left_out}}}}}"#
+            ));
+            for text in texts {
+                self.past.keep_message(text);
             }
             self.past.count_dropped_messages(left_out);
-            let frame = json!({"messages": {"receptions": messages, "left_out": left_out}});
-            news.push(frame.to_string());
         }
         let corners = std::mem::take(&mut view.corners);
         if !corners.is_empty() {
-            for corner in &corners {
-                self.past.keep_corner(json!(corner).to_string());
+            let texts = texts(&corners);
+            news.push(format!(r#"{{"corners":[{}]}}"#, texts.join(",")));
+            for text in texts {
+                self.past.keep_corner(text);
             }
-            news.push(json!({"corners": corners}).to_string());
         }
-        // Serialization to memory cannot fail, because all map keys are strings.
-        let text = serde_json::to_string(&view).unwrap_or_default();
+        let text = json_text(&view);
         self.past.keep_view(view.now, &text);
         let view = format!(r#"{{"view":{text}}}"#);
         Some(ViewFrames { news, view })
@@ -100,9 +103,21 @@ impl Feed {
     }
 
     fn events_frame(&mut self, events: &[EventLine]) -> String {
-        for event in events {
-            self.past.keep_event(json!(event).to_string());
+        let texts = texts(events);
+        let frame = format!(r#"{{"events":[{}]}}"#, texts.join(","));
+        for text in texts {
+            self.past.keep_event(text);
         }
-        json!({ "events": events }).to_string()
+        frame
     }
+}
+
+/// Returns the JSON text of each value. It goes into a frame and into the history.
+fn texts(values: &[impl Serialize]) -> Vec<String> {
+    values.iter().map(json_text).collect()
+}
+
+fn json_text(value: &impl Serialize) -> String {
+    // Serialization to memory cannot fail, because all map keys are strings.
+    serde_json::to_string(value).unwrap_or_default()
 }

@@ -5,27 +5,32 @@ use proto::control::ControlCommand;
 use scenario::ids::Tick;
 use scenario::limits::{TIME, check_known};
 use scenario::{Problem, Scenario, Setup};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use crate::gallery::gallery;
+
 /// A run that a person chooses.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Choice {
     /// The name of a built-in scenario; `None` for the default mission.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenario: Option<String>,
     /// The allocator of all robots; `None` for those of the scenario.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allocator: Option<String>,
+    /// The allocator of a second run beside this one; `None` without a second run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beside: Option<String>,
     /// A text, because the numbers of JavaScript have 53 bits only; `None` for 1.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<String>,
     /// The time limit in simulated seconds; `None` for that of the scenario.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit_s: Option<f64>,
     /// Orders of a person that the run repeats, by tick.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub orders: Vec<GivenOrder>,
 }
 
@@ -67,6 +72,17 @@ impl Choice {
         Ok(setup)
     }
 
+    /// Returns the choice of the second run, which differs only in its allocator.
+    #[must_use]
+    pub fn second(&self) -> Option<Self> {
+        let allocator = Some(self.beside.clone()?);
+        Some(Self {
+            allocator,
+            beside: None,
+            ..self.clone()
+        })
+    }
+
     fn seed(&self) -> Result<u64, Problem> {
         let Some(text) = &self.seed else {
             return Ok(1);
@@ -98,7 +114,7 @@ impl Choice {
     }
 }
 
-/// Returns the built-in scenarios, with the number of their robots, and the allocators.
+/// Returns the built-in scenarios, with the number of their robots, the allocators, and the gallery.
 #[must_use]
 pub fn choices() -> Value {
     let vocabulary = Registry::current().vocabulary();
@@ -116,6 +132,7 @@ pub fn choices() -> Value {
     json!({
         "scenarios": scenarios.collect::<Vec<_>>(),
         "allocators": allocators.collect::<Vec<_>>(),
+        "gallery": gallery(),
     })
 }
 

@@ -1,20 +1,23 @@
-//! A run with a clock, orders of a person, and frames for the page.
+//! A run with a clock, orders of a person, and frames for the page; and a second run beside it, for a comparison.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use in_process::{StartError, Team, TickError};
+use in_process::{StartError, TickError};
 use observation::about::about;
-use observation::feed::Feed;
 use proto::control::{ControlCommand, Reply};
-use proto::event::TickEvents;
 use proto::tick::Outcome;
-use run_log::{LogLevel, MemoryLog};
-use scenario::Problem;
+use scenario::fault::Order;
+use scenario::ids::Tick;
+use scenario::{Problem, Setup};
 use serde_json::{Value, json};
 use world_server::pace::{Pace, Speed};
 
 use crate::choice::{Choice, GivenOrder};
+use crate::run::Run;
+
+/// Begins each frame of the second run. `launch/page/source/engine.js` reads it.
+const BESIDE: &str = "+";
 
 /// The reason why a chosen run does not start.
 #[derive(Debug, thiserror::Error)]
@@ -27,17 +30,15 @@ pub enum OpenError {
 
 /// A run in one process. Times of the wall clock are durations since any fixed moment.
 pub struct Engine {
-    team: Team<MemoryLog>,
-    feed: Feed,
+    run: Run,
+    /// A run with another allocator, which has the same clock and the same orders.
+    beside: Option<Run>,
     pace: Pace<Duration>,
     about: Value,
     /// Orders of the choice whose ticks have not begun.
     planned: VecDeque<GivenOrder>,
     /// The orders so far.
     given: Vec<GivenOrder>,
-    /// Frames of events since the last call of [`Engine::frames`].
-    news: Vec<String>,
-    outcome: Option<Outcome>,
     has_sent_end: bool,
 }
 
@@ -48,26 +49,27 @@ impl Engine {
     /// If the choice is invalid.
     pub fn open(choice: &Choice, now: Duration) -> Result<Self, OpenError> {
         let setup = choice.setup()?;
-        let mut about = about("live", &setup.scenario.name, "", &setup, Value::Null);
-        about["command"] = choice.command().into();
+        let second = choice.second();
+        let mut about = describe(choice, &setup);
         let mut pace = Pace::new(Speed::Factor(1.0), setup.scenario.step_ms, now);
         pace.pause();
-        let feed = Feed::new(&setup);
-        // The log has only the inputs, which the hash does not depend on.
-        let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default())?;
-        // The first calls start the collection of events, messages and curves.
-        team.take_events();
-        team.observe();
-        let outcome = team.simulation().outcome();
+        let mut run = Run::new(setup)?;
+        let mut beside = None;
+        if let Some(choice) = second {
+            let setup = choice.setup()?;
+            about["beside"] = describe(&choice, &setup);
+            let mut second = Run::new(setup)?;
+            run.count_messages();
+            second.count_messages();
+            beside = Some(second);
+        }
         Ok(Self {
-            team,
-            feed,
+            run,
+            beside,
             pace,
             about,
             planned: choice.orders.iter().cloned().collect(),
             given: Vec::new(),
-            news: Vec::new(),
-            outcome,
             has_sent_end: false,
         })
     }
@@ -78,17 +80,23 @@ impl Engine {
         &self.about
     }
 
+    /// Returns the next tick. The run that is over first keeps its last one.
+    fn next_tick(&self) -> Tick {
+        let beside = self.beside.as_ref().map(Run::next_tick);
+        self.run.next_tick().max(beside.unwrap_or_default())
+    }
+
     /// Executes a command of the page.
     pub fn execute(&mut self, command: ControlCommand, now: Duration) -> Reply {
-        let tick = self.team.simulation().tick();
+        let tick = self.next_tick();
         let given = command.clone();
         let reply = match command {
-            ControlCommand::Fault(order) => self.team.order(order).map(Reply::Armed),
-            ControlCommand::Clear(id) => self.team.clear(id.as_deref()).map(Reply::Cleared),
-            ControlCommand::List => Ok(Reply::Faults(self.team.simulation().faults())),
+            ControlCommand::Fault(order) => self.order(order),
+            ControlCommand::Clear(id) => self.clear(id.as_deref()),
+            ControlCommand::List => Ok(Reply::Faults(self.run.faults())),
             ControlCommand::Clock(command) => {
                 let done = self.pace.execute(command, now);
-                done.map(|()| Reply::Clock(self.pace.status(self.team.simulation().tick())))
+                done.map(|()| Reply::Clock(self.pace.status(tick)))
             }
             ControlCommand::Status | ControlCommand::Describe => {
                 let what = "this run has no processes and no folder";
@@ -99,6 +107,27 @@ impl Engine {
             self.given.push((tick, given));
         }
         reply.unwrap_or_else(|problem| Reply::Refused(problem.to_string()))
+    }
+
+    /// Orders a fault in both runs. An order that the first run refuses does not reach the second one. The second run may
+    /// refuse it, for example because a robot is already dead there.
+    fn order(&mut self, order: Order) -> Result<Reply, Problem> {
+        let armed = self.run.order(order.clone())?;
+        if let Some(beside) = &mut self.beside {
+            // The same id, so that both faults are cleared together.
+            let id = Some(armed.id.clone());
+            let _ = beside.order(Order { id, ..order });
+        }
+        Ok(Reply::Armed(armed))
+    }
+
+    fn clear(&mut self, id: Option<&str>) -> Result<Reply, Problem> {
+        let cleared = self.run.clear(id)?;
+        if let Some(beside) = &mut self.beside {
+            // The fault may be over there.
+            let _ = beside.clear(id);
+        }
+        Ok(Reply::Cleared(cleared))
     }
 
     /// Returns the orders so far, with which a [`Choice`] repeats the run.
@@ -113,7 +142,7 @@ impl Engine {
     /// If a tick cannot be recorded.
     pub fn advance(&mut self, now: Duration, ticks: u32) -> Result<Option<Duration>, TickError> {
         for _ in 0..ticks {
-            if self.outcome.is_some() {
+            if self.outcome().is_some() {
                 return Ok(None);
             }
             if !self.pace.is_due(now) {
@@ -122,56 +151,69 @@ impl Engine {
             self.pace.tick_begun(now);
             self.tick()?;
         }
-        if self.outcome.is_none() && self.pace.is_due(now) {
+        if self.outcome().is_none() && self.pace.is_due(now) {
             return Ok(Some(Duration::ZERO));
         }
-        let due = self.pace.due().filter(|_| self.outcome.is_none());
+        let due = self.pace.due().filter(|_| self.outcome().is_none());
         Ok(due.map(|due| due.saturating_sub(now)))
     }
 
-    /// Runs one tick, regardless of the clock.
+    /// Runs one tick, regardless of the clock. Returns the outcome as [`Engine::outcome`].
     ///
     /// # Errors
     /// If the tick cannot be recorded.
     pub fn tick(&mut self) -> Result<Option<Outcome>, TickError> {
-        let tick = self.team.simulation().tick();
+        let tick = self.next_tick();
         while let Some((_, command)) = self.planned.pop_front_if(|(at, _)| *at <= tick) {
             // A refused order has no effect, as when it was given.
             self.execute(command, Duration::ZERO);
         }
-        self.outcome = self.team.tick()?;
-        let events = self.team.take_events();
-        if !events.is_empty() {
-            let frame = self.feed.add_events(&TickEvents { tick, events });
-            self.news.extend(frame);
+        self.run.tick()?;
+        if let Some(beside) = &mut self.beside {
+            beside.tick()?;
         }
-        Ok(self.outcome)
+        Ok(self.outcome())
     }
 
-    /// Returns the frames since the last call: all news, the newest view, the hash so far, and the end of the run.
+    /// Returns the outcome of the run, or `None` until both runs are over.
+    #[must_use]
+    pub fn outcome(&self) -> Option<Outcome> {
+        let is_over = |run: &Run| run.outcome().is_some();
+        self.run
+            .outcome()
+            .filter(|_| self.beside.as_ref().is_none_or(is_over))
+    }
+
+    /// Returns the frames since the last call: all news, the newest view, the hash so far, and the end of the run. Frames of
+    /// the second run begin with `+`.
     pub fn frames(&mut self) -> Vec<String> {
-        let mut frames = std::mem::take(&mut self.news);
-        let mut view = self.team.observe();
-        view.clock = Some(self.pace.status(view.tick));
-        if let Some(shown) = self.feed.add_view(view) {
-            frames.extend(shown.news);
-            frames.push(shown.view);
-        }
-        frames.push(json!({"hash": self.hash()}).to_string());
-        if let Some(outcome) = self.outcome
-            && !self.has_sent_end
-        {
+        let clock = self.pace.status(self.next_tick());
+        let mut frames = self.run.frames(clock.clone());
+        let mut beside = match &mut self.beside {
+            Some(beside) => beside.frames(clock),
+            None => Vec::new(),
+        };
+        if self.outcome().is_some() && !self.has_sent_end {
             self.has_sent_end = true;
-            frames.push(json!({"ended": {"outcome": outcome, "folder": ""}}).to_string());
+            frames.push(self.run.end_frame());
+            beside.extend(self.beside.as_ref().map(Run::end_frame));
         }
+        frames.extend(beside.iter().map(|frame| format!("{BESIDE}{frame}")));
         frames
     }
 
     /// Returns the hash of the run so far.
     #[must_use]
     pub fn hash(&self) -> String {
-        self.team.hash()
+        self.run.hash()
     }
+}
+
+/// Returns the description of a chosen run for the page.
+fn describe(choice: &Choice, setup: &Setup) -> Value {
+    let mut about = about("live", &setup.scenario.name, "", setup, Value::Null);
+    about["command"] = json!(choice.command());
+    about
 }
 
 #[cfg(test)]
@@ -218,13 +260,13 @@ mod tests {
         assert!(matches!(reply, Reply::Clock(status) if !status.paused));
         let next = engine.advance(NOW, 100).unwrap();
         assert_eq!(next, Some(Duration::from_millis(50)));
-        assert_eq!(engine.team.simulation().tick(), 1);
+        assert_eq!(engine.next_tick(), 1);
 
         clock(&mut engine, ClockCommand::Step(3));
         clock(&mut engine, ClockCommand::Speed(None));
         assert_eq!(engine.advance(NOW, 2).unwrap(), Some(Duration::ZERO));
         assert_eq!(engine.advance(NOW, 100).unwrap(), None);
-        assert_eq!(engine.team.simulation().tick(), 4);
+        assert_eq!(engine.next_tick(), 4);
         let refused = clock(&mut engine, ClockCommand::Step(0));
         assert_eq!(
             refused,
@@ -265,7 +307,7 @@ mod tests {
         let mut first = engine();
         let ordered = |fault| ControlCommand::Fault(Order::now(fault));
         for _ in 0..2000 {
-            match first.team.simulation().tick() {
+            match first.next_tick() {
                 500 | 501 => first.execute(ordered(Fault::Kill("gold".to_owned())), NOW),
                 900 => first.execute(ordered(Fault::Restart("gold".to_owned())), NOW),
                 901 => first.execute(ControlCommand::Clear(None), NOW),
@@ -287,5 +329,40 @@ mod tests {
         assert_eq!(again.hash(), first.hash());
         assert_eq!(again.orders(), first.orders());
         assert_ne!(plain.hash(), first.hash());
+    }
+
+    /// A person kills a robot in two runs beside each other. Each has the hash of a run alone with the same order.
+    #[test]
+    fn two_runs_beside_each_other_are_those_of_each_allocator() {
+        let choice = |allocator: &str| Choice {
+            allocator: Some(allocator.to_owned()),
+            ..Choice::default()
+        };
+        let mut pair = choice("grape");
+        pair.beside = Some("cbba".to_owned());
+        let mut pair = Engine::open(&pair, NOW).unwrap();
+        let alone = ["grape", "cbba"].map(|allocator| Engine::open(&choice(allocator), NOW));
+        let mut alone = alone.map(Result::unwrap);
+        while pair.outcome().is_none() {
+            let is_due = pair.next_tick() == 1000;
+            for engine in alone.iter_mut().chain([&mut pair]) {
+                if is_due {
+                    let kill = Order::now(Fault::Kill("gold".to_owned()));
+                    let reply = engine.execute(ControlCommand::Fault(kill), NOW);
+                    assert!(matches!(reply, Reply::Armed(_)), "{reply:?}");
+                }
+                engine.tick().unwrap();
+            }
+        }
+        let frames = pair.frames();
+        for (prefix, engine) in ["", BESIDE].into_iter().zip(&alone) {
+            let hash = format!(r#"{prefix}{{"hash":"{}"}}"#, engine.hash());
+            assert!(frames.contains(&hash), "{hash}");
+            let end = format!(r#"{prefix}{{"ended":"#);
+            let ends = frames.iter().filter(|frame| frame.starts_with(&end));
+            assert_eq!(ends.count(), 1);
+        }
+        assert_ne!(alone[0].hash(), alone[1].hash());
+        assert_eq!(pair.orders().len(), 1);
     }
 }

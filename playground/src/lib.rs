@@ -1,6 +1,8 @@
 //! The simulator for a web page: a run in one process, with a clock, orders of a person, and frames for the page.
 //!
-//! - [`choice`]: the choice of a scenario, an allocator and a seed. [`engine`]: the run.
+//! - [`choice`]: the choice of a scenario, an allocator and a seed.
+//! - [`engine`]: one run, or two runs beside each other, with a clock. [`run`]: a run without a clock.
+//! - [`gallery`]: runs worth watching.
 //! - `exports`: the functions of the WebAssembly module. `launch/page/source/worker.js` calls them.
 //!
 //! The module has plain exports and one buffer for texts. That is less code than bindings of wasm-bindgen, whose command
@@ -10,3 +12,5 @@ pub mod choice;
 pub mod engine;
 #[cfg(target_arch = "wasm32")]
 mod exports;
+pub mod gallery;
+pub mod run;

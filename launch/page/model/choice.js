@@ -1,7 +1,7 @@
 // The choice of a run in the link of the playground, such as `#scenario=janitorial&allocator=cbba&seed=3`. Orders of a
 // person are compressed in it. Nothing is sent to a server.
 
-const KEYS = ["scenario", "allocator", "seed", "limit_s", "orders"];
+const KEYS = ["scenario", "allocator", "beside", "seed", "limit_s", "orders"];
 
 const damaged = (word) => new Error(`This link is damaged at '${word}': copy it once more, or choose a run above`);
 

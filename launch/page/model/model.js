@@ -42,6 +42,8 @@ export class Model {
   ended = null;
   /** The hash of a run in this page so far, or null. */
   hash = null;
+  /** The number of messages sent so far, counted only for a run with a second one beside it. */
+  broadcasts = 0;
 
   #changed;
   #nextEvent = 0;
@@ -195,6 +197,11 @@ export class Model {
 
   setHash(hash) {
     this.hash = hash;
+    this.#changed();
+  }
+
+  setBroadcasts(count) {
+    this.broadcasts = count;
     this.#changed();
   }
 

@@ -3,6 +3,8 @@
 import { linkOf } from "../model/choice.js";
 import { byId, el, text } from "../ui/dom.js";
 import { notify } from "../ui/notices.js";
+import { offerBeside } from "./beside.js";
+import { showGallery } from "./gallery.js";
 
 /** Shows the form. `list`: the scenarios and allocators of the simulator. `choice`: the current run. */
 export function showChoice(list, choice) {
@@ -15,12 +17,14 @@ export function showChoice(list, choice) {
   byId("choose-scenario").value = choice.scenario ?? list.scenarios[0].name;
   byId("choose-allocator").value = choice.allocator ?? "";
   byId("choose-seed").value = choice.seed ?? "1";
+  offerBeside(list, choice);
+  showGallery(list.gallery);
   const form = byId("playground");
   form.hidden = false;
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
-    const [scenario, allocator, seed] = ["scenario", "allocator", "seed"].map((name) => byId(`choose-${name}`).value);
-    const link = await linkOf({ scenario, allocator, seed });
+    const [scenario, allocator, beside, seed] = ["scenario", "allocator", "beside", "seed"].map((name) => byId(`choose-${name}`).value);
+    const link = await linkOf({ scenario, allocator, beside, seed });
     // Another link starts the page again. The same one starts the run again.
     if (location.hash === link) location.reload();
     else location.hash = link;

@@ -5,7 +5,13 @@ import { canUnpack, unpack } from "./part.js";
 const DAMAGED = "This file is damaged: download it once more, or build it again with: playground/build";
 const TOO_OLD = "This browser cannot run the simulator: open the file in Chrome 114, Firefox 125, Safari 17.4 or a later one";
 
+/** Begins each frame of the second run. */
+const BESIDE = "+";
+
 export class Engine extends EventTarget {
+  /** The source of the second run's frames, if the choice has one. */
+  beside = new EventTarget();
+
   #document;
   #worker = null;
   #answers = new Map();
@@ -39,7 +45,7 @@ export class Engine extends EventTarget {
     return Promise.race([this.#ask("load", { bytes }), failed]);
   }
 
-  /** Opens a run: `{scenario, allocator, seed, limit_s, orders}`, each may be missing. Returns its description. */
+  /** Opens a run: `{scenario, allocator, beside, seed, limit_s, orders}`, each may be missing. Returns its description. */
   async open(choice) {
     return this.#ask("open", { choice });
   }
@@ -69,9 +75,15 @@ export class Engine extends EventTarget {
     });
   }
 
+  #dispatch(frame) {
+    const isBeside = frame.startsWith(BESIDE);
+    const data = isBeside ? frame.slice(BESIDE.length) : frame;
+    (isBeside ? this.beside : this).dispatchEvent(new MessageEvent("message", { data }));
+  }
+
   #receive({ id, answer, error, frames, stopped }) {
     if (frames) {
-      for (const data of frames) this.dispatchEvent(new MessageEvent("message", { data }));
+      for (const frame of frames) this.#dispatch(frame);
       this.#worker.postMessage({ kind: "shown" });
     } else if (stopped) {
       this.dispatchEvent(new MessageEvent("message", { data: JSON.stringify({ stopped }) }));

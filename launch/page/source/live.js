@@ -31,6 +31,9 @@ export function followLive(api, model) {
       case "hash":
         model.setHash(content);
         break;
+      case "broadcasts":
+        model.setBroadcasts(content);
+        break;
       case "missed":
         model.addMissed(content);
         break;

@@ -108,8 +108,9 @@ class Runner {
 
   control(command) {
     const reply = this.#program.control(command, performance.now());
-    // A paused clock shows the change at once.
+    // A paused clock shows the change at once, and the steps of the command after it.
     this.#send();
+    this.#hasNews = true;
     this.#turn();
     return reply;
   }
@@ -132,18 +133,19 @@ class Runner {
       return;
     }
     const isStanding = next_ms === Infinity;
-    const interval_ms = isStanding && !this.#hasNews ? PAUSED_INTERVAL_MS : VIEW_INTERVAL_MS;
-    this.#hasNews = !isStanding;
+    this.#hasNews ||= !isStanding;
+    const interval_ms = this.#hasNews ? VIEW_INTERVAL_MS : PAUSED_INTERVAL_MS;
     if (this.#isShown && performance.now() - this.#sent_ms >= interval_ms) this.#send();
     if (next_ms === 0) this.#channel.port2.postMessage(null);
     else this.#timer = setTimeout(() => this.#turn(), Math.min(next_ms, VIEW_INTERVAL_MS));
   }
 
-  // Ticks have run since the last view of a clock that stands now.
+  // Ticks may have run since the last view.
   #hasNews = true;
 
   #send() {
     this.#isShown = false;
+    this.#hasNews = false;
     this.#sent_ms = performance.now();
     this.#post({ frames: this.#program.frames() });
   }

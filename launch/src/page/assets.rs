@@ -14,6 +14,7 @@ macro_rules! files {
 }
 
 const FILES: &[(&str, &[u8])] = files! {
+    "compare.css"
     "icon.svg"
     "index.html"
     "layout.css"
@@ -22,6 +23,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "model/branch.js"
     "model/channel.js"
     "model/choice.js"
+    "model/compare.js"
     "model/curves.js"
     "model/devices.js"
     "model/events.js"
@@ -38,12 +40,14 @@ const FILES: &[(&str, &[u8])] = files! {
     "model/traffic.js"
     "model/trail.js"
     "panels.css"
+    "panels/beside.js"
     "panels/branch.js"
     "panels/charts.js"
     "panels/clock.js"
     "panels/devices.js"
     "panels/events.js"
     "panels/faults.js"
+    "panels/gallery.js"
     "panels/links.js"
     "panels/matrix.js"
     "panels/messages.js"

@@ -5,8 +5,8 @@
 const ENDLESS = 1e9;
 
 /**
- * Returns the result of each run of a plan: `{hash, replies, ticks}`. A run has a `choice` and `orders`, each a tick and a
- * command, by tick.
+ * Returns the result of each run of a plan: `{hash, beside, replies, ticks}`. A run has a `choice` and `orders`, each a tick
+ * and a command, by tick. `beside` is the hash of the second run, or null.
  */
 export async function results(bytes, Program, plan) {
   const found = [];
@@ -28,8 +28,11 @@ export async function results(bytes, Program, plan) {
       replies.push(program.control(command, 0));
     }
     step(ENDLESS);
-    const view = program.frames().find((frame) => frame.startsWith('{"view"'));
-    found.push({ hash: program.hash(), replies, ticks: JSON.parse(view).view.tick });
+    const frames = program.frames();
+    const view = frames.find((frame) => frame.startsWith('{"view"'));
+    const second = frames.find((frame) => frame.startsWith('+{"hash"'));
+    const beside = second ? JSON.parse(second.slice(1)).hash : null;
+    found.push({ hash: program.hash(), beside, replies, ticks: JSON.parse(view).view.tick });
   }
   return found;
 }

@@ -44,24 +44,62 @@ impl Run {
 
     fn result_in(&self, sink: impl Sink) -> Value {
         let choice: Choice = serde_json::from_value(self.choice.clone()).unwrap();
-        let setup = choice.setup().unwrap();
-        let mut team = Team::new(setup, LogLevel::Full, sink).unwrap();
-        let mut orders = self.orders.iter().peekable();
-        let mut replies = Vec::new();
-        let outcome = loop {
-            let tick = team.simulation().tick();
-            while let Some((_, command)) = orders.next_if(|(at, _)| *at <= tick) {
-                replies.push(give(&mut team, command));
+        let played = play(&choice, &self.orders, sink);
+        let beside = choice.second().map(|second| {
+            let orders = self.orders_beside(&played.replies);
+            play(&second, &orders, MemoryLog::default()).hash
+        });
+        json!({"hash": played.hash, "beside": beside, "replies": played.replies, "ticks": played.ticks})
+    }
+
+    /// Returns the orders that reach the second run: those that the first one accepts, with the ids of their faults there.
+    fn orders_beside(&self, replies: &[Reply]) -> Vec<(u64, ControlCommand)> {
+        let accepted = self.orders.iter().zip(replies);
+        let orders = accepted.filter_map(|((at, command), reply)| match (command, reply) {
+            (ControlCommand::Fault(order), Reply::Armed(armed)) => {
+                let id = Some(armed.id.clone());
+                let order = Order {
+                    id,
+                    ..order.clone()
+                };
+                Some((*at, ControlCommand::Fault(order)))
             }
-            if let Some(outcome) = team.tick().unwrap() {
-                break outcome;
-            }
-        };
-        // The run may be over before the last orders, which it then refuses.
-        replies.extend(orders.map(|(_, command)| give(&mut team, command)));
-        let (ticks, hash) = (team.simulation().tick(), team.hash());
-        team.end(outcome).unwrap();
-        json!({"hash": hash, "replies": replies, "ticks": ticks})
+            (command, Reply::Cleared(_)) => Some((*at, command.clone())),
+            _ => None,
+        });
+        orders.collect()
+    }
+}
+
+/// The end of a native run, and the replies to its orders.
+struct Played {
+    hash: String,
+    replies: Vec<Reply>,
+    ticks: u64,
+}
+
+fn play(choice: &Choice, orders: &[(u64, ControlCommand)], sink: impl Sink) -> Played {
+    let setup = choice.setup().unwrap();
+    let mut team = Team::new(setup, LogLevel::Full, sink).unwrap();
+    let mut orders = orders.iter().peekable();
+    let mut replies = Vec::new();
+    let outcome = loop {
+        let tick = team.simulation().tick();
+        while let Some((_, command)) = orders.next_if(|(at, _)| *at <= tick) {
+            replies.push(give(&mut team, command));
+        }
+        if let Some(outcome) = team.tick().unwrap() {
+            break outcome;
+        }
+    };
+    // The run may be over before the last orders, which it then refuses.
+    replies.extend(orders.map(|(_, command)| give(&mut team, command)));
+    let (ticks, hash) = (team.simulation().tick(), team.hash());
+    team.end(outcome).unwrap();
+    Played {
+        hash,
+        replies,
+        ticks,
     }
 }
 
@@ -101,7 +139,7 @@ fn module() -> Option<PathBuf> {
 }
 
 /// Returns all built-in scenarios with at most [`ROBOTS_MAX`] robots, each with three seeds and with faults by hand, and the
-/// complete default mission.
+/// complete default mission. One of the three has a second run beside it.
 fn runs() -> Vec<Run> {
     let mut runs = vec![Run {
         choice: json!({}),
@@ -132,10 +170,12 @@ fn runs() -> Vec<Run> {
             let all_clear = (LIMIT_S * 900.0) as u64 / step_ms;
             orders.push((all_clear, ControlCommand::Clear(None)));
             orders.sort_by_key(|(at, _)| *at);
-            runs.push(Run {
-                choice: json!({"scenario": name, "seed": seed.to_string(), "limit_s": LIMIT_S}),
-                orders,
-            });
+            let mut choice =
+                json!({"scenario": name, "seed": seed.to_string(), "limit_s": LIMIT_S});
+            if seed == 2 {
+                choice["beside"] = json!("nearest");
+            }
+            runs.push(Run { choice, orders });
         }
     }
     runs
@@ -154,6 +194,7 @@ fn compare(runs: &[Run], found: &Value) {
         armed += replies.filter(|reply| reply.get("armed").is_some()).count();
     }
     assert_eq!(found[0]["hash"], DEFAULT_HASH);
+    assert!(found.iter().any(|run| run["beside"].is_string()));
     assert!(armed >= 2 * runs.len(), "only {armed} faults were armed");
 }
 

@@ -4,6 +4,7 @@ use std::fs::File;
 
 use alliance_tests::harness::Lab;
 use alliance_tests::testkit::in_repository;
+use playground::gallery::gallery;
 use serde_json::{Value, json};
 
 use super::{DEFAULT_HASH, Run, compare, module, runs};
@@ -42,7 +43,7 @@ fn a_person_plays_in_the_browser() {
     browser.choose("#choose-scenario", "janitorial");
     browser.choose("#choose-allocator", "cbba");
     browser.input("#choose-seed", "7");
-    browser.click("#playground button");
+    browser.click("#playground button[type=submit]");
     browser.wait_for("document.body.dataset.state == 'paused' && alliance.run.run == 'janitorial'");
     assert_eq!(browser.eval("alliance.run.seed"), 7);
     assert_eq!(browser.eval("alliance.run.scenario.allocator"), "cbba");
@@ -169,19 +170,113 @@ fn the_browser_has_the_hashes_of_the_native_program() {
     compare(&runs, &found["results"]);
 }
 
+/// GRAPE beside CBBA in the default mission. The native hashes are those of runs with each allocator alone.
+#[test]
+fn two_allocators_run_beside_each_other() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    let mut run = Run {
+        choice: json!({"allocator": "grape", "beside": "cbba"}),
+        orders: Vec::new(),
+    };
+    browser.open(&link);
+    browser.wait_for("document.body.dataset.state == 'paused'");
+    browser.choose("#choose-allocator", "grape");
+    browser.choose("#choose-beside", "cbba");
+    browser.click("#playground button[type=submit]");
+    browser.wait_for(
+        "document.querySelector('#comparison caption')?.textContent == 'Neither run is ahead'",
+    );
+    // A robot that a person kills in both runs, in the same tick.
+    browser.press('>');
+    browser.wait_for("document.body.dataset.tick == '10'");
+    browser.press('2');
+    browser.press('k');
+    browser.wait_for("alliance.view.faults[0]?.id == 'f1'");
+    let kill = json!({"fault": {"fault": {"kill": "gold"}}});
+    run.orders.push((10, serde_json::from_value(kill).unwrap()));
+    browser.press('m');
+    browser.press(' ');
+    browser.wait_for("document.body.dataset.state == 'ended'");
+    let figures = browser.eval(
+        "[...document.querySelectorAll('#comparison tbody tr')].map(row => Object.fromEntries([...row.cells].map(cell => [cell.dataset.figure ?? 'allocator', cell.textContent])))",
+    );
+    let expected = run.result();
+    assert_eq!(figures[0]["allocator"], "grape");
+    assert_eq!(figures[0]["hash"], expected["hash"]);
+    assert_eq!(figures[1]["allocator"], "cbba");
+    assert_eq!(figures[1]["hash"], expected["beside"]);
+    assert_ne!(expected["hash"], expected["beside"]);
+    assert_eq!([&figures[0]["done"], &figures[1]["done"]], ["24", "24"]);
+    // The two robots of the second room deliver all items, too, and gold is dead there.
+    let room = browser.eval("document.querySelector('#beside-canvas').ariaLabel");
+    let room = room.as_str().unwrap();
+    assert!(
+        room.contains("gold dead") && room.contains("24 of 24"),
+        "{room}"
+    );
+    // The link repeats both runs.
+    browser.click("#share");
+    browser.wait_for("location.hash.includes('&allocator=grape&beside=cbba&seed=1&orders=')");
+    browser.assert_no_console_message();
+}
+
+#[test]
+fn the_gallery_opens_each_run() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    browser.open(&link);
+    browser.wait_for(
+        "document.body.dataset.state == 'paused' && document.querySelector('#open-gallery')",
+    );
+    for (index, entry) in gallery().iter().enumerate() {
+        browser.click("#open-gallery");
+        browser.wait_for("document.querySelector('#gallery').open");
+        let nth = index + 1;
+        browser.click(&format!("#gallery li:nth-child({nth}) a"));
+        let sentence = json!(entry.see);
+        browser.wait_for(&format!(
+            "document.body.dataset.state == 'paused' && document.querySelector('#gallery-entry')?.textContent.includes({sentence})"
+        ));
+        let is_pair = browser.eval("document.querySelector('#comparison') != null");
+        assert_eq!(is_pair, entry.choice.beside.is_some(), "{}", entry.title);
+    }
+    browser.assert_no_console_message();
+}
+
 #[test]
 fn axe_core_finds_no_violation() {
     let lab = Lab::new();
     let (Some(link), Some(axe)) = (page(&lab), axe()) else {
         return;
     };
-    for (size, hash) in [(LAPTOP, ""), (PHONE, ""), (LAPTOP, "#speed=3")] {
+    let pair = "#allocator=grape&beside=cbba";
+    for (size, hash) in [
+        (LAPTOP, ""),
+        (PHONE, ""),
+        (LAPTOP, "#speed=3"),
+        (LAPTOP, pair),
+        (PHONE, pair),
+    ] {
         let Some(browser) = Browser::start(size) else {
             return;
         };
         browser.open(&format!("{link}{hash}"));
         browser.wait_for("['paused', 'refused'].includes(document.body.dataset.state)");
-        let found = browser.accessibility_violations(&axe);
-        assert!(found.is_empty(), "{size:?} {hash}: {}", found.join("\n"));
+        let check = |part: &str| {
+            let found = browser.accessibility_violations(&axe);
+            let found = found.join("\n");
+            assert!(found.is_empty(), "{size:?} {hash} {part}: {found}");
+        };
+        check("page");
+        browser.click("#open-gallery");
+        browser.wait_for("document.querySelector('#gallery').open");
+        check("gallery");
     }
 }
