@@ -234,7 +234,9 @@ def main(mode, domain, program, run, *arguments):
         time.sleep(QUIET)
         killed = len(world.commands["gold"])
     elif mode == "pause":
-        clock = [program, "clock"]
+        # Runs of other tests can be live, too.
+        name = process.wait_for("name of the run", lambda: re.search(r"^run (\S+)$", process.shown, re.MULTILINE))[1]
+        clock = [program, "clock", "--run", name]
         subprocess.run([*clock, "pause"], check=True, capture_output=True)
         paused = time.monotonic() + QUIET
         facts["stands"] = standing(world)
@@ -242,7 +244,7 @@ def main(mode, domain, program, run, *arguments):
         facts["commands_while_paused"] = len(later)
         refused = subprocess.run([*clock, "speed", "2x"], capture_output=True, text=True)
         facts["speed"] = refused.stderr.strip()
-        moved = subprocess.run([program, "fault", "move-robot", "gold", "4", "4"], capture_output=True, text=True)
+        moved = subprocess.run([program, "fault", "--run", name, "move-robot", "gold", "4", "4"], capture_output=True, text=True)
         facts["move_robot"] = moved.stderr.strip()
         subprocess.run([*clock, "resume"], check=True, capture_output=True)
         process.wait_for("command after the pause", lambda: world.moves("blue") or world.moves("green"))
