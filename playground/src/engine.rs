@@ -9,6 +9,7 @@ use observation::feed::Feed;
 use proto::control::{ControlCommand, Reply};
 use proto::event::TickEvents;
 use proto::tick::Outcome;
+use proto::view::View;
 use run_log::{LogLevel, MemoryLog};
 use scenario::Problem;
 use serde_json::{Value, json};
@@ -76,6 +77,11 @@ impl Engine {
     #[must_use]
     pub fn about(&self) -> &Value {
         &self.about
+    }
+
+    /// Returns the present view of the run.
+    pub fn view(&mut self) -> View {
+        self.team.observe()
     }
 
     /// Executes a command of the page.
@@ -151,7 +157,7 @@ impl Engine {
     /// Returns the frames since the last call: all news, the newest view, the hash so far, and the end of the run.
     pub fn frames(&mut self) -> Vec<String> {
         let mut frames = std::mem::take(&mut self.news);
-        let mut view = self.team.observe();
+        let mut view = self.view();
         view.clock = Some(self.pace.status(view.tick));
         if let Some(shown) = self.feed.add_view(view) {
             frames.extend(shown.news);

@@ -1,12 +1,13 @@
 //! The simulator for a web page: a run in one process, with a clock, orders of a person, and frames for the page.
 //!
-//! - [`choice`]: the choice of a scenario, an allocator and a seed. [`engine`]: the run.
+//! - [`choice`]: the choice of a scenario, an allocator and a seed. [`engine`]: the run. [`edit`]: the editor of scenarios.
 //! - `exports`: the functions of the WebAssembly module. `launch/page/source/worker.js` calls them.
 //!
 //! The module has plain exports and one buffer for texts. That is less code than bindings of wasm-bindgen, whose command
 //! would be one more tool of the same version for each build.
 
 pub mod choice;
+pub mod edit;
 pub mod engine;
 #[cfg(target_arch = "wasm32")]
 mod exports;

@@ -231,7 +231,7 @@ export class Room {
 }
 
 /** Returns the signs on the robots: the number at the end of the name, or one or two initial letters. */
-function signs(names) {
+export function signs(names) {
   const initial = (name) => name[0].toUpperCase();
   return names.map((name) => {
     const isUnique = names.filter((each) => initial(each) === initial(name)).length === 1;

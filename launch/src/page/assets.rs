@@ -14,6 +14,11 @@ macro_rules! files {
 }
 
 const FILES: &[(&str, &[u8])] = files! {
+    "editor/drawing.js"
+    "editor/editor.css"
+    "editor/editor.js"
+    "editor/files.js"
+    "editor/source.js"
     "icon.svg"
     "index.html"
     "layout.css"
@@ -24,6 +29,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "model/choice.js"
     "model/curves.js"
     "model/devices.js"
+    "model/draft.js"
     "model/events.js"
     "model/faults.js"
     "model/history.js"
