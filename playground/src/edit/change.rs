@@ -131,12 +131,7 @@ fn new_item(
             }
             prefix
         }
-        Fresh::Numbers(prefix, numbers) => {
-            for (key, number) in numbers {
-                document::set_number(&mut new, key, *number);
-            }
-            prefix
-        }
+        Fresh::Numbers(prefix, _) => prefix,
         Fresh::Kinds(list) => {
             let first = values.pointer(&format!("{list}/0/name"));
             let name = variant.or(first.and_then(Value::as_str));
@@ -171,6 +166,14 @@ fn add(
     room: &Room,
 ) -> Result<(), Problem> {
     write(kind, &mut new, values, room)?;
+    if let Fresh::Numbers(_, defaults) = kind.fresh {
+        for (key, number) in defaults
+            .iter()
+            .filter(|(key, _)| !values.contains_key(*key))
+        {
+            document::set_number(&mut new, key, *number);
+        }
+    }
     let mut tables = Tables::find(document, kind.path).ok_or_else(|| unknown(kind.name))?;
     tables.push(new);
     Ok(())
@@ -206,14 +209,19 @@ fn write(
     room: &Room,
 ) -> Result<(), Problem> {
     if kind.place == Place::Start && table.get("start").is_none() {
-        // Keys in the order of the reference.
         let start = InlineTable::new();
         table.insert("start", Item::Value(start.into()));
     }
-    for (key, number) in by_place(values) {
-        if ![X, Y].contains(&key) && !kind.numbers.contains(&key) {
-            return Err(unknown(&format!("number '{key}' of a {}", kind.name)));
-        }
+    // As people write them: the place first.
+    let known = [X, Y].iter().chain(kind.numbers).copied();
+    if let Some(key) = values
+        .keys()
+        .find(|key| !known.clone().any(|it| it == *key))
+    {
+        return Err(unknown(&format!("number '{key}' of a {}", kind.name)));
+    }
+    let numbers = known.filter_map(|key| Some((key, *values.get(key)?)));
+    for (key, number) in numbers {
         match (kind.place, key) {
             (Place::Start, _) => {
                 let start = table.get_mut("start");
@@ -232,14 +240,6 @@ fn write(
         }
     }
     Ok(())
-}
-
-/// Returns the numbers with the place first, as people write them.
-fn by_place(values: &Numbers) -> impl Iterator<Item = (&str, f64)> {
-    let place = [X, Y].into_iter();
-    let place = place.filter_map(|key| Some((key, *values.get(key)?)));
-    let rest = values.iter().map(|(key, number)| (key.as_str(), *number));
-    place.chain(rest.filter(|(key, _)| ![X, Y].contains(key)))
 }
 
 fn rounded(number: f64) -> f64 {

@@ -25,7 +25,11 @@ pub fn draw(choice: &Choice, text: &str) -> Result<Value, OpenError> {
         _ => places(kind, &mut document, scenario),
     });
     let items: Vec<Value> = items.collect();
-    let kinds = KINDS.iter().filter(|kind| is_possible(kind, scenario));
+    // Robots first.
+    let kinds = KINDS
+        .iter()
+        .rev()
+        .filter(|kind| is_possible(kind, scenario));
     let kinds = kinds.flat_map(|kind| match kind.fresh {
         Fresh::Kinds(list) => {
             let names = scenario.pointer(list).and_then(Value::as_array);

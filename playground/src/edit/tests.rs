@@ -110,7 +110,7 @@ fn items_are_added_and_deleted() {
     assert_replaced(
         &add,
         "height_m = 0.5\n",
-        "height_m = 0.5\n\n[[obstacles]]\nwidth_m = 2.0\nheight_m = 0.25\nx_m = 8.0\ny_m = 1.0\n",
+        "height_m = 0.5\n\n[[obstacles]]\nx_m = 8.0\ny_m = 1.0\nwidth_m = 2.0\nheight_m = 0.25\n",
     );
     let delete = |kind: &str, index: usize| json!({"delete": {"kind": kind, "index": index}});
     assert_replaced(&delete("robot", 1), "\n[[robots]]\nname = \"gold\"\n", "");
@@ -123,7 +123,7 @@ fn items_are_added_and_deleted() {
     let with_two = changed(TEXT, &add);
     let second = changed(&with_two, &delete("obstacle", 0));
     assert!(
-        second.contains("# Behind the door.\n[[obstacles]]\nwidth_m = 2.0"),
+        second.contains("# Behind the door.\n[[obstacles]]\nx_m = 8.0"),
         "{second}"
     );
 }

@@ -80,7 +80,7 @@ fn drawing_changes_the_text_and_typing_the_drawing() {
     drag(&browser, (6.0, 2.0), (7.0, 2.5));
     browser.wait_for("document.querySelector('#edit-item').value == 'obstacle 0'");
     let with_obstacle = text(&browser);
-    let obstacle = "\n[[obstacles]]\nwidth_m = 1.0\nheight_m = 0.5\nx_m = 6.0\ny_m = 2.0\n";
+    let obstacle = "\n[[obstacles]]\nx_m = 6.0\ny_m = 2.0\nwidth_m = 1.0\nheight_m = 0.5\n";
     assert_eq!(with_obstacle, moved.clone() + obstacle);
     // Undo and redo by keys, also while the text has the focus.
     browser.click("#edit-text");
