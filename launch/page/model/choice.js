@@ -6,7 +6,13 @@ const KEYS = ["version", "scenario", "file", "allocator", "seed", "limit_s", "or
 /** The keys whose values are compressed. */
 const PACKED = ["file", "orders"];
 
-const damaged = (word) => new Error(`This link is damaged at '${word}': copy it once more, or choose a run above`);
+/** The number of letters of a damaged word that a line shows. */
+const MAX_WORD = 40;
+
+const damaged = (word) => {
+  const shown = word.length > MAX_WORD ? `${word.slice(0, MAX_WORD)}…` : word;
+  return new Error(`This link is damaged at '${shown}': copy it once more, or choose a run above`);
+};
 
 const otherVersion = (theirs, own) => {
   const remedy = `open it in a page of version ${theirs}, or choose a run above`;
