@@ -34,7 +34,7 @@ export class Drawing {
   // `{item, handle, from, to, hasMoved, at}`: a drag of an item; without an item, of a rectangle.
   #drag = null;
 
-  /** `actions`: `select(id)`, `change(change, step)`, `remove()` of the selected item and `drop()` of the tool. */
+  /** `actions`: `select(id)`, `change(change)`, `move(dx, dy)` and `remove()` of the selected item, and `drop()` of the tool. */
   constructor(canvas, actions) {
     this.#canvas = canvas;
     this.#actions = actions;
@@ -150,7 +150,7 @@ export class Drawing {
     if (!drag || !this.#shown) return;
     this.#move(event);
     if (!drag.item) this.#place(drag.hasMoved ? drag.from : this.#cursor, this.#cursor);
-    else if (drag.hasMoved) this.#set(drag.item, dragged(drag.item, drag.handle, drag.from, drag.to, this.#grid), null);
+    else if (drag.hasMoved) this.#set(drag.item, dragged(drag.item, drag.handle, drag.from, drag.to, this.#grid));
     this.paint();
   }
 
@@ -162,11 +162,11 @@ export class Drawing {
   /** Adds an item of the tool's kind. A rectangle is between both points. */
   #place(from, to) {
     const values = isRectangle(this.#tool.kind) ? rectangleBetween(from, to, this.#grid) : { x_m: to.x, y_m: to.y };
-    this.#actions.change({ add: { ...this.#tool, values } }, null);
+    this.#actions.change({ add: { ...this.#tool, values } });
   }
 
-  #set(item, values, step) {
-    this.#actions.change({ set: { kind: item.kind, index: item.index, values } }, step);
+  #set({ kind, index }, values) {
+    this.#actions.change({ set: { kind, index, values } });
   }
 
   #key(event) {
@@ -180,7 +180,7 @@ export class Drawing {
         this.#cursor = { x: snap(this.#cursor.x + dx, this.#grid), y: snap(this.#cursor.y + dy, this.#grid) };
         this.paint();
       } else {
-        this.#set(item, dragged(item, null, { x: 0, y: 0 }, { x: dx, y: dy }, this.#grid), `move ${this.#selected}`);
+        this.#actions.move(dx, dy);
       }
     } else if (event.key === "Enter" && this.#tool) {
       this.#place(this.#cursor, this.#cursor);

@@ -2,7 +2,7 @@
 // also checks every change.
 
 import { linkOf } from "../model/choice.js";
-import { Versions, idOf, plainName } from "../model/draft.js";
+import { Versions, dragged, gridOf, idOf, plainName } from "../model/draft.js";
 import { attribute, byId, el, text } from "../ui/dom.js";
 import { count } from "../ui/words.js";
 import { Drawing } from "./drawing.js";
@@ -40,7 +40,8 @@ class Editor {
   #source = new Source((value) => this.#typed(value));
   #picture = new Drawing(byId("edit-canvas"), {
     select: (id) => this.#select(id),
-    change: (change, step) => this.#change(change, step),
+    change: (change) => this.#change(() => change),
+    move: (dx, dy) => this.#move(dx, dy),
     remove: () => this.#remove(),
     drop: () => this.#take(null),
   });
@@ -71,11 +72,12 @@ class Editor {
   }
 
   /** Opens the window with the scenario of the page's form, or with the one that is being edited. */
-  open() {
-    byId("editor").showModal();
+  async open() {
     const scenario = byId("choose-scenario").value;
-    if (scenario !== this.#origin) this.#load(scenario ? { scenario } : { file: this.#choice.file });
+    const isNew = scenario !== this.#origin;
     this.#origin = scenario;
+    await (isNew ? this.#load(scenario ? { scenario } : { file: this.#choice.file }) : this.#redraw());
+    byId("editor").showModal();
   }
 
   /** Returns the allocator and the seed of the page's form. */
@@ -95,7 +97,7 @@ class Editor {
 
   /** Edits another scenario: `{scenario}` or `{file}`. The present one can be restored. */
   #load(scenario) {
-    this.#enqueue(async () => {
+    return this.#enqueue(async () => {
       this.#selected = this.#tool = null;
       const answer = await this.#engine.edit({ ...scenario, ...this.#conditions });
       const file = { name: answer.name, text: answer.text };
@@ -121,12 +123,13 @@ class Editor {
     });
   }
 
-  /** Changes the text by a change of an item. `step` joins changes for undo. */
-  #change(change, step) {
+  /** Changes the text by the change of an item that `make` returns, if any. `step` joins changes for undo. */
+  #change(make, step = null) {
     this.#enqueue(async () => {
       const file = this.#file;
       // The numbers of items are those of the drawn text.
-      if (file !== this.#drawn) return;
+      const change = file === this.#drawn && make();
+      if (!change) return;
       const answer = await this.#engine.edit({ file, ...this.#conditions }, change);
       if (file !== this.#file) return;
       if (answer.problem) {
@@ -144,9 +147,25 @@ class Editor {
     });
   }
 
+  get #item() {
+    return this.#drawing?.items.find((item) => idOf(item) === this.#selected) ?? null;
+  }
+
+  /** Moves the selected item by a distance, m. */
+  #move(dx, dy) {
+    const make = () => {
+      // The place after the moves before.
+      const item = this.#item;
+      const grid_m = gridOf(this.#drawing.run.scenario.room);
+      const values = item && dragged(item, null, { x: 0, y: 0 }, { x: dx, y: dy }, grid_m);
+      return item && { set: { kind: item.kind, index: item.index, values } };
+    };
+    this.#change(make, `move ${this.#selected}`);
+  }
+
   #remove() {
-    const item = this.#drawing?.items.find((each) => idOf(each) === this.#selected);
-    if (item) this.#change({ delete: { kind: item.kind, index: item.index } }, null);
+    const item = this.#item;
+    if (item) this.#change(() => ({ delete: { kind: item.kind, index: item.index } }));
   }
 
   #undo() {
@@ -215,7 +234,7 @@ class Editor {
   #receive({ drawing = null, problem = null }) {
     this.#problem = problem;
     if (drawing) [this.#drawing, this.#drawn] = [drawing, this.#file];
-    if (!this.#drawing?.items.some((item) => idOf(item) === this.#selected)) this.#selected = null;
+    if (!this.#item) this.#selected = null;
     this.#show();
   }
 
@@ -264,14 +283,14 @@ class Editor {
   }
 
   #showNumbers() {
-    const item = this.#drawing.items.find((each) => idOf(each) === this.#selected);
+    const item = this.#item;
     const { x_m, y_m, numbers } = item ?? {};
     const fields = Object.entries(item ? { x_m, y_m, ...numbers } : {}).map(([key, value]) => {
       const set = ({ target }) => {
         if (!Number.isFinite(target.valueAsNumber)) return;
         // The place stays, also of a robot that does not state it.
         const values = { x_m, y_m, [key]: target.valueAsNumber };
-        this.#change({ set: { kind: item.kind, index: item.index, values } }, null);
+        this.#change(() => ({ set: { kind: item.kind, index: item.index, values } }));
       };
       const input = el("input", { type: "number", step: "any", value, "data-number": key, onchange: set });
       return el("label", { class: "inline" }, key, input);
