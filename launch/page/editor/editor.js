@@ -3,7 +3,7 @@
 
 import { linkOf } from "../model/choice.js";
 import { Versions, dragged, gridOf, idOf, plainName } from "../model/draft.js";
-import { attribute, byId, el, text } from "../ui/dom.js";
+import { attribute, byId, el, keyed, text } from "../ui/dom.js";
 import { count } from "../ui/words.js";
 import { Drawing } from "./drawing.js";
 import { readFile, saveFile } from "./files.js";
@@ -264,15 +264,16 @@ class Editor {
   }
 
   #showTools() {
-    const buttons = this.#drawing.kinds.map(({ kind, variant }) => {
-      const tool = { kind, variant };
-      const isTaken = this.#tool?.kind === kind && this.#tool.variant === variant;
-      const name = variant ? `${kind}: ${variant}` : kind;
+    const nameOf = ({ kind, variant }) => (variant ? `${kind}: ${variant}` : kind);
+    const create = (tool) => {
+      const name = nameOf(tool);
       const title = `Place a ${name} with a click, or with the arrow keys and Enter`;
-      const attributes = { type: "button", title, "aria-pressed": String(isTaken), "data-new": name };
-      return el("button", { ...attributes, onclick: () => this.#take(tool) }, `+ ${name}`);
-    });
-    byId("edit-tools").replaceChildren(...buttons);
+      return el("button", { type: "button", title, "data-new": name, onclick: () => this.#take(tool) }, `+ ${name}`);
+    };
+    const update = (button, tool) => {
+      attribute(button, "aria-pressed", String(this.#tool !== null && nameOf(tool) === nameOf(this.#tool)));
+    };
+    keyed(byId("edit-tools"), this.#drawing.kinds, nameOf, create, update);
   }
 
   #showItems() {
@@ -283,18 +284,22 @@ class Editor {
   }
 
   #showNumbers() {
-    const item = this.#item;
-    const { x_m, y_m, numbers } = item ?? {};
-    const fields = Object.entries(item ? { x_m, y_m, ...numbers } : {}).map(([key, value]) => {
-      const set = ({ target }) => {
-        if (!Number.isFinite(target.valueAsNumber)) return;
-        // The place stays, also of a robot that does not state it.
-        const values = { x_m, y_m, [key]: target.valueAsNumber };
-        this.#change(() => ({ set: { kind: item.kind, index: item.index, values } }));
-      };
-      const input = el("input", { type: "number", step: "any", value, "data-number": key, onchange: set });
-      return el("label", { class: "inline" }, key, input);
-    });
-    byId("edit-numbers").replaceChildren(...fields);
+    const { x_m, y_m, numbers } = this.#item ?? {};
+    const fields = Object.entries(this.#item ? { x_m, y_m, ...numbers } : {});
+    const create = ([key]) => {
+      const onchange = ({ target }) => this.#setNumber(key, target.valueAsNumber);
+      return el("label", { class: "inline" }, key, el("input", { type: "number", step: "any", "data-number": key, onchange }));
+    };
+    const update = (label, [, value]) => {
+      label.querySelector("input").value = value;
+    };
+    keyed(byId("edit-numbers"), fields, ([key]) => key, create, update);
+  }
+
+  #setNumber(key, value) {
+    const { kind, index, x_m, y_m } = this.#item;
+    // The place stays, also of a robot that does not state it.
+    if (Number.isFinite(value)) this.#change(() => ({ set: { kind, index, values: { x_m, y_m, [key]: value } } }));
+    else this.#showNumbers();
   }
 }

@@ -258,6 +258,16 @@ impl Browser {
         self.runtime.block_on(performed).unwrap();
     }
 
+    /// Chooses a file of this computer in a field.
+    #[track_caller]
+    pub fn choose_file(&self, selector: &str, path: &Path) {
+        self.runtime.block_on(async {
+            let found = self.client.find(Locator::Css(selector)).await;
+            let element = found.unwrap_or_else(|error| panic!("{selector}: {error}"));
+            element.send_keys(path.to_str().unwrap()).await.unwrap();
+        });
+    }
+
     /// Returns the folder of downloaded files.
     pub fn downloads(&self) -> &Path {
         self.folder.path()

@@ -142,6 +142,34 @@ fn drawing_changes_the_text_and_typing_the_drawing() {
 }
 
 #[test]
+fn files_of_the_computer_are_opened() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    open_editor(&browser, &link, None);
+    let builtin = text(&browser);
+    lab.write("my room.toml", FILE);
+    lab.write("bytes.toml", b"name = \"\xff\"");
+    let field = "#edit-file";
+    browser.choose_file(field, &lab.path("my room.toml").canonicalize().unwrap());
+    wait_for_text(&browser, FILE);
+    assert_eq!(browser.text("#editor-title"), "my-room.toml");
+    browser.choose_file(field, &lab.path("bytes.toml").canonicalize().unwrap());
+    let refusal = lab.refusal("check bytes.toml");
+    let refusal = json!(refusal.trim_end());
+    browser.wait_for(&format!(
+        "(state => state.startsWith('bytes.toml') && {refusal}.includes(state.split('; ')[1]))(document.querySelector('#edit-state').textContent)"
+    ));
+    // The scenario before is restored, with its name.
+    browser.press_with(&[CONTROL], 'z');
+    wait_for_text(&browser, &builtin);
+    browser.wait_for("document.querySelector('#editor-title').textContent == 'waste-cleanup.toml'");
+    browser.assert_no_console_message();
+}
+
+#[test]
 fn every_function_has_keys() {
     let lab = Lab::new();
     let Some(link) = page(&lab) else { return };
@@ -151,7 +179,7 @@ fn every_function_has_keys() {
     open_editor(&browser, &link, Some(FILE));
     let focus =
         |selector: &str| browser.eval(&format!("document.querySelector('{selector}').focus()"));
-    // A new robot, one step of the grid from the middle of the room: an arrow moves by two fields of 0.05 m.
+    // A new robot, beside the middle of the room: an arrow moves by two fields of the grid of 0.05 m.
     focus("[data-new=robot]");
     browser.press(ENTER);
     browser.wait_for("document.activeElement.id == 'edit-canvas'");
@@ -164,7 +192,7 @@ fn every_function_has_keys() {
         with_robot.ends_with("name = \"r1\"\nstart = { x_m = 7.1, y_m = 4.5 }\n"),
         "{with_robot}"
     );
-    // The selected robot moves, and the keys choose the item before the first: the deposit.
+    // The selected robot moves. Without a selection, the first item is the deposit.
     browser.press(ARROW_RIGHT);
     wait_for_text(&browser, &with_robot.replace("7.1,", "7.2,"));
     browser.press(DELETE);
