@@ -5,6 +5,7 @@ import { test } from "node:test";
 
 import {
   Versions,
+  decode,
   dragged,
   firstDifference,
   gridOf,
@@ -125,4 +126,14 @@ test("a name of a file needs no quotes", () => {
   assert.equal(plainName("$(rm -rf).toml"), "rm--rf-.toml");
   assert.equal(plainName("räume"), "r-ume.toml");
   assert.equal(plainName("..."), "scenario.toml");
+});
+
+test("a file is UTF-8, and its first other byte has a line", () => {
+  const text = "# Räume\n\nname = 'a'\n# end";
+  const bytes = new TextEncoder().encode(text);
+  assert.equal(decode("a.toml", bytes), text);
+  assert.equal(decode("a.toml", new Uint8Array()), "");
+  bytes[11] = 0xff;
+  const message = "a.toml:3: the bytes are not UTF-8 text; save the file as UTF-8";
+  assert.throws(() => decode("a.toml", bytes), { message });
 });

@@ -247,7 +247,8 @@ class Editor {
     text(byId("editor-title"), this.#file.name);
     this.#source.show(this.#file.text);
     const run = this.#drawing?.run;
-    this.#source.showProblem(this.#problem, run ? `No problem: ${count(run.scenario.robots.length, "robot")}, mission ${run.mission.name}` : "");
+    const robots = run && count(run.scenario.robots.length, "robot");
+    this.#source.showProblem(this.#problem, run ? `No problem: ${robots}, mission ${run.mission.name}` : "");
     attribute(byId("edit-drawing"), "data-stale", this.#problem !== null);
     this.#showButtons();
     if (!this.#drawing) return;

@@ -1,14 +1,11 @@
 // Files of the editor: opens a file of this computer, and saves one. Nothing is sent to a server.
 
+import { decode } from "../model/draft.js";
 import { el } from "../ui/dom.js";
 
-/** Reads a scenario file. Throws an Error with one line if it is no text. */
+/** Reads a scenario file. Throws an Error with one line, as of the program, if it is no text. */
 export async function readFile(file) {
-  try {
-    return new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer());
-  } catch {
-    throw new Error(`${file.name}: the bytes are not UTF-8 text; save the file as UTF-8`);
-  }
+  return decode(file.name, new Uint8Array(await file.arrayBuffer()));
 }
 
 /** Saves a text in the folder for downloads. */

@@ -128,6 +128,23 @@ export function firstDifference(a, b) {
   return at;
 }
 
+/** Returns the text of a file. Throws an Error with the line of the first byte that is no text. */
+export function decode(name, bytes) {
+  const decoder = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
+  const lines = [];
+  // No character contains the byte of a line's end, so each line is a text.
+  for (let start = 0; start < bytes.length; ) {
+    const end = bytes.indexOf(10, start) + 1 || bytes.length;
+    try {
+      lines.push(decoder.decode(bytes.subarray(start, end)));
+    } catch {
+      throw new Error(`${name}:${lines.length + 1}: the bytes are not UTF-8 text; save the file as UTF-8`);
+    }
+    start = end;
+  }
+  return lines.join("");
+}
+
 /** Returns a name of a file that no command line has to quote, and which ends with `.toml`. */
 export function plainName(name) {
   const plain = name.replace(/\.toml$/i, "").replaceAll(/[^A-Za-z0-9._-]+/g, "-").replace(/^[-.]+/, "");
