@@ -32,7 +32,7 @@ pub struct Choice {
     pub orders: Vec<GivenOrder>,
 }
 
-/// A scenario file.
+/// A scenario file that a person has written.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {

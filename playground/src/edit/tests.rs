@@ -182,6 +182,10 @@ fn every_builtin_scenario_is_drawn_and_each_item_can_be_set_to_its_own_place() {
                 continue;
             }
             last = item["kind"].clone();
+            // A block without a start may not fit as a square.
+            if item["outlines"].as_array().unwrap().len() > 1 {
+                continue;
+            }
             let values = json!({"x_m": item["x_m"], "y_m": item["y_m"]});
             let set =
                 json!({"set": {"kind": item["kind"], "index": item["index"], "values": values}});
@@ -204,8 +208,13 @@ fn every_builtin_scenario_is_drawn_and_each_item_can_be_set_to_its_own_place() {
 
 #[test]
 fn each_kind_of_a_mission_can_be_added() {
-    for scenario in ["waste-cleanup", "janitorial", "parker-box"] {
-        let choice = json!({"scenario": scenario});
+    let bars = "[push]\nlength_m = 2.0\n[[push.bars]]\nx_m = 3.0\ny_m = 6.0\ngoal_x_m = 9.0\n\
+                [[robots]]\nname = \"red\"\n[[robots]]\nname = \"blue\"\n";
+    for choice in [
+        json!({"scenario": "waste-cleanup"}),
+        json!({"scenario": "janitorial"}),
+        json!({"file": {"name": "bars.toml", "text": bars}}),
+    ] {
         let before = ask(&json!({"choice": choice}));
         for new in before["drawing"]["kinds"].as_array().unwrap() {
             // Chargers need energy, which these scenarios do not simulate.
@@ -216,13 +225,13 @@ fn each_kind_of_a_mission_can_be_added() {
             let add =
                 json!({"add": {"kind": new["kind"], "variant": new["variant"], "values": place}});
             let after = ask(&json!({"choice": choice, "change": add}));
-            assert_eq!(after["problem"], Value::Null, "{scenario} {new}");
+            assert_eq!(after["problem"], Value::Null, "{choice} {new}");
             let kind = new["kind"].as_str().unwrap();
             let found = items(&after, kind);
             assert_eq!(
                 found.len(),
                 items(&before, kind).len() + 1,
-                "{scenario} {new}"
+                "{choice} {new}"
             );
             let last = found.last().unwrap();
             assert_eq!(
@@ -253,7 +262,7 @@ fn a_problem_has_its_line_and_changes_nothing() {
     for (change, start) in [
         (
             set("robot", 0, json!({"x_m": 20, "y_m": 2})),
-            "mine.toml:17: robots[0].start.x_m: ",
+            "mine.toml:18: robots[0].start.x_m: ",
         ),
         (
             set("robot", 7, json!({"x_m": 2, "y_m": 2})),
