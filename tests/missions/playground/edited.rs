@@ -98,8 +98,9 @@ fn drawing_changes_the_text_and_typing_the_drawing() {
 
     // Typing moves the robot in the drawing.
     let typed = FILE.replace("y_m = 6.0", "y_m = 7.5");
+    browser.choose("#edit-item", "robot 1");
     browser.input("#edit-text", &json!(typed).to_string());
-    browser.wait_for("document.querySelector('#edit-state').textContent.startsWith('No problem')");
+    browser.wait_for("document.querySelector('[data-number=y_m]').value == '7.5'");
     drag(&browser, (2.0, 7.5), (3.0, 7.5));
     wait_for_text(
         &browser,
