@@ -33,7 +33,7 @@ export class Source {
   showProblem(problem, state) {
     this.#problem = problem;
     attribute(byId("edit-state"), "data-problem", problem !== null);
-    attribute(this.#field, "aria-invalid", problem ? "true" : null);
+    attribute(this.#field, "aria-invalid", problem?.line ? "true" : null);
     text(byId("edit-state"), problem?.text ?? state);
     byId("edit-line").hidden = !problem?.line;
     this.#number();
