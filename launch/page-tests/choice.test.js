@@ -38,3 +38,23 @@ test("a damaged link is refused with the damaged word", async () => {
   await assert.rejects(choiceOf("#seed=1&seed=2"), /damaged at 'seed=2'/);
   await assert.rejects(choiceOf("#limit_s=soon"), { message: "limit_s in this link is no number: choose a run above" });
 });
+
+test("a link contains a scenario and the version of the program", async () => {
+  const choice = { file: { name: "mine.toml", text: `# Räume\n${"[[obstacles]]\n".repeat(200)}` }, seed: "2" };
+  const link = await linkOf(choice, "0.1.0");
+  assert.match(link, /^#version=0\.1\.0&file=[A-Za-z0-9_-]+&seed=2$/);
+  assert.ok(link.length < 250, `${link.length}`);
+  assert.deepEqual(await choiceOf(link, "0.1.0"), choice);
+  await assert.rejects(choiceOf(link.replace("&seed", "A&seed"), "0.1.0"), /This link is damaged at 'file=/);
+});
+
+test("a link of another version is refused with the remedy", async () => {
+  const message =
+    "This link is of version 0.2.0 and this page is of version 0.1.0: open it in a page of version 0.2.0, or choose a run above";
+  // Also if it has words that this version does not have.
+  for (const link of ["#version=0.2.0&seed=1", "#version=0.2.0&speed=3", "#seed=%E0&version=0.2.0"]) {
+    await assert.rejects(choiceOf(link, "0.1.0"), { message });
+  }
+  await assert.rejects(choiceOf("#version=<b>&seed=1", "0.1.0"), /This link is damaged at 'version=<b>'/);
+  assert.deepEqual(await choiceOf("#version=0.1.0&seed=1", "0.1.0"), { seed: "1" });
+});

@@ -1,5 +1,6 @@
 // Entry point of the page: connects the source of the run, the model, the panels and the keys.
 
+import { offerEditor } from "./editor/editor.js";
 import { choiceOf } from "./model/choice.js";
 import { Model } from "./model/model.js";
 import { stateOf } from "./model/state.js";
@@ -64,12 +65,13 @@ async function play(engine) {
     const list = await engine.load();
     let choice = {};
     try {
-      choice = await choiceOf(location.hash);
+      choice = await choiceOf(location.hash, engine.version);
     } finally {
-      showChoice(list, choice);
+      showChoice(list, choice, engine.version);
+      offerEditor(engine, choice);
     }
     const run = await engine.open(choice);
-    offerLink(engine, choice);
+    offerLink(engine, choice, engine.version);
     await show(engine, run);
   } catch (error) {
     // Another choice starts the page again.

@@ -1,4 +1,4 @@
-//! The choice of a run: a built-in scenario, an allocator and a seed.
+//! The choice of a run: a scenario, an allocator and a seed.
 
 use missions::Registry;
 use proto::control::ControlCommand;
@@ -17,6 +17,9 @@ pub struct Choice {
     /// The name of a built-in scenario; `None` for the default mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenario: Option<String>,
+    /// A scenario of the person, instead of a built-in one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<ScenarioFile>,
     /// The allocator of all robots; `None` for those of the scenario.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allocator: Option<String>,
@@ -34,10 +37,56 @@ pub struct Choice {
     pub orders: Vec<GivenOrder>,
 }
 
+/// A scenario file that a person has written.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScenarioFile {
+    /// The name of the file, for problems and for the command.
+    pub name: String,
+    pub text: String,
+}
+
 /// A command to the run, and the tick before which it is given.
 pub type GivenOrder = (Tick, ControlCommand);
 
 impl Choice {
+    /// Returns the file of the scenario. That of a built-in one has its text.
+    ///
+    /// # Errors
+    /// If no built-in scenario has the name, or the choice has two scenarios.
+    pub fn scenario_file(&self) -> Result<ScenarioFile, Problem> {
+        let vocabulary = Registry::current().vocabulary();
+        let mut builtins = vocabulary.builtins();
+        let builtin = match (&self.file, &self.scenario) {
+            (Some(file), None) => return Ok(file.clone()),
+            (Some(_), Some(_)) => {
+                let what = "the choice has a file and a built-in scenario";
+                return Err(Problem::at(["file"], what, "omit one of them"));
+            }
+            // The first one is the default mission.
+            (None, None) => builtins.next(),
+            (None, Some(name)) => {
+                let names = vocabulary.builtins().map(|builtin| builtin.name);
+                check_known(["scenario"], "no built-in scenario", name, names)?;
+                vocabulary.builtin(name)
+            }
+        };
+        let (name, text) = builtin.map_or(("scenario", ""), |found| (found.name, found.text));
+        Ok(ScenarioFile {
+            name: format!("{name}.toml"),
+            text: text.to_owned(),
+        })
+    }
+
+    /// Returns the scenario without the rest of the choice.
+    ///
+    /// # Errors
+    /// If the scenario is invalid.
+    pub fn scenario(&self) -> Result<Scenario, Problem> {
+        let file = self.scenario_file()?;
+        Scenario::parse(&file.name, &file.text, &Registry::current().vocabulary())
+    }
+
     /// Returns the setup of the run.
     ///
     /// # Errors
@@ -45,16 +94,7 @@ impl Choice {
     pub fn setup(&self) -> Result<Setup, Problem> {
         let registry = Registry::current();
         let vocabulary = registry.vocabulary();
-        let mut scenario = match &self.scenario {
-            None => vocabulary.default_scenario()?,
-            Some(name) => {
-                let names = vocabulary.builtins().map(|builtin| builtin.name);
-                check_known(["scenario"], "no built-in scenario", name, names)?;
-                let builtin = vocabulary.builtin(name);
-                let text = builtin.map_or("", |builtin| builtin.text);
-                Scenario::parse(name, text, &vocabulary)?
-            }
-        };
+        let mut scenario = self.scenario()?;
         if let Some(name) = &self.allocator {
             scenario.set_allocator(name);
         }
@@ -103,6 +143,7 @@ impl Choice {
                 command.push_str(value);
             }
         };
+        add(" ", &self.file.as_ref().map(|file| file.name.clone()));
         add(" ", &self.scenario);
         add(" --allocator ", &self.allocator);
         add(" --seed ", &self.seed);
@@ -189,6 +230,14 @@ mod tests {
                 "seed: '-1' is no seed; use a whole number from 0 to 18446744073709551615",
             ),
             (json!({"limit_s": -1.0}), "limit_s: "),
+            (
+                json!({"file": {"name": "mine.toml", "text": "limit_s = 9\nrobot = 3"}}),
+                "mine.toml:2: robot: ",
+            ),
+            (
+                json!({"scenario": "janitorial", "file": {"name": "mine.toml", "text": ""}}),
+                "file: the choice has a file and a built-in scenario; omit one of them",
+            ),
         ] {
             let found = refusal(choice);
             assert!(found.starts_with(start), "{found}");
@@ -203,6 +252,9 @@ mod tests {
         let choice: Choice = serde_json::from_value(choice).unwrap();
         let command = "alliance run janitorial --allocator cbba --seed 7 --limit 60.5 --in-process";
         assert_eq!(choice.command(), command);
+        let choice = json!({"file": {"name": "mine.toml", "text": ""}});
+        let choice: Choice = serde_json::from_value(choice).unwrap();
+        assert_eq!(choice.command(), "alliance run mine.toml --in-process");
         assert_eq!(Choice::default().command(), "alliance run --in-process");
     }
 }

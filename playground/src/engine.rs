@@ -7,6 +7,7 @@ use in_process::{StartError, TickError};
 use observation::about::about;
 use proto::control::{ControlCommand, Reply};
 use proto::tick::Outcome;
+use proto::view::View;
 use scenario::fault::Order;
 use scenario::ids::Tick;
 use scenario::{Problem, Setup};
@@ -78,6 +79,11 @@ impl Engine {
     #[must_use]
     pub fn about(&self) -> &Value {
         &self.about
+    }
+
+    /// Returns the present view of the first run.
+    pub fn view(&mut self) -> View {
+        self.run.view()
     }
 
     /// Returns the next tick. The run that is over first keeps its last one.

@@ -106,6 +106,17 @@ extern "C" fn orders() {
     answer_json(with_engine(|engine| json!(engine.orders())));
 }
 
+/// Draws or changes the text of a scenario, see [`edit`](crate::edit::edit).
+#[unsafe(no_mangle)]
+extern "C" fn edit() {
+    let request = TEXT.with_borrow(|text| serde_json::from_slice(text));
+    answer_json(
+        request
+            .map(crate::edit::edit)
+            .map_err(|error| error.to_string()),
+    );
+}
+
 /// Answers with the hash of the run so far.
 #[unsafe(no_mangle)]
 extern "C" fn hash() {

@@ -5,6 +5,7 @@ use observation::feed::Feed;
 use proto::control::{Armed, Cleared, ClockStatus, FaultStatus};
 use proto::event::TickEvents;
 use proto::tick::Outcome;
+use proto::view::View;
 use run_log::{LogLevel, MemoryLog};
 use scenario::fault::Order;
 use scenario::ids::Tick;
@@ -101,11 +102,16 @@ impl Run {
         Ok(())
     }
 
+    /// Returns the present view.
+    pub fn view(&mut self) -> View {
+        self.team.observe()
+    }
+
     /// Returns the frames since the last call: all news, the newest view with the state of the clock, the number of messages
     /// if they are counted, and the hash so far.
     pub fn frames(&mut self, clock: ClockStatus) -> Vec<String> {
         let mut frames = std::mem::take(&mut self.news);
-        let mut view = self.team.observe();
+        let mut view = self.view();
         view.clock = Some(clock);
         if let Some(shown) = self.feed.add_view(view) {
             frames.extend(shown.news);

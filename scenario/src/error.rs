@@ -100,6 +100,12 @@ impl Problem {
         }
     }
 
+    /// Returns the line in the file, from 1.
+    #[must_use]
+    pub fn line(&self) -> Option<usize> {
+        self.place.line
+    }
+
     /// Returns the problem with its line, from 1.
     #[must_use]
     pub fn on_line(mut self, line: usize) -> Self {

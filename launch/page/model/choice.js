@@ -1,21 +1,39 @@
-// The choice of a run in the link of the playground, such as `#scenario=janitorial&allocator=cbba&seed=3`. Orders of a
-// person are compressed in it. Nothing is sent to a server.
+// The choice of a run in the link of the playground, such as `#scenario=janitorial&allocator=cbba&seed=3`. A scenario and
+// orders of a person are compressed in it. Nothing is sent to a server. A copied link has the version of the program,
+// because another version may run the same choice differently.
 
-const KEYS = ["scenario", "allocator", "beside", "seed", "limit_s", "orders"];
+const KEYS = ["version", "scenario", "file", "allocator", "beside", "seed", "limit_s", "orders"];
+/** The keys whose values are compressed. */
+const PACKED = ["file", "orders"];
 
-const damaged = (word) => new Error(`This link is damaged at '${word}': copy it once more, or choose a run above`);
+/** The number of letters of a damaged word that a line shows. */
+const MAX_WORD = 40;
+
+const damaged = (word) => {
+  const shown = word.length > MAX_WORD ? `${word.slice(0, MAX_WORD)}…` : word;
+  return new Error(`This link is damaged at '${shown}': copy it once more, or choose a run above`);
+};
+
+const otherVersion = (theirs, own) => {
+  const remedy = `open it in a page of version ${theirs}, or choose a run above`;
+  return new Error(`This link is of version ${theirs} and this page is of version ${own}: ${remedy}`);
+};
 
 /**
- * Returns the choice in the part of a link after the #. Throws an Error with one line if the link is damaged. The
- * simulator checks the names.
+ * Returns the choice in the part of a link after the #. `version` is that of this page. Throws an Error with one line if
+ * the link is damaged or of another version. The simulator checks the names.
  */
-export async function choiceOf(hash) {
+export async function choiceOf(hash, version) {
   const choice = {};
-  for (const word of hash.replace(/^#/, "").split("&").filter(Boolean)) {
+  const words = hash.replace(/^#/, "").split("&").filter(Boolean);
+  // Another version may have other words.
+  const theirs = words.find((word) => word.startsWith("version="))?.slice("version=".length);
+  if (theirs && /^[0-9A-Za-z.+-]+$/.test(theirs) && theirs !== version) throw otherVersion(theirs, version);
+  for (const word of words) {
     const [key, value, ...rest] = word.split("=");
-    if (!KEYS.includes(key) || !value || rest.length || key in choice) throw damaged(word);
+    if (!KEYS.includes(key) || !value || rest.length || key in choice || (key === "version" && value !== version)) throw damaged(word);
     try {
-      choice[key] = key === "orders" ? await unpacked(value) : decodeURIComponent(value);
+      choice[key] = PACKED.includes(key) ? await unpacked(value) : decodeURIComponent(value);
     } catch {
       throw damaged(word);
     }
@@ -24,16 +42,16 @@ export async function choiceOf(hash) {
     choice.limit_s = Number(choice.limit_s);
     if (Number.isNaN(choice.limit_s)) throw new Error("limit_s in this link is no number: choose a run above");
   }
+  delete choice.version;
   return choice;
 }
 
-/** Returns the part of a link after the # for a choice, without empty entries. */
-export async function linkOf(choice) {
+/** Returns the part of a link after the # for a choice, without empty entries. `version` is that of this page. */
+export async function linkOf(choice, version) {
   const words = [];
-  for (const key of KEYS.filter((each) => choice[each])) {
-    const value = choice[key];
-    if (key !== "orders") words.push(`${key}=${encodeURIComponent(value)}`);
-    else if (value.length) words.push(`orders=${await packed(value)}`);
+  const all = { ...choice, version };
+  for (const key of KEYS.filter((each) => all[each] && all[each].length !== 0)) {
+    words.push(`${key}=${PACKED.includes(key) ? await packed(all[key]) : encodeURIComponent(all[key])}`);
   }
   return `#${words.join("&")}`;
 }

@@ -132,7 +132,7 @@ function paintRing(c, p, mark, palette) {
 }
 
 /** Begins the path of an outline. Returns its bounding box in pixels, or null for a line. */
-function outlined(c, p, outline) {
+export function outlined(c, p, outline) {
   const [[kind, shape]] = Object.entries(outline);
   c.beginPath();
   if (kind === "disc") {

@@ -27,6 +27,11 @@ export class Engine extends EventTarget {
     this.#document = document;
   }
 
+  /** Returns the version of the program. */
+  get version() {
+    return JSON.parse(this.#document.getElementById("embedded-engine").textContent).version;
+  }
+
   /** Starts the worker. Returns the scenarios and allocators. Throws an Error whose message is one line for users. */
   async load() {
     if (!canUnpack() || typeof WebAssembly === "undefined" || typeof Worker === "undefined") throw new Error(TOO_OLD);
@@ -45,9 +50,14 @@ export class Engine extends EventTarget {
     return Promise.race([this.#ask("load", { bytes }), failed]);
   }
 
-  /** Opens a run: `{scenario, allocator, beside, seed, limit_s, orders}`, each may be missing. Returns its description. */
+  /** Opens a run: `{scenario, file, allocator, beside, seed, limit_s, orders}`, each may be missing. Returns its description. */
   async open(choice) {
     return this.#ask("open", { choice });
+  }
+
+  /** Draws or changes the text of a scenario: see `EditRequest` in the crate playground. */
+  async edit(choice, change = null) {
+    return this.#ask("edit", { request: { choice, change } });
   }
 
   /** Sends a command and returns the reply. */

@@ -34,6 +34,14 @@ export class Program {
     return about;
   }
 
+  /** Draws or changes the text of a scenario, see `EditRequest` in the crate. */
+  edit(request) {
+    this.#write(JSON.stringify(request));
+    const answer = JSON.parse(this.#call("edit"));
+    if (answer.error) throw new Error(answer.error);
+    return answer;
+  }
+
   /** Executes a command and returns the reply. */
   control(command, now_ms) {
     this.#write(JSON.stringify(command));
@@ -166,6 +174,7 @@ function serve(scope) {
       runner = new Runner(program, about.scenario.robots.length, post);
       return about;
     },
+    edit: ({ request }) => program.edit(request),
     start: () => runner.start(),
     shown: () => runner.shown(),
     orders: () => program.orders(),

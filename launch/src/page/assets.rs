@@ -15,6 +15,11 @@ macro_rules! files {
 
 const FILES: &[(&str, &[u8])] = files! {
     "compare.css"
+    "editor/drawing.js"
+    "editor/editor.css"
+    "editor/editor.js"
+    "editor/files.js"
+    "editor/source.js"
     "icon.svg"
     "index.html"
     "layout.css"
@@ -26,6 +31,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "model/compare.js"
     "model/curves.js"
     "model/devices.js"
+    "model/draft.js"
     "model/events.js"
     "model/faults.js"
     "model/history.js"

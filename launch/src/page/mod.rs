@@ -104,6 +104,7 @@ mod tests {
             "mission",
             "branch",
             "choice",
+            "draft",
             "faults",
             "embedded",
             "late_events",

@@ -1,7 +1,7 @@
 //! A real browser, controlled like by a user: headless Chromium with its WebDriver.
 
 use std::fs::File;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
@@ -25,6 +25,10 @@ pub const PHONE: (u32, u32) = (390, 844);
 /// The window size of a sideways phone.
 pub const LANDSCAPE: (u32, u32) = (844, 390);
 
+/// The keys of a shortcut.
+pub const CONTROL: char = '\u{e009}';
+pub const SHIFT: char = '\u{e008}';
+
 const OPTIONS: [&str; 10] = [
     "--headless",
     "--no-sandbox",
@@ -45,7 +49,7 @@ pub struct Browser {
     driver: Child,
     /// The output of driver and browser, including the console messages of the pages.
     log: PathBuf,
-    _folder: TempDir,
+    folder: TempDir,
 }
 
 impl Browser {
@@ -97,6 +101,7 @@ impl Browser {
         let profile = format!("--user-data-dir={}", profile.display());
         let options = json!({
             "args": ([&OPTIONS[..], more, &[profile.as_str()]].concat()),
+            "prefs": {"download.default_directory": folder.path()},
             "mobileEmulation": {
                 "deviceMetrics": {
                     "width": width, "height": height, "pixelRatio": 1.0,
@@ -120,7 +125,7 @@ impl Browser {
             client,
             driver,
             log,
-            _folder: folder,
+            folder,
         })
     }
 
@@ -240,6 +245,32 @@ impl Browser {
             .then(KeyAction::Up { value: key });
         let performed = self.client.perform_actions(keys);
         self.runtime.block_on(performed).unwrap();
+    }
+
+    /// Presses a key while others are held.
+    pub fn press_with(&self, held: &[char], key: char) {
+        let keys = KeyActions::new("keyboard".to_owned());
+        let down = |keys: KeyActions, key: &char| keys.then(KeyAction::Down { value: *key });
+        let up = |keys: KeyActions, key: &char| keys.then(KeyAction::Up { value: *key });
+        let keys = up(down(held.iter().fold(keys, down), &key), &key);
+        let keys = held.iter().fold(keys, up);
+        let performed = self.client.perform_actions(keys);
+        self.runtime.block_on(performed).unwrap();
+    }
+
+    /// Chooses a file of this computer in a field.
+    #[track_caller]
+    pub fn choose_file(&self, selector: &str, path: &Path) {
+        self.runtime.block_on(async {
+            let found = self.client.find(Locator::Css(selector)).await;
+            let element = found.unwrap_or_else(|error| panic!("{selector}: {error}"));
+            element.send_keys(path.to_str().unwrap()).await.unwrap();
+        });
+    }
+
+    /// Returns the folder of downloaded files.
+    pub fn downloads(&self) -> &Path {
+        self.folder.path()
     }
 
     /// Saves a picture of the window in the build's folder for temporary files.

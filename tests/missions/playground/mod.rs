@@ -1,5 +1,6 @@
 //! The playground: the simulator as a WebAssembly module has the hashes of the native program.
 
+mod edited;
 mod page;
 
 use std::path::PathBuf;
