@@ -320,10 +320,11 @@ pub fn gatherings(number: u64, chance: &mut ChaCha8Rng) -> String {
             writeln!(text, "after = ['p{}']", chance.random_range(0..index)).unwrap();
         }
         let mut needs: BTreeMap<&str, u32> = BTreeMap::new();
-        for skills in team.iter().filter(|_| chance.random_bool(0.7)) {
-            *needs
-                .entry(skills[chance.random_range(0..skills.len())])
-                .or_default() += 1;
+        for skills in &team {
+            let skill = skills[chance.random_range(0..skills.len())];
+            if chance.random_bool(0.7) {
+                *needs.entry(skill).or_default() += 1;
+            }
         }
         let needs: Vec<String> = needs
             .iter()

@@ -124,7 +124,7 @@ impl Appointments {
             .collect();
         robots.sort_unstable();
         robots.dedup();
-        let mut chance = ChaCha8Rng::seed_from_u64(u64::from(round.cycle) << 48 | round.number);
+        let mut chance = ChaCha8Rng::seed_from_u64((u64::from(round.cycle) << 48) | round.number);
         robots.sort_by_cached_key(|_| chance.random::<u64>());
         let filled = fill_slots(
             of_point.len(),
