@@ -15,9 +15,9 @@ pub(super) const TOGETHER: usize = 32;
 impl Run {
     /// Steps the next group of robots, or the whole team on several threads. Returns `false` if no robot is left.
     pub(super) fn step_group(&mut self, inputs: &TickInputs) -> bool {
-        if let Some(mut crew) = self.take_crew(inputs) {
-            let any = self.step_team(&mut crew);
-            self.crew = Some(crew);
+        if let Some(mut pool) = self.take_pool(inputs) {
+            let any = self.step_team(&mut pool);
+            self.pool = Some(pool);
             return any;
         }
         // With external inputs, all robots that can be sent the tick form one group, because the inputs take effect after that.

@@ -12,11 +12,11 @@
 
 mod background;
 mod broadcast_store;
-mod crew;
 mod external_command;
 mod external_controllers;
 mod group;
 mod inputs;
+mod pool;
 mod run;
 mod threads;
 mod traffic;
@@ -37,10 +37,10 @@ use world_server::mission::UnknownMission;
 use world_server::simulation::Simulation;
 
 pub use background::BackgroundTeam;
-use crew::Crew;
-pub use crew::threads_for;
 pub use external_command::BodyCommand;
 pub use external_controllers::{AnswerError, AnswerSource, LoggedAnswers, TickError};
+use pool::WorkerPool;
+pub use pool::threads_for;
 pub use robot_agent::agent::AgentSnapshot;
 use run::Run;
 pub use run::Workspaces;
@@ -159,10 +159,10 @@ impl<S: Sink> Team<S> {
     /// # Errors
     /// Returns [`StartError::Threads`].
     pub fn use_threads(&mut self, threads: usize) -> Result<(), StartError> {
-        self.run.crew = match threads {
+        self.run.pool = match threads {
             0 | 1 => None,
             _ => Some(
-                Crew::new(self.run.seats.len(), threads)
+                WorkerPool::new(self.run.seats.len(), threads)
                     .map_err(|error| StartError::Threads { threads, error })?,
             ),
         };

@@ -14,10 +14,10 @@ use world_server::simulation::Simulation;
 
 use crate::StartError;
 use crate::broadcast_store::BroadcastStore;
-use crate::crew::Crew;
 use crate::external_command::BodyCommand;
 use crate::external_controllers::{AnswerError, AnswerSource, TickError};
 use crate::inputs::{LoggedInputs, TickInputs};
+use crate::pool::WorkerPool;
 use crate::traffic::BroadcastCounts;
 
 /// The controller of a robot's current incarnation.
@@ -51,7 +51,7 @@ pub(super) struct Run {
     pub asked: Vec<RobotId>,
     pub spaces: Workspaces,
     /// The threads that step the team; `None` without threads of their own.
-    pub crew: Option<Crew>,
+    pub pool: Option<WorkerPool>,
     inputs: LoggedInputs,
     /// By rank: commands that replace those of the agents. Empty if no body was ever driven.
     pub driven: Vec<Option<BodyCommand>>,
@@ -100,7 +100,7 @@ impl Run {
             broadcasts: BroadcastStore::new(setup.scenario.robots.len()),
             asked: Vec::new(),
             spaces: Workspaces::default(),
-            crew: None,
+            pool: None,
             simulation: Simulation::new(setup, mission, true),
             inputs: LoggedInputs::default(),
             driven: Vec::new(),

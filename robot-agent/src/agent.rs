@@ -92,7 +92,10 @@ impl TeamConfig {
         // The work of an assignment grows with the cube of the team size, so it is computed only for allocators that
         // use it.
         let assignment = if uses_assignment {
-            assignment::assign(&(mission.planned_cost_ms)(setup))
+            assignment::assign(
+                &(mission.planned_cost_ms)(setup),
+                &setup.catalog.mission.coalitions(scenario),
+            )
         } else {
             Vec::new()
         };

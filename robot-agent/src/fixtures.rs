@@ -22,6 +22,7 @@ pub fn brief(team: usize, unit_s: f64) -> TaskBrief {
         priority: 0,
         unit_s,
         robots: (0..team as u16).map(RobotId).collect(),
+        coalition: None,
     }
 }
 

@@ -87,6 +87,7 @@ impl Trial {
             priority: behavior.priority,
             unit_s: 2.0,
             robots: (0..team as u16).map(RobotId).collect(),
+            coalition: None,
         };
         let me = SelfState {
             robot: RobotId(1),

@@ -16,6 +16,8 @@ pub struct TaskSpec {
     pub max_robots: u32,
     /// The priority. A higher number goes first.
     pub priority: i32,
+    /// The first task of the group that robots must execute at the same time, if the task belongs to one.
+    pub coalition: Option<TaskId>,
 }
 
 /// A behavior set, which performs one task.
@@ -61,10 +63,19 @@ impl Catalog {
                     0 => properties.priority,
                     stated => stated,
                 },
+                coalition: None,
                 name,
             }
         });
-        let tasks: Vec<TaskSpec> = tasks.collect();
+        let mut tasks: Vec<TaskSpec> = tasks.collect();
+        for coalition in mission.coalitions(scenario) {
+            for task in &coalition {
+                // The scenario may not be checked yet.
+                if let Some(task) = tasks.get_mut(task.index()) {
+                    task.coalition = coalition.first().copied();
+                }
+            }
+        }
         let names = tasks.iter().map(|task| task.name.clone());
         Self {
             task_ids: names.zip((0..=u16::MAX).map(TaskId)).collect(),

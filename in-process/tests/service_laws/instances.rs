@@ -1,5 +1,6 @@
 //! Random instances of each class, as scenario files.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use missions::Registry;
@@ -273,6 +274,63 @@ pub fn lone(number: u64, chance: &mut ChaCha8Rng) -> String {
             let (x_m, y_m) = (chance.random_range(1.0..7.0), chance.random_range(1.0..5.0));
             writeln!(text, "deliver_to = [{x_m:.2}, {y_m:.2}]").unwrap();
         }
+    }
+    text + ONE_OF_EACH
+}
+
+/// Returns an instance with points that the team can do, most of which need several robots: the needs of a point are the
+/// skills of different robots. Points open late and have an order, but no deadline.
+pub fn gatherings(number: u64, chance: &mut ChaCha8Rng) -> String {
+    const SKILLS: [&str; 3] = ["a", "b", "c"];
+    let mut text = format!(
+        "allocator = '{}'\nlimit_s = 40000\nstep_ms = 500\nroom = {{ width_m = 8, height_m = 6 }}\n",
+        allocator(number)
+    );
+    let mut team: Vec<Vec<&str>> = Vec::new();
+    for robot in 0..chance.random_range(2..5) {
+        let mut skills = SKILLS.to_vec();
+        skills.retain(|_| robot == 0 || chance.random_bool(0.6));
+        if skills.is_empty() {
+            skills.push(SKILLS[robot % SKILLS.len()]);
+        }
+        let stated: Vec<String> = skills.iter().map(|skill| format!("{skill} = 1")).collect();
+        write!(
+            text,
+            "[[robots]]\nname = 'r{robot}'\nskills = {{ {} }}\n",
+            stated.join(", ")
+        )
+        .unwrap();
+        team.push(skills);
+    }
+    text += "[service]\ncoalition_wait_s = 12\n";
+    for kind in SKILLS {
+        let kept = chance.random_bool(0.5);
+        write!(
+            text,
+            "[[service.kinds]]\nname = '{kind}'\nwork_s = {{ min = 2, max = 8 }}\nkept = {kept}\n"
+        )
+        .unwrap();
+    }
+    for index in 0..chance.random_range(2..6) {
+        text += &point(chance);
+        if chance.random_bool(0.3) {
+            writeln!(text, "opens_s = {}", chance.random_range(0..60)).unwrap();
+        }
+        if index > 0 && chance.random_bool(0.2) {
+            writeln!(text, "after = ['p{}']", chance.random_range(0..index)).unwrap();
+        }
+        let mut needs: BTreeMap<&str, u32> = BTreeMap::new();
+        for skills in &team {
+            let skill = skills[chance.random_range(0..skills.len())];
+            if chance.random_bool(0.7) {
+                *needs.entry(skill).or_default() += 1;
+            }
+        }
+        let needs: Vec<String> = needs
+            .iter()
+            .map(|(skill, count)| format!("{skill} = {count}"))
+            .collect();
+        writeln!(text, "needs = {{ {} }}", needs.join(", ")).unwrap();
     }
     text + ONE_OF_EACH
 }

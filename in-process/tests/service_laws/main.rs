@@ -2,6 +2,7 @@
 //!
 //! - `instances`: the instances of each class. `laws`: the laws, from the log of a run.
 //! - `frames`: rooms with an origin, and rooms of 100 km. `starve`: places that must not keep robots from the rest.
+//! - `together`: points that need several robots at once.
 
 #![allow(clippy::unwrap_used)] // Clippy exempts test functions only, not their helpers.
 
@@ -9,6 +10,7 @@ mod frames;
 mod instances;
 mod laws;
 mod starve;
+mod together;
 
 use in_process::Team;
 use missions::Registry;

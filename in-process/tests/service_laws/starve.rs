@@ -34,7 +34,7 @@ const CORNER: [&str; 2] = [
 ];
 
 /// Returns a scenario with points of kind t at these places, each with further keys.
-fn with_points(text: &str, places: &[(f32, f32)], more: &str) -> String {
+pub fn with_points(text: &str, places: &[(f32, f32)], more: &str) -> String {
     let points = places.iter().map(|(x_m, y_m)| {
         format!("[[service.points]]\nkind = 't'\nx_m = {x_m}\ny_m = {y_m}\n{more}\n")
     });
@@ -42,7 +42,7 @@ fn with_points(text: &str, places: &[(f32, f32)], more: &str) -> String {
 }
 
 /// Runs a scenario with an allocator. Returns the run, the number of points that are done, and that of all points.
-fn outcome(allocator: &str, text: &str) -> (Run, [u64; 2]) {
+pub fn outcome(allocator: &str, text: &str) -> (Run, [u64; 2]) {
     let run = run(parse(&format!("allocator = '{allocator}'\n{text}")), 1);
     let mission = &run.log.run.result.mission;
     let counts = ["done", "open"].map(|name| mission.get(name).count());
@@ -72,32 +72,6 @@ fn a_walled_charger_does_not_keep_a_robot_from_another() {
             assert_eq!(counts, [12, 12], "{} {costs} {before}", allocator.name);
         }
     }
-}
-
-/// Returns the allocators that leave a point undone where two robots work together at each of these places, with the
-/// number of done points.
-fn incomplete(places: &[(f32, f32)]) -> Vec<(&'static str, u64)> {
-    let text = "step_ms = 200\nroom = { width_m = 8, height_m = 8 }\nlimit_s = 3600\n[service]\n\
-         [[service.kinds]]\nname = 't'\nwork_s = { min = 5, max = 5 }\n\
-         [[robots]]\nname = 'r0'\nstart = { x_m = 3.2, y_m = 3.2 }\n\
-         [[robots]]\nname = 'r1'\nstart = { x_m = 4.2, y_m = 3.2 }\n";
-    let text = with_points(text, places, "needs = { t = 2 }");
-    let allocators = Registry::built_in().vocabulary().allocators.into_iter();
-    let left = allocators.filter_map(|allocator| {
-        let (run, [done, total]) = outcome(allocator.name, &text);
-        laws::check(&run);
-        (done < total).then_some((allocator.name, done))
-    });
-    left.collect()
-}
-
-/// With solid robots and the default reach, robots that work together have room at the point.
-#[test]
-fn robots_that_work_together_have_room() {
-    let mut left = incomplete(&[(6.5, 6.5), (6.5, 4.0)]);
-    // These rules select by distance alone and do not agree on slots.
-    left.retain(|(allocator, _)| !["nearest", "nearest-silent"].contains(allocator));
-    assert_eq!(left, []);
 }
 
 /// A stated point arrives at its time, also after `duration_s`, which ends the arrivals of drawn points.

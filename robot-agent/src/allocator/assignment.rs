@@ -1,6 +1,6 @@
 //! Assignment of tasks before the start, with the Hungarian method, for allocators that
 //! [use](super::Allocator::uses_assignment) it. Each round assigns one task per robot at the least total cost. The
-//! loads of earlier rounds count in the costs of the next one.
+//! loads of earlier rounds count in the costs of the next one. Tasks of a coalition are assigned before, all at once.
 
 use std::sync::Arc;
 
@@ -12,25 +12,39 @@ use scenario::ids::{RobotId, TaskId};
 const NEVER: i64 = 1 << 40;
 
 /// Assigns every feasible task to one robot, and returns the tasks of each robot, by rank. `cost_ms` has a row per
-/// robot and a column per task; `None` marks an impossible pair.
+/// robot and a column per task; `None` marks an impossible pair. Tasks of a coalition go to different robots. Those
+/// without a robot stay unassigned.
 #[must_use]
-pub fn assign(cost_ms: &[Vec<Option<i64>>]) -> Vec<Arc<[TaskId]>> {
+pub fn assign(cost_ms: &[Vec<Option<i64>>], coalitions: &[Vec<TaskId>]) -> Vec<Arc<[TaskId]>> {
     let tasks = cost_ms.first().map_or(0, Vec::len);
     let mut assigned: Vec<Vec<TaskId>> = vec![Vec::new(); cost_ms.len()];
     let mut load_ms = vec![0; cost_ms.len()];
-    let can_be_done = |task: &usize| cost_ms.iter().any(|row| row[*task].is_some());
-    let mut left: Vec<usize> = (0..tasks).filter(can_be_done).collect();
-    while !left.is_empty() {
-        let cost = |robot: usize, task: usize| match cost_ms[robot][left[task]] {
+    let mut assign_at_once = |assigned: &mut Vec<Vec<TaskId>>, tasks: &[usize]| {
+        let cost = |robot: usize, task: usize| match cost_ms[robot][tasks[task]] {
             Some(cost_ms) => load_ms[robot] + cost_ms,
             None => NEVER,
         };
-        let mut pairs = least_cost(cost_ms.len(), left.len(), &cost);
-        pairs.retain(|&(robot, task)| cost_ms[robot][left[task]].is_some());
+        let mut pairs = least_cost(cost_ms.len(), tasks.len(), &cost);
+        pairs.retain(|&(robot, task)| cost_ms[robot][tasks[task]].is_some());
         for &(robot, task) in &pairs {
-            load_ms[robot] += cost_ms[robot][left[task]].unwrap_or(NEVER);
-            assigned[robot].push(TaskId(left[task] as u16));
+            load_ms[robot] += cost_ms[robot][tasks[task]].unwrap_or(NEVER);
+            assigned[robot].push(TaskId(tasks[task] as u16));
         }
+    };
+    for coalition in coalitions {
+        let tasks: Vec<usize> = coalition.iter().map(|task| task.index()).collect();
+        assign_at_once(&mut assigned, &tasks);
+    }
+    let can_be_done = |task: &usize| cost_ms.iter().any(|row| row[*task].is_some());
+    let mut left: Vec<usize> = (0..tasks).filter(can_be_done).collect();
+    left.retain(|task| {
+        !coalitions
+            .iter()
+            .flatten()
+            .any(|of_coalition| of_coalition.index() == *task)
+    });
+    while !left.is_empty() {
+        assign_at_once(&mut assigned, &left);
         left.retain(|task| {
             !assigned
                 .iter()

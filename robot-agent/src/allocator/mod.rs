@@ -195,6 +195,8 @@ pub struct TaskBrief {
     pub unit_s: f64,
     /// The robots that have a behavior for the task, by rank.
     pub robots: Vec<RobotId>,
+    /// The first task of the group that robots must execute at the same time, if the task belongs to one.
+    pub coalition: Option<TaskId>,
 }
 
 impl TaskBrief {
@@ -207,6 +209,7 @@ impl TaskBrief {
             priority: spec.priority,
             unit_s: 0.0,
             robots: Vec::new(),
+            coalition: spec.coalition,
         };
         let mut all: Vec<Self> = catalog.tasks.iter().map(new).collect();
         // Most robots of a team have equal bodies and skills.

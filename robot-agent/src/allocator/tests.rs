@@ -313,7 +313,7 @@ proptest! {
             .iter()
             .map(|row| row.iter().copied().map(Some).collect())
             .collect();
-        let assigned = assignment::assign(&rows);
+        let assigned = assignment::assign(&rows, &[]);
         let total: i64 = assigned.iter().zip(&costs).map(|(tasks, row)| row[tasks[0].index()]).sum();
         let mut least = i64::MAX;
         for code in 0..256_usize {
@@ -334,8 +334,13 @@ proptest! {
             prop::collection::vec(prop::collection::vec(cell, tasks), robots)
         }),
     ) {
-        let assigned = assignment::assign(&costs);
-        for task in 0..costs[0].len() {
+        let coalition: Vec<TaskId> = (0..3).filter(|task| *task < costs[0].len() as u16).map(TaskId).collect();
+        let assigned = assignment::assign(&costs, std::slice::from_ref(&coalition));
+        for own in &assigned {
+            let together = own.iter().filter(|task| coalition.contains(task));
+            prop_assert!(together.count() <= 1, "a robot has two tasks of a coalition");
+        }
+        for task in coalition.len()..costs[0].len() {
             let owners: Vec<usize> = (0..costs.len())
                 .filter(|&robot| assigned[robot].contains(&TaskId(task as u16)))
                 .collect();

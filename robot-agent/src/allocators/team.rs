@@ -38,6 +38,8 @@ pub struct Task {
     pub round: SimTime,
     /// The remaining units of work; `None` for a task without an end.
     pub units: Option<u32>,
+    /// The first task of its coalition, if robots must execute several tasks at the same time.
+    pub coalition: Option<TaskId>,
 }
 
 impl Default for Task {
@@ -48,6 +50,7 @@ impl Default for Task {
             reward: 1.0,
             round: SimTime::ZERO,
             units: None,
+            coalition: None,
         }
     }
 }
@@ -59,6 +62,15 @@ impl Situation {
         Self {
             tasks: vec![Task::default(); cost_s[0].len()],
             cost_s: cost_s.iter().map(row).collect(),
+            after_s: None,
+        }
+    }
+
+    /// Creates tasks with the costs of each robot.
+    pub fn from_rows(tasks: Vec<Task>, cost_s: Vec<Vec<Option<f64>>>) -> Self {
+        Self {
+            tasks,
+            cost_s,
             after_s: None,
         }
     }
@@ -266,6 +278,7 @@ impl<A: Allocator> Team<A> {
                 priority: task.priority,
                 unit_s: costs.fold(0.0, f64::max),
                 robots: able.map(|rank| RobotId(rank as u16)).collect(),
+                coalition: task.coalition,
             }
         };
         self.situation.tasks.iter().zip(0..).map(brief).collect()

@@ -129,6 +129,12 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         BehaviorProperties::default()
     }
 
+    /// Returns the groups of tasks that robots must execute at the same time, each group in ascending order. By default
+    /// none.
+    fn coalitions(&self, _scenario: &Scenario) -> Vec<Vec<TaskId>> {
+        Vec::new()
+    }
+
     /// Returns true if a robot's devices allow a behavior whose task and skill the robot has. By default every robot
     /// has every behavior.
     fn has_behavior(&self, robot: &Robot, behavior: &BehaviorSpec) -> bool {

@@ -5,6 +5,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Room, Setup};
 
+use super::appointments::Appointments;
 use crate::geometry::is_possible_place;
 use crate::service::bus::PointFact;
 use crate::service::data::{
@@ -28,6 +29,8 @@ pub(super) struct Briefing {
     pub room: Room,
     pub step: SimTime,
     pub slots: Slots,
+    /// The meetings of robots that have waited in vain.
+    pub appointments: Appointments,
     pub chargers: Vec<Charger>,
     capacity_j: f32,
     /// The power of a robot at top speed, W.
@@ -63,6 +66,10 @@ impl Briefing {
             kept: kind.kept,
             period: kind.period_s.map(SimTime::from_secs_f64),
         });
+        let coalition_wait = SimTime::from_secs_f64(section.coalition_wait_s.unwrap_or(30.0));
+        let slots = Slots::new(section);
+        // A round has time for the way and for a wait.
+        let round = coalition_wait + coalition_wait;
         Self {
             tasks: section.tasks,
             known: section.known,
@@ -73,7 +80,8 @@ impl Briefing {
             kinds: kinds.collect(),
             room: scenario.room,
             step: SimTime(scenario.step_ms),
-            slots: Slots::new(section),
+            appointments: Appointments::new(scenario, &slots, &setup.catalog, round),
+            slots,
             chargers: section.chargers.clone(),
             capacity_j,
             drive_w: energy.map_or(0.0, |energy| f64::from(energy.idle_w + energy.drive_w)),
@@ -82,7 +90,7 @@ impl Briefing {
             paths: (section.costs == CostMeasure::Path)
                 .then(|| Paths::new(scenario))
                 .flatten(),
-            coalition_wait: SimTime::from_secs_f64(section.coalition_wait_s.unwrap_or(30.0)),
+            coalition_wait,
             priorities: (0..section.points.len())
                 .map(|point| section.priority(point))
                 .collect(),

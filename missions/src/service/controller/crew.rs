@@ -3,6 +3,7 @@
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
+use super::appointments::{Appointment, Round};
 use crate::service::bus::PointFact;
 
 #[derive(Clone, Debug)]
@@ -16,6 +17,10 @@ pub(super) struct CrewMember {
     waiting: Option<(u16, SimTime)>,
     /// The point and the work left, s, at the last step with an effect.
     left_s: Option<(u16, f32)>,
+    /// True after a wait in vain, until the robot works in a crew.
+    pub has_waited_in_vain: bool,
+    /// The place of a robot that has waited in vain, in this round.
+    pub appointment: Option<(Round, Appointment)>,
 }
 
 impl CrewMember {
@@ -28,6 +33,8 @@ impl CrewMember {
             task: None,
             waiting: None,
             left_s: None,
+            has_waited_in_vain: false,
+            appointment: None,
         }
     }
 

@@ -31,6 +31,8 @@ pub(super) struct Memory {
     closing: BTreeSet<(SimTime, u16)>,
     /// The attempts of this robot that found no way to a point.
     pub failed: FailedAttempts<u16>,
+    /// The points at which this robot has waited too long for others.
+    pub waits: FailedAttempts<u16>,
 }
 
 pub(super) fn is_open(fact: &PointFact) -> bool {
@@ -48,6 +50,7 @@ impl Memory {
             with_slots: Vec::new(),
             closing: BTreeSet::new(),
             failed: FailedAttempts::default(),
+            waits: FailedAttempts::default(),
         }
     }
 
@@ -86,6 +89,13 @@ impl Memory {
             };
             *open as usize > self.failed.suspended(now).filter(is_of_task).count()
         })
+    }
+
+    /// Returns whether the robot has a behavior for a task.
+    pub fn is_own(&self, task: TaskId) -> bool {
+        self.open
+            .binary_search_by_key(&task, |(task, _)| *task)
+            .is_ok()
     }
 
     pub fn merge(&mut self, briefing: &Briefing, mut new: ObservedFact) {

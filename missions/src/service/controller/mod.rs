@@ -2,8 +2,9 @@
 //!
 //! - `briefing`: the initial knowledge. `memory`: the knowledge about points. `wander`: movement without a task.
 //! - `recharge`: the way to a charger. `progress`: the estimated progress of the current work. `load`: the load of the
-//!   robot. `timing`: points with windows. `crew`, `together`: robots that work together.
+//!   robot. `timing`: points with windows. `crew`, `together`, `appointments`: robots that work together.
 
+mod appointments;
 mod briefing;
 mod crew;
 mod load;
@@ -57,6 +58,7 @@ const ROOM_M: f32 = 0.15;
 
 #[derive(Clone, Debug)]
 struct ServiceController {
+    robot: RobotId,
     briefing: Arc<Briefing>,
     memory: Memory,
     driver: Driver,
@@ -84,6 +86,7 @@ impl ServiceController {
         let behaviors = OwnBehavior::of_robot(robot, setup);
         let skills = briefing.skills(robot, setup);
         Self {
+            robot,
             memory: Memory::new(behaviors.iter().map(|behavior| behavior.task), skills)
                 .with_slots(briefing.slots.iter().map(|(point, _)| point).collect()),
             driver: Driver::new(robot, setup),
@@ -332,6 +335,7 @@ impl MissionController for ServiceController {
         self.note_work(sensed.effect, input, perception);
         if self.briefing.has_terms() {
             self.close_expired(input.now);
+            self.update_appointment(self.robot, input.now);
         }
         let position = input.position();
         let can_go = position.is_some();
@@ -341,8 +345,9 @@ impl MissionController for ServiceController {
         if self.briefing.has_terms() {
             let own = input.behaviors.iter().zip(&mut perception.applicable);
             for (behavior, applicable) in own {
-                *applicable &=
-                    self.is_due(behavior.task, position) && !self.is_taken(behavior.task, position);
+                *applicable &= self.is_due(behavior.task, position)
+                    && !self.is_taken(behavior.task, position)
+                    && self.may_fill(behavior.task);
             }
         }
         if self.briefing.has_paths() {

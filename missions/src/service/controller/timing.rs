@@ -141,6 +141,7 @@ impl ServiceController {
                 applicable: is_open
                     && can_go
                     && !self.is_taken(task, from)
+                    && self.may_fill(task)
                     && fact.is_some_and(|fact| self.has_capacity(0.0, fact.point))
                     && (!self.briefing.has_paths() || self.is_reachable(task, from)),
                 cost_s: from.and_then(|from| self.seconds_in_window(from, &[], task)),

@@ -1,9 +1,12 @@
 //! Work at points where robots must work together.
 
 use robot_agent::mission::Perception;
+use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::ServiceController;
+use super::appointments::Appointment;
+use super::memory::is_open;
 use crate::service::bus::PointFact;
 
 impl ServiceController {
@@ -16,6 +19,10 @@ impl ServiceController {
         perception
             .progressed
             .extend(self.crew.task.filter(|_| has_progressed));
+        if let Some(point) = point {
+            self.crew.has_waited_in_vain = false;
+            self.memory.waits.succeed(point);
+        }
         point.is_some()
     }
 
@@ -39,11 +46,64 @@ impl ServiceController {
         let is_waiting = self.briefing.has_slots(fact.point)
             && !works
             && now >= opens
+            && !self.is_appointed(fact.point)
             && distance_m <= self.briefing.reach_m_of(fact.point);
         let point = is_waiting.then_some(fact.point);
         if self.crew.note_wait(point, now) {
             let span = self.briefing.coalition_wait;
-            self.memory.failed.suspend(fact.point, span, now);
+            self.memory.waits.suspend(fact.point, span, now);
+            self.crew.has_waited_in_vain |= self.briefing.slots.of_point(fact.point).len() > 1;
         }
+    }
+
+    fn is_appointed(&self, point: u16) -> bool {
+        let appointment = self.crew.appointment;
+        appointment.is_some_and(|(_, appointment)| appointment.is_at(point))
+    }
+
+    /// Returns whether the robot may fill the slot of a task now; true for tasks that are no slots.
+    pub(super) fn may_fill(&self, task: TaskId) -> bool {
+        let slots = &self.briefing.slots;
+        let Some((point, _)) = slots.of_task(task) else {
+            return true;
+        };
+        let appointment = self
+            .crew
+            .appointment
+            .filter(|_| slots.of_point(point).len() > 1);
+        let is_permitted =
+            appointment.is_none_or(|(_, appointment)| appointment.permits(point, task));
+        is_permitted
+            && (self.is_appointed(point) || !self.memory.waits.is_suspended(point, self.now))
+    }
+
+    /// Gives a robot that has waited in vain its place in this round.
+    pub(super) fn update_appointment(&mut self, robot: RobotId, now: SimTime) {
+        let appointments = &self.briefing.appointments;
+        let before = self.crew.appointment.take();
+        if !self.crew.has_waited_in_vain {
+            return;
+        }
+        let Some(round) = appointments.round(now) else {
+            return;
+        };
+        let Some(point) = appointments.point(round, |point| self.can_gather_at(point, now)) else {
+            return;
+        };
+        let is_same = |(of_round, appointment): &(_, Appointment)| {
+            *of_round == round && appointment.concerns(point)
+        };
+        let slots = &self.briefing.slots;
+        let new = || (round, appointments.place(round, point, slots, robot));
+        self.crew.appointment = before.filter(is_same).or_else(|| Some(new()));
+    }
+
+    /// Returns whether robots can work at a point with slots, and this robot can fill one of them.
+    fn can_gather_at(&self, point: u16, now: SimTime) -> bool {
+        let mut slots = self.briefing.slots.of_point(point).iter();
+        let fact = self.memory.fact(point).filter(|fact| is_open(fact));
+        fact.is_some_and(|fact| now >= self.briefing.window(fact).0)
+            && slots.any(|slot| self.memory.is_own(slot.task))
+            && !self.memory.failed.is_suspended(point, now)
     }
 }

@@ -215,6 +215,18 @@ impl MissionData for Service {
         }
     }
 
+    /// Returns the slots of each point that has several.
+    fn coalitions(&self, scenario: &Scenario) -> Vec<Vec<TaskId>> {
+        let section = ServiceSection::of(scenario);
+        if section.tasks == TaskGranularity::Kinds {
+            return Vec::new();
+        }
+        let slots = Slots::new(section);
+        let tasks = |slots: &[Slot]| slots.iter().map(|slot| slot.task).collect();
+        let several = slots.iter().filter(|(_, slots)| slots.len() > 1);
+        several.map(|(_, slots)| tasks(slots)).collect()
+    }
+
     fn skills(&self, scenario: &Scenario) -> Vec<String> {
         ServiceSection::of(scenario).skills()
     }

@@ -82,7 +82,7 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         kind.workers = (1..=kind.workers).rev().find(fits).unwrap_or(1);
     }
     if dice.0.random_bool(0.5) {
-        dice.add_properties(&mut section, scenario, [along_x.clone(), along_y.clone()]);
+        dice.add_properties(&mut section, [along_x.clone(), along_y.clone()]);
     }
     if dice.0.random_bool(SOME) {
         scenario.energy = Some(ENERGY);
@@ -124,10 +124,9 @@ impl Dice<'_> {
     fn add_properties(
         &mut self,
         section: &mut ServiceSection,
-        scenario: &Scenario,
         [along_x, along_y]: [Range<f64>; 2],
     ) {
-        let (kinds, reach_m) = (section.kinds.clone(), section.reach_m);
+        let kinds = section.kinds.clone();
         let comes_back = |name: &str| {
             let kind = kinds.iter().find(|kind| kind.name == name);
             kind.is_some_and(|kind| kind.period_s.is_some())
@@ -150,9 +149,6 @@ impl Dice<'_> {
                 point.needs = needs.map(|kind| (kind.name.clone(), 1)).collect();
                 let copies = self.0.random_range(1..=2);
                 point.needs.insert(point.kind.clone(), copies);
-                if !has_room(scenario, reach_m, point.needs.values().sum()) {
-                    point.needs.clear();
-                }
             } else if !comes_back(&point.kind) && self.0.random_bool(SOME) {
                 let (x_m, y_m) = (self.between(along_x.clone()), self.between(along_y.clone()));
                 point.deliver_to = Some([x_m as f32, y_m as f32]);

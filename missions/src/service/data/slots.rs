@@ -3,11 +3,11 @@
 //! Each slot is a task of its own, so that an allocator that assigns one robot to one task can fill it. The first slot
 //! of a point has the number of the point as its task. The other slots have the numbers after all points.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use scenario::ids::{RobotId, TaskId};
 use scenario::limits::{check_name, whole};
-use scenario::{BehaviorSpec, Catalog, KeyPath, Problem, Scenario};
+use scenario::{BehaviorSpec, Catalog, KeyPath, Problem, Scenario, fill_slots};
 
 use super::{MAX_KINDS, Point, SLOT, ServiceSection, TaskGranularity};
 
@@ -124,11 +124,15 @@ impl Slots {
                 }
             }
         }
-        let none = Vec::new();
         let points = self.iter().map(|(point, slots)| {
-            let able = |slot: &Slot| robots.get(&slot.task).unwrap_or(&none).as_slice();
-            let able: Vec<&[RobotId]> = slots.iter().map(able).collect();
-            (point, most_filled(&able))
+            let able = |slot: usize| robots.get(&slots[slot].task).map_or(&[][..], Vec::as_slice);
+            let all: BTreeSet<RobotId> = (0..slots.len())
+                .flat_map(|slot| able(slot).iter().copied())
+                .collect();
+            let all = all.into_iter().map(|robot| (robot, None));
+            let can_fill = |robot: RobotId, slot: usize| able(slot).binary_search(&robot).is_ok();
+            let filled = fill_slots(slots.len(), all, can_fill);
+            (point, filled.iter().flatten().count())
         });
         points
             .filter(|(point, most)| *most < self.of_point(*point).len())
@@ -170,38 +174,6 @@ pub(super) fn catalog(section: &ServiceSection) -> (Vec<String>, Vec<BehaviorSpe
         add(slot.name.clone(), kind, Some(slot.skill.clone()));
     }
     (tasks, behaviors)
-}
-
-/// Returns the largest number of slots that robots can fill, each robot one: a maximum matching by augmenting paths.
-/// `able` contains the robots that can fill each slot.
-fn most_filled(able: &[&[RobotId]]) -> usize {
-    let mut slot_of: BTreeMap<RobotId, usize> = BTreeMap::new();
-    let mut filled = 0;
-    for slot in 0..able.len() {
-        let mut tried = vec![false; able.len()];
-        filled += usize::from(fill(slot, able, &mut slot_of, &mut tried));
-    }
-    filled
-}
-
-/// Fills a slot, and moves robots to other slots if necessary. Returns whether that succeeded.
-fn fill(
-    slot: usize,
-    able: &[&[RobotId]],
-    slot_of: &mut BTreeMap<RobotId, usize>,
-    tried: &mut [bool],
-) -> bool {
-    if std::mem::replace(&mut tried[slot], true) {
-        return false;
-    }
-    for robot in able[slot] {
-        let other = slot_of.get(robot).copied();
-        if other.is_none_or(|other| fill(other, able, slot_of, tried)) {
-            slot_of.insert(*robot, slot);
-            return true;
-        }
-    }
-    false
 }
 
 /// The largest number of robots that work together at a point.

@@ -1,10 +1,11 @@
-//! Crews: the robots that fill the slots of a point. The work proceeds in a step only if each slot has a robot.
+//! Crews: the robots that fill the slots of a point. The work proceeds in a step only if each slot has a robot. Robots at a
+//! point fill its slots by their skills, so that two robots with the same slot as their task need no message.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
-use scenario::{Scenario, Setup};
+use scenario::{Scenario, Setup, fill_slots};
 
 use crate::service::data::{ServiceSection, Slots, crew_reach_m};
 
@@ -72,40 +73,57 @@ impl Crews {
 /// The robots at points with slots in one step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Gathering {
-    at_point: BTreeMap<u16, Vec<Option<Member>>>,
+    at_point: BTreeMap<u16, Vec<Member>>,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member {
     pub robot: RobotId,
+    /// The slot of the robot's task.
+    pub slot: usize,
     /// True if the robot worked at the point in the previous step.
     pub has_worked: bool,
 }
 
+/// The robots at points with slots, after they have filled them.
+#[derive(Debug, Default)]
+pub(super) struct Gathered {
+    /// The complete crews by point, in the order of slots.
+    pub complete: Vec<(u16, Vec<RobotId>)>,
+    /// The robots at points with a complete crew, or with skills only for slots that other robots fill.
+    pub surplus: Vec<RobotId>,
+    /// True if a robot waits in an incomplete crew.
+    pub waits: bool,
+}
+
 impl Gathering {
-    /// Lets a robot fill a slot of a point with this number of slots. A robot at work keeps its slot. Returns the robot
-    /// that is in excess, if any.
-    pub fn fill(&mut self, point: u16, slot: usize, slots: usize, new: Member) -> Option<RobotId> {
-        let crew = self.at_point.entry(point);
-        let member = &mut crew.or_insert_with(|| vec![None; slots])[slot];
-        match member {
-            Some(known) if known.has_worked || !new.has_worked => Some(new.robot),
-            _ => member.replace(new).map(|displaced| displaced.robot),
-        }
+    pub fn add(&mut self, point: u16, new: Member) {
+        self.at_point.entry(point).or_default().push(new);
     }
 
-    /// Removes and returns the complete crews by point, and whether a robot waits in an incomplete one.
-    pub fn take(&mut self) -> (Vec<(u16, Vec<RobotId>)>, bool) {
-        let mut complete = Vec::new();
-        let mut waits = false;
-        for (point, crew) in std::mem::take(&mut self.at_point) {
-            let robots = crew.iter().map(|member| Some((*member)?.robot));
-            match robots.collect::<Option<Vec<RobotId>>>() {
-                Some(crew) => complete.push((point, crew)),
-                None => waits = true,
+    /// Removes the robots from all points and lets them fill the slots by their skills. Robots at work go first and keep
+    /// their places. Each robot fills the slot of its task, if it can.
+    pub fn take(&mut self, crews: &Crews) -> Gathered {
+        let mut gathered = Gathered::default();
+        for (point, mut members) in std::mem::take(&mut self.at_point) {
+            members.sort_by_key(|member| (!member.has_worked, member.robot));
+            let slots = crews.slots.of_point(point).len();
+            let in_order = members
+                .iter()
+                .map(|member| (member.robot, Some(member.slot)));
+            let crew = fill_slots(slots, in_order, |robot, slot| {
+                crews.skill(robot, point, slot).0 > 0.0
+            });
+            let robots = members.iter().map(|member| member.robot);
+            gathered
+                .surplus
+                .extend(robots.filter(|robot| !crew.contains(&Some(*robot))));
+            match crew.into_iter().collect() {
+                Some(crew) => gathered.complete.push((point, crew)),
+                None => gathered.waits = true,
             }
         }
-        (complete, waits)
+        gathered
     }
 }
 

@@ -38,7 +38,7 @@ use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
 use super::data::{self, DEADLOCKS, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
 use board::{Board, BoardFilter};
 use charging::Station;
-use crews::{Crews, Gathering, Member};
+use crews::{Crews, Gathered, Gathering, Member};
 use limits::TeamLimits;
 use log::Log;
 use points::{Change, Points};
@@ -176,11 +176,10 @@ impl Service {
         }
     }
 
-    /// Lets a robot fill a slot of a point, if it is within reach and has the skill.
+    /// Lets a robot join the crew of a point, if it is within reach.
     fn fill(&mut self, robot: RobotId, point: u16, slot: usize, floor: &Floor) {
         let crews = &self.constants.crews;
         let distance = floor.pose(robot).position.distance(self.points.at(point));
-        let (skill, _) = crews.skill(robot, point, slot);
         let is_open = self.points.open_kind(point).is_some();
         let is_in_window = floor.now() >= self.points.opens(point);
         let slots = crews.slots.of_point(point).len();
@@ -188,14 +187,16 @@ impl Service {
             1 => self.constants.section.reach_m,
             _ => crews.reach_m,
         };
-        if !is_open || !is_in_window || distance > reach_m || skill <= 0.0 {
+        if !is_open || !is_in_window || distance > reach_m {
             return;
         }
         let has_worked = self.robots[robot.index()].worked == Some(point);
-        let member = Member { robot, has_worked };
-        if let Some(surplus) = self.gathering.fill(point, slot, slots, member) {
-            self.log.surplus_step(surplus);
-        }
+        let member = Member {
+            robot,
+            slot,
+            has_worked,
+        };
+        self.gathering.add(point, member);
     }
 
     /// Lets the complete crews of a step work. A crew works at the pace of its slowest robot.
@@ -204,7 +205,14 @@ impl Service {
             return;
         }
         let constants = Arc::clone(&self.constants);
-        let (complete, waits) = self.gathering.take();
+        let Gathered {
+            complete,
+            surplus,
+            waits,
+        } = self.gathering.take(&constants.crews);
+        for robot in surplus {
+            self.log.surplus_step(robot);
+        }
         let now = floor.now();
         let mut robots = (0..floor.robot_count() as u16).map(RobotId);
         let is_stuck = waits

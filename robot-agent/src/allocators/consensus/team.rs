@@ -168,6 +168,7 @@ impl<A: Allocator> Team<A> {
             priority: work.priority[task],
             unit_s: 60.0,
             robots: (0..work.robots() as u16).map(RobotId).collect(),
+            coalition: None,
         });
         let me = SelfState {
             robot: RobotId(robot as u16),

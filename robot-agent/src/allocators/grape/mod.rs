@@ -2,12 +2,16 @@
 //! Tsourdos, IEEE T-RO 34(6), 2018; docs/allocators/grape.md).
 //!
 //! By default a task is worth u/p to each member of a coalition of p robots, with utility u, and nothing above
-//! `max_robots`. No task is worth 0.
+//! `max_robots`. No task is worth 0. Tasks that robots must execute at the same time are one coalition, with a slot for
+//! each robot: a complete one goes before others, and of the others the one with fewer missing robots.
 
+mod coalitions;
 mod partition;
 mod published;
 #[cfg(test)]
 mod tests;
+
+use std::cmp::Ordering;
 
 use proto::allocation::AllocationMessage;
 use proto::team::BroadcastContent;
@@ -21,6 +25,7 @@ use serde::Deserialize;
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::utility::log_choices;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use coalitions::Coalitions;
 use partition::{PartReceiver, Partition};
 
 #[derive(Clone, Debug)]
@@ -29,6 +34,7 @@ pub struct Grape {
     refresh: SimTime,
     utility: Utility,
     unit: WorkUnit,
+    coalitions: Coalitions,
     partition: Partition,
     inbox: PartReceiver,
     /// The teammates from which anything was received, by rank. Heartbeats count only as signs of life.
@@ -65,8 +71,24 @@ impl Default for Config {
     }
 }
 
-/// The value of a coalition to the robot: priority, then utility.
-type Worth = (i32, f64);
+/// The value of a coalition to the robot: priority, then the number of missing robots, then utility.
+#[derive(Clone, Copy, Debug)]
+struct Worth {
+    priority: i32,
+    /// The number of slots without a robot; 0 for a task without slots.
+    missing: usize,
+    utility: f64,
+}
+
+impl Worth {
+    fn order(&self, other: &Self) -> Ordering {
+        let by_priority = self.priority.cmp(&other.priority);
+        let by_missing = || other.missing.cmp(&self.missing);
+        by_priority
+            .then_with(by_missing)
+            .then(self.utility.total_cmp(&other.utility))
+    }
+}
 
 impl Grape {
     /// Receives messages and adopts the newest partition. Returns whether the partition changed.
@@ -103,26 +125,41 @@ impl Grape {
     /// Returns the value of a task to the robot with this behavior; `None` if it cannot join.
     fn worth(&self, choice: &Choice, input: &Input<'_>) -> Option<Worth> {
         let utility = self.unit.committed().utility(choice, input)?;
-        let members = 1 + self.partition.other_members(choice.task, self.me.robot);
-        let worth = match self.utility {
+        let joined = self.coalitions.joined_task(choice.task);
+        let missing = self
+            .coalitions
+            .missing_with(joined, &self.partition, self.me.robot)?;
+        // Each member of a coalition with slots does work that no other member can do.
+        let members = match self.coalitions.has_slots(joined) {
+            true => 1,
+            false => 1 + self.partition.other_members(joined, self.me.robot),
+        };
+        let utility = match self.utility {
             Utility::Common => utility / members as f64,
             Utility::Published => {
-                let size = (self.me.team, self.me.tasks);
+                let size = (self.me.team, self.coalitions.count());
                 let worth = published::utility(choice.reward, choice.cost_s?, members, size);
                 Some(worth).filter(|&worth| worth > 0.0)?
             }
         };
-        (members <= choice.max_robots).then_some((choice.priority, worth))
+        (members <= choice.max_robots).then_some(Worth {
+            priority: choice.priority,
+            missing,
+            utility,
+        })
     }
 
     /// Moves to the best coalition if it is better than the current one. Returns whether the robot moved.
     fn decide(&mut self, input: &Input<'_>) -> bool {
         let current = self.partition.task_of(self.me.robot);
-        let worth_of = |choice: &Choice| Some((self.worth(choice, input)?, choice.task));
+        let worth_of = |choice: &Choice| {
+            let joined = self.coalitions.joined_task(choice.task);
+            Some((self.worth(choice, input)?, joined))
+        };
         let offers = || input.choices.iter().filter_map(worth_of);
         // Of equal value the lower task wins.
         let better = |a: (Worth, TaskId), b: (Worth, TaskId)| {
-            let is_better = order(&b.0, &a.0).then(a.1.cmp(&b.1)).is_gt();
+            let is_better = b.0.order(&a.0).then(a.1.cmp(&b.1)).is_gt();
             if is_better { b } else { a }
         };
         let best = offers().reduce(better);
@@ -130,7 +167,7 @@ impl Grape {
             .filter(|(_, task)| Some(*task) == current)
             .reduce(better);
         let moves = match (best, mine) {
-            (Some(best), Some(mine)) => order(&best.0, &mine.0).is_gt(),
+            (Some(best), Some(mine)) => best.0.order(&mine.0).is_gt(),
             (Some(_), None) => true,
             (None, _) => current.is_some(),
         };
@@ -141,15 +178,24 @@ impl Grape {
         moves
     }
 
-    /// Returns the behavior of highest utility for the robot's task; the first of equal ones.
+    /// Returns the behavior of highest utility for the robot's task; the first of equal ones. In a coalition with slots, that
+    /// of the robot's slot goes first, and that of another slot is for the case that its own is not applicable.
     fn behavior(&self, input: &Input<'_>) -> Option<BehaviorId> {
-        let task = self.partition.task_of(self.me.robot)?;
-        let mut best: Option<(f64, BehaviorId)> = None;
-        for choice in input.choices.iter().filter(|choice| choice.task == task) {
-            if let Some(utility) = self.unit.committed().utility(choice, input)
-                && best.is_none_or(|(most, _)| utility > most)
-            {
-                best = Some((utility, choice.behavior));
+        let joined = self.partition.task_of(self.me.robot)?;
+        let slot = self
+            .coalitions
+            .slot_of(joined, &self.partition, self.me.robot);
+        let mut best: Option<((bool, f64), BehaviorId)> = None;
+        for choice in input.choices {
+            if self.coalitions.joined_task(choice.task) != joined {
+                continue;
+            }
+            let Some(utility) = self.unit.committed().utility(choice, input) else {
+                continue;
+            };
+            let value = (slot == Some(choice.task), utility);
+            if best.is_none_or(|(most, _)| value > most) {
+                best = Some((value, choice.behavior));
             }
         }
         best.map(|(_, behavior)| behavior)
@@ -176,10 +222,6 @@ impl Grape {
             self.next_part = Some(part + 1).filter(|&next| next < self.partition.parts());
         }
     }
-}
-
-fn order(a: &Worth, b: &Worth) -> std::cmp::Ordering {
-    a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
 }
 
 impl Allocator for Grape {
@@ -210,6 +252,7 @@ impl Allocator for Grape {
             refresh: SimTime::from_secs_f64(config.refresh_s),
             utility: config.utility,
             unit: WorkUnit::default(),
+            coalitions: Coalitions::new(&me.briefs),
             partition: Partition::default(),
             inbox: PartReceiver::default(),
             met: Vec::new(),
@@ -251,7 +294,7 @@ impl Allocator for Grape {
             });
         }
         self.send_partition(is_adopted || has_moved, input.now, &mut decision.say);
-        let holder = |task| self.partition.lowest_member(task);
+        let holder = |task| self.coalitions.holder(task, &self.partition);
         match self.utility {
             Utility::Common => {
                 let under_way = self.unit.under_way();
@@ -259,7 +302,7 @@ impl Allocator for Grape {
             }
             Utility::Published => {
                 let worth =
-                    |choice: &Choice| self.worth(choice, input).map_or(0.0, |(_, worth)| worth);
+                    |choice: &Choice| self.worth(choice, input).map_or(0.0, |worth| worth.utility);
                 log_choices(&self.me, input, decision, worth, holder);
             }
         }

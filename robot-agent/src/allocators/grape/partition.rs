@@ -48,14 +48,14 @@ impl Partition {
     }
 
     pub fn other_members(&self, task: TaskId, me: RobotId) -> usize {
-        let of = |member: &&CoalitionMember| member.task == task && member.robot != me;
-        self.members.iter().filter(of).count()
+        self.members_of(task).filter(|robot| *robot != me).count()
     }
 
-    pub fn lowest_member(&self, task: TaskId) -> Option<RobotId> {
-        let mut members = self.members.iter();
+    /// Returns the members of a coalition, by rank.
+    pub fn members_of(&self, task: TaskId) -> impl Iterator<Item = RobotId> {
+        let members = self.members.iter();
         members
-            .find(|member| member.task == task)
+            .filter(move |member| member.task == task)
             .map(|member| member.robot)
     }
 

@@ -1,5 +1,6 @@
 //! The properties of GRAPE (docs/allocators/grape.md).
 
+mod coalitions;
 mod figure_7;
 
 use proto::allocation::AllocationMessage;

@@ -24,6 +24,7 @@ fn briefs(tasks: &[(usize, i32)]) -> Vec<TaskBrief> {
         priority,
         unit_s: 0.0,
         robots: Vec::new(),
+        coalition: None,
     };
     tasks.iter().map(brief).collect()
 }

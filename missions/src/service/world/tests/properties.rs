@@ -176,8 +176,7 @@ fn work_proceeds_only_while_all_slots_are_filled() {
     let mut world = world(&(kinds + &point("garbage", 0.0) + TOGETHER));
     let mut events = until(&mut world, 1.0, [works(0), None]);
     events.extend(until(&mut world, 2.0, [None, works(1)]));
-    // Both at the same slot do nothing.
-    events.extend(until(&mut world, 3.0, [works(0), works(0)]));
+    events.extend(until(&mut world, 3.0, [works(0), None]));
     assert_eq!(events, ["0 arrived - p0"]);
     events = until(&mut world, 4.0, [works(0), works(1)]);
     assert_eq!(sensed(&world, GOLD).effect, Some(0));
@@ -203,10 +202,10 @@ fn only_robots_with_the_skill_fill_a_slot() {
     let kinds = kind("garbage", 2.0, "") + &kind("floor", 2.0, "");
     let point = point("garbage", 0.0) + "needs = { floor = 1, garbage = 1 }\nvalue = 2\n";
     let mut world = world(&(kinds + &point));
-    assert_eq!(
-        until(&mut world, 3.0, [works(0), works(1)]),
-        ["0 arrived - p0"]
-    );
+    let mut events = until(&mut world, 1.0, [works(0), None]);
+    events.extend(until(&mut world, 2.0, [None, works(0)]));
+    events.extend(until(&mut world, 3.0, [None, works(1)]));
+    assert_eq!(events, ["0 arrived - p0"]);
     let details = details_until(&mut world, 20.0, [works(1), works(0)]);
     assert_eq!(
         details,
@@ -231,6 +230,33 @@ fn a_robot_at_work_keeps_its_slot() {
     );
     let surplus = team_figures(&world).robots[GOLD.index()].get("surplus_s");
     assert_eq!(surplus, FigureValue::Real(2.0));
+}
+
+/// Both robots have the same slot as their task, and one of them fills the other slot. With the slots exchanged, too,
+/// each robot fills the one for which it has the skill: gold has none for the floor.
+#[test]
+fn robots_at_a_point_fill_its_slots_by_their_skills() {
+    let kinds = kind("garbage", 2.0, "") + &kind("floor", 2.0, "");
+    let point = point("garbage", 0.0) + "needs = { floor = 1, garbage = 1 }\n";
+    let equal =
+        kind("garbage", 2.0, "") + &self::point("garbage", 0.0) + "needs = { garbage = 2 }\n";
+    for (section, commands) in [
+        (kinds.clone() + &point, [works(0), works(0)]),
+        (kinds.clone() + &point, [works(1), works(1)]),
+        (kinds + &point, [works(0), works(1)]),
+        (equal.clone(), [works(0), works(0)]),
+        (equal, [works(1), works(1)]),
+    ] {
+        let events = until(&mut world(&section), 20.0, commands);
+        let mut begun = events.clone();
+        begun.retain(|event| event.starts_with("0 begun"));
+        begun.sort_unstable();
+        assert_eq!(begun, ["0 begun blue p0", "0 begun gold p0"], "{events:?}");
+        assert!(
+            events.last().is_some_and(|last| last.contains("done")),
+            "{events:?}"
+        );
+    }
 }
 
 /// Gold waits alone, and blue stands still. After 5 s this is a deadlock, and a new one after work.

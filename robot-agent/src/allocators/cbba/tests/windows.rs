@@ -17,6 +17,7 @@ fn a_wait_before_the_window_costs_nothing() {
         priority: 0,
         unit_s: 60.0,
         robots: vec![RobotId(0)],
+        coalition: None,
     };
     let me = fixtures::self_state(RobotId(0), 1, [brief.clone(), brief].into());
     let mut robot = Cbba::new(&me, &CbbaConfig::default());

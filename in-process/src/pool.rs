@@ -27,7 +27,7 @@ pub fn threads_for(robots: usize, most: usize) -> usize {
 }
 
 /// The threads of a team and their buffers.
-pub(super) struct Crew {
+pub(super) struct WorkerPool {
     threads: Threads,
     workers: Vec<Worker>,
     /// One entry for every [`TOGETHER`] robots, in order of rank.
@@ -77,7 +77,7 @@ struct Robots<'a> {
     answers: &'a mut [Answer],
 }
 
-impl Crew {
+impl WorkerPool {
     pub fn new(robots: usize, threads: usize) -> Result<Self, ThreadPoolBuildError> {
         let worker = || Worker {
             spaces: (0..TOGETHER).map(|_| Workspace::default()).collect(),
@@ -95,20 +95,20 @@ impl Crew {
 impl Run {
     /// Returns the threads if they can step the team in this tick. They cannot if the inputs of the tick or the step order
     /// prescribe an order of robots, or if external controllers answer.
-    pub(super) fn take_crew(&mut self, inputs: &TickInputs) -> Option<Crew> {
+    pub(super) fn take_pool(&mut self, inputs: &TickInputs) -> Option<WorkerPool> {
         let is_free = inputs.leave_reports_alone()
             && self.answer_source.is_none()
             && self.simulation.setup().step_order != StepOrder::InOrder;
-        if is_free { self.crew.take() } else { None }
+        if is_free { self.pool.take() } else { None }
     }
 
     /// Steps all robots that wait for the tick. Returns `false` if there are none.
-    pub(super) fn step_team(&mut self, crew: &mut Crew) -> bool {
-        let Crew {
+    pub(super) fn step_team(&mut self, pool: &mut WorkerPool) -> bool {
+        let WorkerPool {
             threads,
             workers,
             chunks,
-        } = crew;
+        } = pool;
         for chunk in &mut *chunks {
             chunk.asked.clear();
         }
@@ -152,14 +152,19 @@ impl Run {
     fn count(&mut self, chunk: &mut Chunk) {
         let mut broadcasts = chunk.broadcasts.drain(..);
         let mut own = Vec::new();
+        let mut dismissed = Vec::new();
         for sent in chunk.sent.drain(..) {
             own.extend(broadcasts.by_ref().take(sent.broadcasts));
             self.send(sent.robot, &mut own, &mut chunk.used);
             if sent.is_valid {
                 self.simulation.count_stored(sent.robot);
             } else {
-                self.end_agent(sent.robot);
+                dismissed.push(sent.robot);
             }
+        }
+        // As in a group, agents end after all reports.
+        for robot in dismissed {
+            self.end_agent(robot);
         }
     }
 }
