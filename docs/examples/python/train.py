@@ -55,7 +55,7 @@ def scenario(robots, size):
             return {key: stated(below) for key, below in value.items() if below is not None}
         return [stated(below) for below in value] if isinstance(value, list) else value
 
-    return stated(run("service", seed=1, limit=0.1, robots=robots, size=size).file["setup"]["scenario"])
+    return stated(run("service", seed=1, limit=0.1, robots=robots, size=size).file["scenario"])
 
 
 def response_s(mission, allocator, seed, faults):

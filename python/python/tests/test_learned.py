@@ -135,7 +135,7 @@ def test_a_replay_needs_no_file_of_weights(tmp_path, alliance):
     (tmp_path / "policy.safetensors").unlink()
     hashes = {json.loads((tmp_path / f"runs/{name}/run.json").read_text())["hash"] for name in ("processes", "here")}
     assert len(hashes) == 1
-    assert f"identical: 800 ticks, hash {hashes.pop()}" in alliance("replay", "runs/processes").stdout
+    assert f"identical: 800 ticks, hash {hashes.pop()}" in alliance("replay", "runs/processes").stderr
     missing = alliance("run", "mine.toml", "--out", "runs/none", status=(2,)).stderr
     assert "allocators.learned.weights: cannot read 'policy.safetensors'" in missing
 

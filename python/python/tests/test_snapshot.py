@@ -131,7 +131,7 @@ def test_a_killed_agent_that_left_stays_out():
 def test_a_batch_restores_the_environments_of_a_mask(threads):
     env = VecEnv("service", 5, threads=threads, robots=4, size=12, limit=60.0, auto_reset=False)
     rng = np.random.default_rng(1)
-    acts = [np.where(rng.random((5, 4)) < 0.5, 0, rng.integers(0, 13, (5, 4))) for _ in range(40)]
+    acts = [np.where(rng.random((5, 4)) < 0.5, 0, rng.integers(0, 7, (5, 4))) for _ in range(40)]
 
     def steps(first, last):
         return [[np.array(part) for part in env.step(one)[:4]] for one in acts[first:last]]
@@ -180,7 +180,7 @@ def test_a_batch_restores_the_environments_of_a_mask(threads):
 def test_one_robot_continues_from_its_snapshot():
     env = RobotEnv("service", robots=4, size=12, limit=60.0)
     rng = np.random.default_rng(1)
-    acts = rng.integers(0, 13, 59)
+    acts = rng.integers(0, 7, 59)
     env.reset(seed=3)
     for act in acts[:20]:
         env.step(act)
