@@ -1,4 +1,4 @@
-"""Trains weights for the allocator `learned` with an evolution strategy: python3 train.py FILE [GENERATIONS], by default 25.
+"""Trains weights for the allocator `learned` with an evolution strategy: python3 train.py FILE [GENERATIONS], by default 16.
 
 A candidate is a linear score of 9 features. Its loss is the mean time from a point's arrival to its end in missions of `service` on drawn
 layouts, in logarithms so that all sizes count the same. In half of the missions a robot is killed or messages are lost. Every candidate of
@@ -80,7 +80,7 @@ def loss(task):
 MISSION = [scenario(*size) for size in SIZES]
 
 
-def main(path, generations=25):
+def main(path, generations=16):
     rng, began = np.random.default_rng(1), time.monotonic()
     mean, spread = np.zeros(NUMBERS), np.full(NUMBERS, 1.0)
     with Pool(2) as pool:

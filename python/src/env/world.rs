@@ -237,6 +237,8 @@ pub struct Environment {
     pub hash: Option<String>,
     /// The folder for the log of the next episode, if it is recorded.
     pub record: Option<PathBuf>,
+    /// True if the current episode has a log.
+    is_recorded: bool,
     /// The row of mission.csv after the latest tick, and the amount of completed work in it.
     row: Vec<FigureValue>,
     done: u64,
@@ -267,6 +269,7 @@ impl Environment {
             outcome: None,
             hash: None,
             record: None,
+            is_recorded: false,
             row: Vec::new(),
             done: 0,
             events: Vec::new(),
@@ -308,6 +311,7 @@ impl Environment {
         // Earlier events are discarded.
         team.take_events();
         (self.outcome, self.hash, self.done) = (None, None, 0);
+        self.is_recorded = level != LogLevel::Off;
         self.team = Some(team);
         if common.level == Level::Drive {
             for agent in &common.agents {
@@ -344,6 +348,7 @@ impl Environment {
             outcome: self.outcome,
             hash: self.hash.clone(),
             record: None,
+            is_recorded: false,
             row: self.row.clone(),
             done: self.done,
             events: self.events.clone(),
@@ -353,11 +358,11 @@ impl Environment {
 
     pub fn close(&mut self) -> PyResult<()> {
         match self.team.take() {
-            Some(team) => {
+            Some(team) if self.is_recorded => {
                 let outcome = self.outcome.unwrap_or(Outcome::Interrupted);
                 team.end(outcome).map(drop).map_err(alliance_error)
             }
-            None => Ok(()),
+            _ => Ok(()),
         }
     }
 
