@@ -132,7 +132,7 @@ impl<S: Sink> Team<S> {
         Ok(Self { run, recorder })
     }
 
-    /// Returns a copy of a run without a log ([`LogLevel::Off`]), with the same state between two ticks, that writes to `sink`.
+    /// Returns a copy of a run without a log ([`LogLevel::Off`]), with the same state between two ticks. It writes to `sink`.
     /// The allocators of the robots in `adopting` use the data that `registry` supplies.
     ///
     /// Returns `None` if the run has a log, if external controllers answer, or if one of these allocators cannot

@@ -115,8 +115,8 @@ def test_an_episode_has_the_draws_of_a_run(mission):
 def test_mistakes_have_one_line():
     with pytest.raises(ScenarioError, match="randomise: there is no 'places'; use 'start' or 'layout'"):
         run("service", randomise={"places"})
-    with pytest.raises(ScenarioError, match="shaping: there is no term 'aproach'; did you mean 'approach'"):
-        VecEnv("service", shaping={"aproach": 1.0})
+    with pytest.raises(ScenarioError, match="shaping: there is no term 'closeness'; there are progress, approach"):
+        VecEnv("service", shaping={"closeness": 1.0})
     with pytest.raises(ScenarioError, match="the weight inf of 'travel' is not finite"):
         VecEnv("service", shaping={"travel": float("inf")})
     with pytest.raises(ScenarioError, match="reward and shaping: both state the reward"):
