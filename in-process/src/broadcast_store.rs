@@ -7,6 +7,7 @@ use proto::tick::ManifestEntry;
 use scenario::ids::{RobotId, Tick};
 use smallvec::SmallVec;
 
+#[derive(Clone)]
 pub(super) struct BroadcastStore {
     /// By rank: the broadcasts of the two latest ticks in which the robot sent any.
     sent: Vec<[SentBroadcasts; 2]>,

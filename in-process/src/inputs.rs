@@ -6,7 +6,7 @@ use proto::process::ProcessAction;
 use run_log::{Input, InputLine};
 use scenario::ids::{Incarnation, Tick};
 
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct LoggedInputs {
     by_tick: BTreeMap<Tick, Vec<Input>>,
     /// The incarnations that process faults start, by tick and robot. An incarnation that ends before it takes part has a number, too.

@@ -132,6 +132,24 @@ impl<S: Sink> Team<S> {
         Ok(Self { run, recorder })
     }
 
+    /// Returns a copy of a run without a log ([`LogLevel::Off`]), with the same state between two ticks. It writes to `sink`.
+    /// The allocators of the robots in `adopting` use the data that `registry` supplies.
+    ///
+    /// Returns `None` if the run has a log, if external controllers answer, or if one of these allocators cannot
+    /// [adopt](robot_agent::allocator::Allocator::adopt) other data.
+    #[must_use]
+    pub fn copied<T: Sink>(
+        &self,
+        registry: &Registry,
+        adopting: &[RobotId],
+        sink: T,
+    ) -> Option<Team<T>> {
+        Some(Team {
+            recorder: self.recorder.copied(sink)?,
+            run: self.run.copied(registry, adopting)?,
+        })
+    }
+
     /// Adds external inputs of later ticks than the current one. The inputs of a tick must be complete before the previous
     /// tick is run, because robots that join are admitted at its end.
     pub fn add_inputs(&mut self, inputs: Vec<InputLine>) {

@@ -21,6 +21,7 @@ use crate::pool::WorkerPool;
 use crate::traffic::BroadcastCounts;
 
 /// The controller of a robot's current incarnation.
+#[derive(Clone)]
 pub(super) enum Seat {
     Empty,
     Agent(Agent),
@@ -115,6 +116,45 @@ impl Run {
             run.admit(0);
         }
         Ok(run)
+    }
+
+    /// Returns a copy with the same state between two ticks. The allocators of the robots in `adopting` use the data that
+    /// `registry` supplies. Returns `None` if external controllers answer, or if one of these allocators keeps its data.
+    pub fn copied(&self, registry: &Registry, adopting: &[RobotId]) -> Option<Self> {
+        if self.answer_source.is_some() {
+            return None;
+        }
+        let agents = registry.agents().clone();
+        let common = self
+            .common
+            .with_allocators_of(&agents, adopting, &self.briefing);
+        let common = common.ok()?;
+        let mut seats = self.seats.clone();
+        for robot in adopting {
+            if let Seat::Agent(agent) = &mut seats[robot.index()]
+                && !agent.adopt(&self.briefing, &common)
+            {
+                return None;
+            }
+        }
+        Some(Self {
+            simulation: self.simulation.clone(),
+            briefing: self.briefing.clone(),
+            common,
+            seats,
+            is_external: self.is_external.clone(),
+            answer_source: None,
+            unanswered: None,
+            broadcasts: self.broadcasts.clone(),
+            asked: Vec::new(),
+            spaces: Workspaces::default(),
+            crew: None,
+            inputs: self.inputs.clone(),
+            driven: self.driven.clone(),
+            traffic: self.traffic.clone(),
+            vocabulary: self.vocabulary.clone(),
+            agents,
+        })
     }
 
     /// Returns the learned task times, see [`Team::learned`](crate::Team::learned).

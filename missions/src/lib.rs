@@ -1,6 +1,7 @@
 //! The missions: the only crate that contains mission-specific data, world models and robot controllers.
 //!
 //! - [`Registry`]: the missions and allocators of a program. [`testkit`]: the checks that every mission must pass.
+//! - [`Randomised`]: starts and places that are drawn from the seed.
 //! - [`waste`]: hazardous waste clean-up. [`service`]: points of work. [`push`]: long bars. [`observe`]: moving
 //!   targets.
 //! - [`external`]: readings and actions in a form for controllers in other languages.
@@ -13,6 +14,7 @@ mod fixtures;
 mod geometry;
 pub mod observe;
 pub mod push;
+mod randomise;
 mod registry;
 pub mod service;
 pub mod testkit;
@@ -20,4 +22,5 @@ pub mod testkit;
 mod tests;
 pub mod waste;
 
+pub use randomise::Randomised;
 pub use registry::{MissionParts, Registry};

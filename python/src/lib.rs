@@ -36,7 +36,7 @@ mod _engine {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::env::EnvironmentBatch;
+    use crate::env::{EnvironmentBatch, EnvironmentStates};
     #[pymodule_export]
     use crate::errors::{AllianceError, ControllerError, ScenarioError};
     #[pymodule_export]

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use clap::Parser;
 use launch::Registry;
 use launch::arguments::parse_list;
+use missions::Randomised;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use scenario::limits::check_known;
@@ -41,6 +42,8 @@ pub struct RunRequest {
     controllers: Vec<(String, String, Option<Py<PyType>>)>,
     /// `true` to execute each step of these controllers twice, as a check.
     twice: bool,
+    /// The names of properties that are drawn from the seed.
+    randomise: Vec<String>,
 }
 
 /// A run that is ready to begin.
@@ -49,6 +52,8 @@ pub struct PreparedRun {
     pub registry: Registry,
     /// The reaction to an error of a controller in Python.
     pub failure: FailureReaction,
+    /// The properties of the scenario that each run draws from its seed.
+    pub randomised: Randomised,
 }
 
 impl RunRequest {
@@ -94,10 +99,13 @@ impl RunRequest {
         }
         self.assign_controllers(&mut scenario)?;
         let setup = args.mission.resolve(scenario, &known).map_err(one_line)?;
+        let names = self.randomise.iter().map(String::as_str);
+        let randomised = Randomised::from_names(names).map_err(scenario_error)?;
         Ok(PreparedRun {
             setup,
             registry,
             failure,
+            randomised,
         })
     }
 

@@ -22,7 +22,10 @@ pub fn run(
     folder: Option<PathBuf>,
     level: &str,
 ) -> PyResult<String> {
-    let ready = asked.ready(Registry::built_in())?;
+    let mut ready = asked.ready(Registry::built_in())?;
+    let (setup, randomised) = (&ready.setup, ready.randomised);
+    let drawn = randomised.draw_setup(setup, setup.seed, &ready.registry);
+    ready.setup = drawn.map_err(scenario_error)?;
     let mut levels = LogLevel::ALL.into_iter();
     let level = levels
         .find(|candidate| candidate.as_str() == level)
@@ -47,6 +50,7 @@ fn carry_out<S: Sink>(ready: PreparedRun, level: LogLevel, sink: S) -> PyResult<
         setup,
         registry,
         failure,
+        randomised: _,
     } = ready;
     let joins = joins_of(&setup);
     let mut team =

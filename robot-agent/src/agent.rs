@@ -107,6 +107,25 @@ impl TeamConfig {
         })
     }
 
+    /// Returns a copy in which the allocators of these robots come from another registry.
+    ///
+    /// # Errors
+    /// Fails if the registry lacks an allocator, or if a parameter is invalid.
+    pub fn with_allocators_of(
+        &self,
+        registry: &AgentRegistry,
+        robots: &[RobotId],
+        setup: &Setup,
+    ) -> Result<Self, ConfigError> {
+        let mut team = self.clone();
+        for robot in robots {
+            let spec = &setup.scenario.robots[robot.index()];
+            let allocator = registry.prepare(setup.scenario.stated_allocator(spec), setup)?;
+            team.allocators[robot.index()] = allocator;
+        }
+        Ok(team)
+    }
+
     fn me(&self, robot: RobotId, incarnation: Incarnation, setup: &Setup) -> SelfState {
         let spec = &setup.scenario.robots[robot.index()];
         let values = setup.alliance.robots.get(&spec.name);

@@ -40,6 +40,7 @@ mod unread;
 mod validate;
 mod values;
 mod vocabulary;
+mod weights;
 
 use glam::Vec2;
 use serde::de::Error;
@@ -72,6 +73,7 @@ pub use toml_file::TomlFile;
 pub use unread::UntypedTable;
 pub use validate::MAX_ROBOTS;
 pub use vocabulary::Vocabulary;
+pub use weights::Weights;
 
 /// A scenario file. It is read with a [`Vocabulary`] of missions and allocators.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

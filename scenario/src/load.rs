@@ -25,6 +25,13 @@ impl Scenario {
         let file = TomlFile::parse("scenario", &text)?;
         read(file.table(), vocabulary)
     }
+
+    /// Returns the scenario as the reader of its file would, with all checks.
+    pub fn checked(&self, vocabulary: &Vocabulary) -> Result<Self, Problem> {
+        let table = toml::Table::try_from(self);
+        let table = table.map_err(|error| Problem::of_value(error.to_string(), ""))?;
+        Self::from_table(&table, vocabulary)
+    }
 }
 
 /// Reads a scenario with all checks. Errors have the keys of the file.

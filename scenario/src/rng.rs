@@ -29,6 +29,10 @@ pub enum Purpose {
     Allocation = 9,
     /// Bit errors of messages on a link.
     Corruption = 10,
+    /// The drawn starts of robots.
+    Start = 11,
+    /// The drawn places of a mission.
+    Layout = 12,
 }
 
 /// Returns the stream of a purpose that belongs to no robot.

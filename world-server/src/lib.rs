@@ -8,8 +8,9 @@
 //! - [`simulation`]: world and barrier together, one run tick by tick. [`pace`]: its speed.
 //!
 //! Modules with side effects: [`server`] is a run behind one lock. [`process`] connects it to the bus and the disk.
-//! [`latest`] links to it. [`args`] and [`size`] are its command line, and [`mission_args`] the arguments of a mission. [`gateway`] is a separate process that
-//! operators connect to. [`external_bodies`] is the connection to another world in which the bodies move.
+//! [`latest`] links to it. [`args`] and [`size`] are its command line, and [`mission_args`] the arguments of a mission. [`weights`]
+//! reads the files that a scenario names. [`gateway`] is a separate process that operators connect to. [`external_bodies`] is the
+//! connection to another world in which the bodies move.
 
 // `println!` panics if the output is closed; `terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -41,4 +42,5 @@ pub mod process;
 pub mod server;
 pub mod simulation;
 pub mod size;
+pub mod weights;
 pub mod world;

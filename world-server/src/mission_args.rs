@@ -15,6 +15,7 @@ use terminal::stderr_line;
 
 use crate::mission::MissionRegistry;
 use crate::size::SizeArgs;
+use crate::weights::include_weights;
 
 /// The scenarios, missions and worlds that a program contains.
 #[derive(Clone, Debug)]
@@ -84,6 +85,7 @@ impl MissionArgs {
             scenario.set_allocator(name);
         }
         scenario.check_allocators(&known.vocabulary.allocators)?;
+        include_weights(&mut scenario)?;
         let parameters = match &self.params {
             None => None,
             Some(path) => Some(ParameterFile::parse(

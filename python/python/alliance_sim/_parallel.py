@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import operator
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.utils import EzPickle
 from pettingzoo import ParallelEnv as Parallel
 
-from ._engine import BOUND
+from ._engine import BOUND, ScenarioError
 from ._plain import shown, whole
 from ._run import Controller, Scenario
-from ._vector import DRAWN_MAX, SEED_MAX, Event, Reward, VecEnv
+from ._vector import DRAWN_MAX, SEED_MAX, Event, Reward, Snapshot, VecEnv
 
 
-class ParallelEnv(Parallel, EzPickle):
+class ParallelEnv(Parallel):
     """Team in which each robot is an agent. An observation has sensor readings and received messages. All agents share the team's reward.
 
     A robot that a fault kills stays an agent, because it may restart. Until then it observes zeros, `infos` has `alive` False, and its
     mask allows only the idle action. With `revive=False` it is terminated and absent for the rest of the episode.
 
-    A copy or an unpickled environment is created from the same arguments and has no episode yet.
+    A deep copy continues the same episode, and so does an unpickled environment, which repeats the actions.
     """
 
     metadata = {"name": "alliance_sim_v0", "render_modes": ["rgb_array"], "render_fps": 20, "is_parallelizable": True}
@@ -46,26 +46,31 @@ class ParallelEnv(Parallel, EzPickle):
         limit: float | None = None,
         info_events: bool = False,
         render_mode: str | None = None,
+        randomise: Iterable[str] = (),
+        shaping: Mapping[str, float] | None = None,
     ) -> None:
         """`reward`: a function of mission.csv's columns before and after a step and of the step's events; default: the mission's progress.
 
         `time_cost` is subtracted from the reward of each step. `info_events`: `infos` have also `faults`, `events`, and in the last step
         `hash` and `outcome`, which are not numbers. See `run` and `VecEnv` for the other arguments.
         """
-        run = {
-            "level": level,
-            "period_s": period_s,
-            "ticks": ticks,
-            "controllers": controllers,
-            "faults": faults,
-            "robots": robots,
-            "size": size,
-            "limit": limit,
-            "render_mode": render_mode,
-        }
-        own = {"revive": revive, "reward": reward, "time_cost": time_cost, "info_events": info_events}
-        EzPickle.__init__(self, scenario, **run, **own)
-        self._vec = VecEnv(scenario, 1, **run, auto_reset=False)
+        if reward is not None and shaping is not None:
+            raise ScenarioError("reward and shaping: both state the reward; leave one out")
+        self._vec = VecEnv(
+            scenario,
+            level=level,
+            period_s=period_s,
+            ticks=ticks,
+            controllers=controllers,
+            faults=faults,
+            robots=robots,
+            size=size,
+            limit=limit,
+            auto_reset=False,
+            render_mode=render_mode,
+            randomise=randomise,
+            shaping=shaping,
+        )
         self._revive, self._reward, self._time_cost, self._info_events = revive, reward, time_cost, info_events
         self.render_mode = render_mode
         self._has_faults = faults is not None or "faults" in self._vec.setup["scenario"]
@@ -151,6 +156,17 @@ class ParallelEnv(Parallel, EzPickle):
         elif not self._revive:
             self.agents = [agent for agent in agents if not terminations[agent]]
         return seen, rewards, terminations, truncations, infos
+
+    def snapshot(self) -> Snapshot:
+        """Returns the state of the episode, for `restore`. A recorded episode has none."""
+        return replace(self._vec.snapshot(), own=(tuple(self.agents), self._is_running))
+
+    def restore(self, snapshot: Snapshot) -> tuple[dict, dict]:
+        """Continues from a snapshot of this environment or of its deep copy. Returns observations and infos."""
+        self._vec.restore(snapshot)
+        agents, self._is_running = snapshot.own
+        self.agents = list(agents)
+        return self._seen(), self._infos({})
 
     def _read(self, actions: Mapping[str, Any]) -> dict[str, bool]:
         """Writes the actions into the array. Returns by agent whether its mask excluded the action."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import gymnasium
@@ -13,7 +13,7 @@ from gymnasium import spaces
 
 from ._engine import BOUND
 from ._run import Controller, Scenario
-from ._vector import DRAWN_MAX, ENVIRONMENT, VecEnv
+from ._vector import DRAWN_MAX, ENVIRONMENT, Snapshot, VecEnv
 
 #: Built-in scenario of each registered environment.
 SCENARIOS = {"Waste": "waste", "Service": "service", "Push": "push", "Observe": "observe"}
@@ -44,6 +44,8 @@ class RobotEnv(gymnasium.Env[np.ndarray, Any]):
         size: int | None = None,
         limit: float | None = None,
         render_mode: str | None = None,
+        randomise: Iterable[str] = (),
+        shaping: Mapping[str, float] | None = None,
     ) -> None:
         """`robot`: name of the robot; default: the first. `teammates`: controller of all others, or by robot. See `VecEnv` for the others."""
         options: dict[str, Any] = {"level": level, "robots": robots, "size": size, "limit": limit}
@@ -59,6 +61,8 @@ class RobotEnv(gymnasium.Env[np.ndarray, Any]):
             faults=faults,
             auto_reset=False,
             render_mode=render_mode,
+            randomise=randomise,
+            shaping=shaping,
         )
         self.robot, self.render_mode, self._level = robot, render_mode, level
         features = self._vec.observation.shape[-1]
@@ -97,6 +101,15 @@ class RobotEnv(gymnasium.Env[np.ndarray, Any]):
         if done:
             info["hash"], info["outcome"] = self._vec.ended()
         return self._vec.observation[0, 0].copy(), float(self._vec.reward[0]), bool(done == 1), bool(done == 2), info
+
+    def snapshot(self) -> Snapshot:
+        """Returns the state of the episode, for `restore`. A recorded episode has none."""
+        return self._vec.snapshot()
+
+    def restore(self, snapshot: Snapshot) -> tuple[np.ndarray, dict[str, Any]]:
+        """Continues from a snapshot of this environment or of its deep copy. Returns observation and info."""
+        self._vec.restore(snapshot)
+        return self._vec.observation[0, 0].copy(), self._info()
 
     def render(self) -> np.ndarray | None:
         """Returns a picture of the room with `render_mode="rgb_array"`: [height, width, 3]. Else returns `None`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -67,6 +67,7 @@ def run(
     limit: float | None = None,
     level: str = "full",
     twice: bool = False,
+    randomise: Iterable[str] = (),
 ) -> Run:
     """Runs a mission to its end in this process. The result is identical to that of a run in processes.
 
@@ -77,12 +78,13 @@ def run(
     `faults`: replaces the scenario's faults; a list of orders, or `{"timeline": […], "random": {…}}`.
     `twice`: repeats each step of these classes on a copy. The run fails if a step depends on more than its inputs.
     `robots`, `size`: for missions of variable size. `limit`: time limit, simulated seconds.
+    `randomise`: what the seed draws: `start` (poses of the robots), `layout` (places of the mission). `Run.file` has the drawn scenario.
 
     Raises `ScenarioError` for a wrong argument and `ControllerError` if a controller fails, both with one line. A
     `KeyboardInterrupt` and a `SystemExit` of a controller pass unchanged.
     """
     folder = None if log is None else Path(log)
-    request = asked(scenario, controllers, seed, faults, robots, size, limit, twice)
+    request = asked(scenario, controllers, seed, faults, robots, size, limit, twice, randomise)
     classes = dict.fromkeys(controller for _, _, controller in request["controllers"] if controller is not None)
     shared = [SharedVariables(controller) for controller in classes]
     file = json.loads(_engine.run(request, folder, level))
@@ -104,6 +106,7 @@ def asked(
     size: int | None,
     limit: float | None,
     twice: bool = False,
+    randomise: Iterable[str] = (),
 ) -> dict[str, Any]:
     """Returns the arguments in the engine's format."""
     document = json.dumps(plain(scenario, "scenario")) if isinstance(scenario, Mapping) else None
@@ -125,6 +128,7 @@ def asked(
         "faults": None if faults is None else json.dumps(plain(faults, "faults")),
         "controllers": _named(controllers or {}),
         "twice": twice,
+        "randomise": [randomise] if isinstance(randomise, str) else [str(name) for name in randomise],
     }
 
 

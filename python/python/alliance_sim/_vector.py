@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +36,17 @@ PICTURE_PX = 640
 Event = dict[str, Any]
 #: Reward function of mission.csv's columns before and after a step, and of the step's events.
 Reward = Callable[[dict[str, float | None], dict[str, float | None], list[Event]], float]
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """State of environments in mid-episode, for any number of `restore`."""
+
+    states: _engine.EnvironmentStates = field(repr=False)
+    #: Seed and actions of the episode.
+    past: tuple[int, Any] = field(repr=False)
+    #: State of the environment around the engine.
+    own: Any = field(default=None, repr=False)
 
 
 class VecEnv(VectorEnv):
@@ -68,20 +81,32 @@ class VecEnv(VectorEnv):
         auto_reset: bool = True,
         copy: bool = True,
         render_mode: str | None = None,
+        randomise: Iterable[str] = (),
+        shaping: Mapping[str, float] | None = None,
     ) -> None:
         """`controllers`: robots with other controllers, as in `run`. All robots without an entry are agents of the environment.
 
         `period_s`: duration of a step at level `decide`, s; default 1. `ticks`: the same in ticks of the run, at both levels; default at
         level `drive` 1. The step repeats its action. `copy`: false to return the arrays of the environment themselves, which each
-        call overwrites. Raises `MemoryError` with the bytes of an environment if the batch does not fit into memory.
+        call overwrites. `randomise`: what each episode draws from its seed, as in `run`.
+
+        `shaping`: the weights of the terms that are summed to the reward of a step. `progress` (default 1): the mission's own reward. Others
+        are 0 by default and sums over the agents: `approach`, the decrease of the distance to the open work that was nearest at the start of
+        the step, m; `travel`, the distance between the positions before and after the step, m; `contact`, the time of steps that end closer to
+        something than a quarter of the avoidance range, s.
+
+        Raises `MemoryError` with the bytes of an environment if the batch does not fit into memory.
         """
+        # An unpickled environment is created from the arguments.
+        self._arguments = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
         controllers = {"*": ENVIRONMENT} | dict(controllers or {})
         envs, threads = whole(envs, "envs", 1), whole(threads, "threads", 1)
         ticks = None if ticks is None else whole(ticks, "ticks", 1)
         if render_mode not in (None, "rgb_array"):
             raise _engine.ScenarioError(f"render_mode: there is no {shown(render_mode)}; use 'rgb_array' or None")
-        request = asked(scenario, controllers, 0, faults, robots, size, limit)
-        self._worlds = _engine.EnvironmentBatch(request, level, (period_s, ticks), (envs, threads), render_mode is not None)
+        request = asked(scenario, controllers, 0, faults, robots, size, limit, randomise=randomise)
+        weights = [(str(term), float(weight)) for term, weight in (shaping or {}).items()]
+        self._worlds = _engine.EnvironmentBatch(request, level, (period_s, ticks), (envs, threads), weights, render_mode is not None)
         self.level, self.auto_reset, self.copy, self.render_mode = level, auto_reset, copy, render_mode
         self.metadata = {**type(self).metadata, "autoreset_mode": AutoresetMode.SAME_STEP if auto_reset else AutoresetMode.DISABLED}
         self.num_envs = envs
@@ -94,17 +119,23 @@ class VecEnv(VectorEnv):
         self.reward = np.zeros(envs, np.float32)[...]
         #: By environment: 0 running, 1 complete or no robot left, 2 time limit.
         self.done = np.zeros(envs, np.int8)[...]
-        # One part per thread.
-        arrays, size = (self.observation, self.action_mask, self.alive, self.reward, self.done), self._worlds.part_size
-        self._parts = [tuple(array[at : at + size] for array in arrays) for at in range(0, envs, size)]
+        self._parts = self._split_arrays()
         shape = (envs, len(self.agents))
         self._shape, self._type = (shape, np.dtype(np.int64)) if level == "decide" else ((*shape, 4), np.dtype(np.float32))
         # By environment and agent: the place of its first action in the flat mask.
         self._first_action = (np.arange(envs)[:, None] * width + np.arange(len(self.agents))) * actions
         self._rng = np.random.default_rng()
         self._is_running = False
+        # The seed and the actions of an episode, latest first, of an environment that can be pickled.
+        self._seed = 0
+        self._history: Any = None
         counts = [1 + len(sets) for sets in self.sets]
         vars(self).update(batch_spaces(level, envs, (width, features), counts, _engine.BOUND))
+
+    def _split_arrays(self) -> list[tuple[np.ndarray, ...]]:
+        """Returns the arrays of each part of the batch. There is one part per thread."""
+        arrays, size = (self.observation, self.action_mask, self.alive, self.reward, self.done), self._worlds.part_size
+        return [tuple(array[at : at + size] for array in arrays) for at in range(0, self.num_envs, size)]
 
     @property
     def feature_names(self) -> list[str]:
@@ -125,25 +156,80 @@ class VecEnv(VectorEnv):
         """Setup of the runs, as in run.json. The seed is the episode's."""
         return json.loads(self._worlds.setup)
 
-    def reset(
-        self, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+    def reset(self, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
         """Starts an episode in each environment. Returns observations and infos.
 
         `seed`: the seed of the first environment, the others follow consecutively; or a list with one seed or `None` for each. Missing seeds
         are drawn: from the last given one, or else from the entropy of the system. With `options={"reset_mask": mask}`, only the
         environments whose entry in the mask is true start an episode.
         """
-        mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, bool)))
-        if mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
-            raise ValueError(f"reset_mask: it must be {self.num_envs} booleans of which at least one is true")
+        mask = self._mask((options or {}).get("reset_mask"), "reset_mask")
         if not (self._is_running or mask.all()):
             raise RuntimeError("reset_mask: the first reset() starts all environments")
         seeds = self._seeds(seed)
         self._worlds.reset([number if chosen else None for number, chosen in zip(seeds, mask.tolist(), strict=True)])
         self._is_running, self.closed = True, False
+        self._seed, self._history = seeds[0], None
         self._update_arrays()
         return self._returned(self.observation), self._infos()
+
+    def _mask(self, mask: Any, name: str) -> np.ndarray:
+        chosen: np.ndarray = np.ones(self.num_envs, bool) if mask is None else np.asarray(mask)
+        if chosen.dtype != bool or chosen.shape != (self.num_envs,) or not chosen.any():
+            raise ValueError(f"{name}: it must be {self.num_envs} booleans of which at least one is true")
+        return chosen
+
+    def snapshot(self, mask: Any = None) -> Snapshot:
+        """Returns the states of the environments whose entry in the mask is true; default: all. `restore` continues from them.
+
+        A snapshot is a copy in memory, about as large as its environments. A recorded episode has none.
+        """
+        if not self._is_running:
+            raise RuntimeError("call reset() before a snapshot")
+        return Snapshot(self._worlds.states(self._mask(mask, "mask").tolist()), (self._seed, self._history))
+
+    def restore(self, snapshot: Snapshot, mask: Any = None) -> tuple[np.ndarray, dict[str, Any]]:
+        """Continues the environments in the mask from a snapshot of this environment or of its deep copy. Returns observations and infos.
+
+        The snapshot has as many environments as the mask (default: all), in the same order, or one, from which all continue.
+        """
+        if not self._is_running:
+            raise RuntimeError("call reset() before restore()")
+        self._worlds.restore(snapshot.states, self._mask(mask, "mask").tolist())
+        self._seed, self._history = snapshot.past
+        self._update_arrays()
+        return self._returned(self.observation), self._infos()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> VecEnv:
+        own = {name: value for name, value in vars(self).items() if name not in ("_worlds", "_parts")}
+        copied = type(self).__new__(type(self))
+        memo[id(self)] = copied
+        # The past is never changed, and its depth would exceed the recursion limit.
+        memo[id(self._history)] = self._history
+        vars(copied).update(deepcopy(own, memo))
+        copied._worlds = self._worlds.copied()
+        copied._parts = copied._split_arrays()
+        return copied
+
+    def __getstate__(self) -> dict[str, Any]:
+        if self.num_envs > 1 and self._is_running:
+            raise TypeError("a batch in mid-episode cannot be pickled; use copy.deepcopy, or pickle an environment of one team")
+        past: list[bytes] = []
+        history = self._history
+        while history:
+            history, actions = history
+            past.append(actions)
+        return {"arguments": self._arguments, "rng": self._rng, "seed": self._seed if self._is_running else None, "past": past[::-1]}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(**state["arguments"])  # type: ignore[misc]
+        self._rng = state["rng"]
+        if state["seed"] is not None:
+            rng = deepcopy(self._rng)
+            self.reset(state["seed"])
+            self._rng = rng
+            for actions in state["past"]:
+                self.advance(np.frombuffer(actions, self._type).reshape(self._shape))
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int]:
         if seed is None or isinstance(seed, Sequence | np.ndarray):
@@ -167,6 +253,7 @@ class VecEnv(VectorEnv):
         if not self._is_running:
             raise RuntimeError("call reset() first")
         is_over = self._advance(actions)
+        self._remember(actions)
         # The arrays still have the mask of these actions, which the engine has found to be in range.
         masked = self.action_mask.reshape(-1)[self._first_action + actions] == 0 if self.level == "decide" else None
         self._update_arrays()
@@ -185,6 +272,7 @@ class VecEnv(VectorEnv):
         if not self._is_running:
             raise RuntimeError("call reset() first")
         self._advance(actions)
+        self._remember(actions)
         self._update_arrays()
 
     def _advance(self, actions: np.ndarray) -> bool:
@@ -194,6 +282,10 @@ class VecEnv(VectorEnv):
         except KeyboardInterrupt:
             self._is_running = False
             raise
+
+    def _remember(self, actions: np.ndarray) -> None:
+        if self.num_envs == 1 and not self.auto_reset:
+            self._history = (self._history, actions.tobytes())
 
     def _checked(self, actions: Any) -> np.ndarray:
         given = actions if type(actions) is np.ndarray else np.asarray(actions)

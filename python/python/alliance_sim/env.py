@@ -10,12 +10,12 @@ level `drive`, a step is a tick or several, and an action drives the body.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._run import Controller, Scenario
 from ._spaces import HAS_GYMNASIUM
-from ._vector import Reward, VecEnv
+from ._vector import Reward, Snapshot, VecEnv
 
 if HAS_GYMNASIUM:
     from ._robot import RobotEnv, register
@@ -25,7 +25,7 @@ if HAS_GYMNASIUM:
 if TYPE_CHECKING:
     from ._parallel import ParallelEnv
 
-__all__ = ["Reward", "RobotEnv", "VecEnv", "parallel_env"]
+__all__ = ["Reward", "RobotEnv", "Snapshot", "VecEnv", "parallel_env"]
 
 
 def parallel_env(
@@ -44,6 +44,8 @@ def parallel_env(
     limit: float | None = None,
     info_events: bool = False,
     render_mode: str | None = None,
+    randomise: Iterable[str] = (),
+    shaping: Mapping[str, float] | None = None,
 ) -> ParallelEnv:
     """Returns an environment with PettingZoo's parallel API.
 
@@ -55,7 +57,8 @@ def parallel_env(
     `reward`: a function of mission.csv's columns before and after a step and of the step's events; default: the mission's progress.
     `time_cost` is subtracted from the reward of each step.
     `info_events`: `infos` have also `faults`, `events`, and in the last step `hash` and `outcome`, which are not numbers.
-    `render_mode`: `rgb_array` or `None`.
+    `render_mode`: `rgb_array` or `None`. `randomise`: what each episode draws from its seed, as in `run`.
+    `shaping`: weights of terms of the reward, see `VecEnv`; not together with `reward`.
     """
     try:
         from ._parallel import ParallelEnv
@@ -78,6 +81,8 @@ def parallel_env(
         limit=limit,
         info_events=info_events,
         render_mode=render_mode,
+        randomise=randomise,
+        shaping=shaping,
     )
 
 

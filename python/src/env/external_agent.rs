@@ -24,7 +24,7 @@ pub struct Mate {
 }
 
 /// The data that a robot and its external agent exchange.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct ExternalAgent {
     /// The chosen behavior set. The robot is idle while this set is not applicable.
     pub wanted: Option<BehaviorId>,
@@ -53,6 +53,14 @@ impl ExternalAgents {
     pub fn lock(&self, robot: RobotId) -> MutexGuard<'_, ExternalAgent> {
         let agent = self.0[robot.index()].lock();
         agent.unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Copies the data of all robots from another environment.
+    pub fn copy_from(&self, other: &Self) {
+        for (own, other) in self.0.iter().zip(&other.0) {
+            let other = other.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            *own.lock().unwrap_or_else(PoisonError::into_inner) = other;
+        }
     }
 }
 
@@ -95,6 +103,12 @@ impl Allocator for ExternalAllocator {
             me: me.robot,
             agents: Arc::clone(agents),
         }
+    }
+
+    /// Exchanges data with another environment, in which a copy of the run continues.
+    fn adopt(&mut self, agents: &Arc<ExternalAgents>) -> bool {
+        self.agents = Arc::clone(agents);
+        true
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {

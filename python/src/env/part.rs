@@ -173,6 +173,14 @@ impl BatchPart {
 }
 
 impl Slot {
+    /// Returns a copy with the same state, see [`Environment::copied`].
+    pub fn copied(&self, common: &Common) -> PyResult<Self> {
+        Ok(Self {
+            world: self.world.copied(common)?,
+            seed: self.seed,
+        })
+    }
+
     fn act(&mut self, common: &Common, number: usize, actions: &Actions) {
         let agents = common.agents.len();
         for (agent, robot) in common.agents.iter().enumerate() {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use analysis::{Pixels, draw_view};
 use in_process::{BodyCommand, Team, Workspaces, joins_of};
 use launch::Registry;
+use missions::Randomised;
 use proto::control::{AgentState, Phase};
 use proto::event::EventLine;
 use proto::mission::Action;
@@ -26,6 +27,7 @@ use scenario::time::SimTime;
 use super::external_agent::{self, ExternalAgent, ExternalAgents, NAME};
 use super::features::{self, Row};
 use super::interrupt::{Interrupt, Watch};
+use super::shaping::Shaping;
 use crate::controller::FailureReaction;
 use crate::errors::{alliance_error, scenario_error};
 use crate::request::PreparedRun;
@@ -103,6 +105,9 @@ pub struct Common {
     pub setup: Setup,
     registry: Registry,
     failure: FailureReaction,
+    /// The properties of the scenario that each episode draws from its seed.
+    randomised: Randomised,
+    shaping: Shaping,
     pub level: Level,
     pub interrupt: Interrupt,
     /// The largest number of ticks in a step.
@@ -123,12 +128,14 @@ impl Common {
         ready: PreparedRun,
         level: Level,
         length: &StepLength,
+        shaping: Shaping,
         renders: bool,
     ) -> PyResult<Self> {
         let PreparedRun {
             setup,
             registry,
             failure,
+            randomised,
         } = ready;
         let mission = setup.catalog.mission.name();
         if level == Level::Drive && !["waste", "push", "observe"].contains(&mission) {
@@ -149,6 +156,8 @@ impl Common {
             setup,
             registry,
             failure,
+            randomised,
+            shaping,
             level,
             interrupt: Interrupt::default(),
             period,
@@ -231,6 +240,8 @@ pub struct Environment {
     pub hash: Option<String>,
     /// The folder for the log of the next episode, if it is recorded.
     pub record: Option<PathBuf>,
+    /// True if the current episode has a log.
+    is_recorded: bool,
     /// The row of mission.csv after the latest tick, and the amount of completed work in it.
     row: Vec<FigureValue>,
     done: u64,
@@ -244,8 +255,8 @@ pub struct Environment {
 struct FinalState {
     poses: Vec<[f32; 3]>,
     faults: Vec<String>,
-    /// The view for a picture, if pictures are drawn.
-    view: Option<View>,
+    /// The setup of the episode and the view for a picture, if pictures are drawn.
+    picture: Option<Box<(Setup, View)>>,
 }
 
 impl Environment {
@@ -261,6 +272,7 @@ impl Environment {
             outcome: None,
             hash: None,
             record: None,
+            is_recorded: false,
             row: Vec::new(),
             done: 0,
             events: Vec::new(),
@@ -278,8 +290,10 @@ impl Environment {
                 (LogLevel::Full, Place::Folder(folder))
             }
         };
-        let mut setup = common.setup.clone();
-        setup.seed = seed;
+        let drawn = common
+            .randomised
+            .draw_setup(&common.setup, seed, &common.registry);
+        let mut setup = drawn.map_err(scenario_error)?;
         let allocators = || external_agent::kind(Arc::clone(&self.external_agents));
         let mut registry = common.registry.clone().with_allocator_kind(allocators());
         if level != LogLevel::Off {
@@ -300,6 +314,7 @@ impl Environment {
         // Earlier events are discarded.
         team.take_events();
         (self.outcome, self.hash, self.done) = (None, None, 0);
+        self.is_recorded = level != LogLevel::Off;
         self.team = Some(team);
         if common.level == Level::Drive {
             for agent in &common.agents {
@@ -309,13 +324,48 @@ impl Environment {
         self.tick(common, spaces).map(drop)
     }
 
+    /// Returns a copy with the same state, whose next episode is not recorded.
+    ///
+    /// # Errors
+    /// If the episode is recorded, because its log exists once, or if a controller in Python cannot be copied.
+    pub fn copied(&self, common: &Common) -> PyResult<Self> {
+        let external_agents = Arc::new(ExternalAgents::new(common.setup.scenario.robots.len()));
+        external_agents.copy_from(&self.external_agents);
+        let kind = external_agent::kind(Arc::clone(&external_agents));
+        let registry = common.registry.clone().with_allocator_kind(kind);
+        let copy = |team: &Team<Place>| {
+            let nowhere = Place::Nowhere(MemoryLog::default());
+            let copied = team.copied(&registry, &common.agents, nowhere);
+            copied.ok_or_else(|| {
+                alliance_error("a recorded episode cannot be copied; copy one without a log")
+            })
+        };
+        let team = self.team.as_ref().map(copy).transpose()?;
+        if let Some(error) = common.failure.take() {
+            return Err(error);
+        }
+        Ok(Self {
+            team,
+            external_agents,
+            sets: self.sets.clone(),
+            outcome: self.outcome,
+            hash: self.hash.clone(),
+            record: None,
+            is_recorded: false,
+            row: self.row.clone(),
+            done: self.done,
+            events: self.events.clone(),
+            final_state: self.final_state.clone(),
+        })
+    }
+
     pub fn close(&mut self) -> PyResult<()> {
         match self.team.take() {
-            Some(team) => {
+            Some(team) if self.is_recorded => {
                 let outcome = self.outcome.unwrap_or(Outcome::Interrupted);
                 team.end(outcome).map(drop).map_err(alliance_error)
             }
-            None => Ok(()),
+            _ => Ok(()),
         }
     }
 
@@ -366,6 +416,13 @@ impl Environment {
         if self.outcome.is_some() || self.team.is_none() {
             return Ok(0.0);
         }
+        let start = self.team.as_ref().map(|team| {
+            let shaping = &common.shaping;
+            (
+                team.simulation().tick(),
+                shaping.begin(team.simulation(), &common.agents),
+            )
+        });
         let mut reward = 0.0;
         for _ in 0..common.period {
             watch.count(1, &common.interrupt)?;
@@ -377,7 +434,13 @@ impl Environment {
                 break;
             }
         }
-        Ok(reward)
+        let (Some(team), Some((tick, start))) = (&self.team, start) else {
+            return Ok(reward);
+        };
+        let ticks = team.simulation().tick() - tick;
+        let step_s = ticks as f64 * common.setup.scenario.step_ms as f64 / 1000.0;
+        let (shaping, agents) = (&common.shaping, &common.agents);
+        Ok(shaping.reward(&start, team.simulation(), agents, step_s, reward))
     }
 
     /// Executes one tick and returns the reward of the team. The reward is the increase of the completed work. If the
@@ -417,7 +480,10 @@ impl Environment {
             self.final_state = FinalState {
                 poses: poses(&team),
                 faults: faults(&team),
-                view: common.renders.then(|| team.view()),
+                picture: common.renders.then(|| {
+                    let setup = team.simulation().setup().clone();
+                    Box::new((setup, team.view()))
+                }),
             };
             let (run, _) = team.end(outcome).map_err(alliance_error)?;
             self.hash = run.hash;
@@ -457,11 +523,13 @@ impl Environment {
     }
 
     /// Draws the room at this width, px. Returns `None` before the first episode.
-    pub fn picture(&self, common: &Common, width_px: u32) -> PyResult<Option<Pixels>> {
-        let view = self.team.as_ref().map(Team::view);
-        let view = view.or_else(|| self.final_state.view.clone());
-        let pixels = view.map(|view| draw_view(&common.setup, view, width_px));
-        pixels.transpose().map_err(alliance_error)
+    pub fn picture(&self, width_px: u32) -> PyResult<Option<Pixels>> {
+        let pixels = match (&self.team, &self.final_state.picture) {
+            (Some(team), _) => draw_view(team.simulation().setup(), team.view(), width_px),
+            (None, Some(last)) => draw_view(&last.0, last.1.clone(), width_px),
+            (None, None) => return Ok(None),
+        };
+        pixels.map(Some).map_err(alliance_error)
     }
 
     /// Writes the available actions of an agent at level decide: idle, and its applicable sets.

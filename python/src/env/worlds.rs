@@ -17,7 +17,9 @@ use pyo3::types::PyBytes;
 use super::external_agent::{self, ExternalAgents};
 use super::memory::check_memory;
 use super::part::{Actions, BatchPart, Slot, actions, width};
-use super::threads::{Threads, Work};
+use super::shaping::Shaping;
+use super::snapshot::EnvironmentStates;
+use super::threads::{Threads, Work, lock};
 use super::world::{Common, DRIVE_ACTION_LEN, Level, StepLength};
 use crate::errors::scenario_error;
 use crate::request::RunRequest;
@@ -43,6 +45,13 @@ type EndTuple = (usize, Vec<f32>, Option<String>, &'static str, u64);
 fn locked<'p>(part: &'p Mutex<BatchPart>, py: Python<'_>) -> MutexGuard<'p, BatchPart> {
     let locked = part.lock_py_attached(py);
     locked.unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Creates the parts of a batch without episodes, with at most `size` environments each.
+fn empty_parts(common: &Common, envs: usize, size: usize) -> Vec<Arc<Mutex<BatchPart>>> {
+    let part = |first| BatchPart::new(common, first, size.min(envs - first));
+    let parts = (0..envs).step_by(size).map(part);
+    parts.map(|part| Arc::new(Mutex::new(part))).collect()
 }
 
 impl EnvironmentBatch {
@@ -125,6 +134,7 @@ impl EnvironmentBatch {
         level: &str,
         length: (Option<f64>, Option<u64>),
         size: (usize, usize),
+        shaping: Vec<(String, f64)>,
         renders: bool,
     ) -> PyResult<Self> {
         let (envs, threads) = size;
@@ -142,15 +152,15 @@ impl EnvironmentBatch {
         let allocators = external_agent::kind(Arc::new(ExternalAgents::new(0)));
         let ready = asked.ready(Registry::built_in().with_allocator_kind(allocators))?;
         let (period_s, ticks) = length;
-        let common = Common::new(ready, level, &StepLength { period_s, ticks }, renders)?;
+        let length = StepLength { period_s, ticks };
+        let shaping = Shaping::from_weights(&shaping).map_err(scenario_error)?;
+        let common = Common::new(ready, level, &length, shaping, renders)?;
         check_memory(&common, envs)?;
         let size = envs.div_ceil(threads);
-        let part = |first| BatchPart::new(&common, first, size.min(envs - first));
-        let parts = (0..envs).step_by(size).map(part);
         Ok(Self {
             envs,
             size,
-            parts: parts.map(|part| Arc::new(Mutex::new(part))).collect(),
+            parts: empty_parts(&common, envs, size),
             threads: Mutex::default(),
             common: Arc::new(common),
         })
@@ -209,6 +219,65 @@ impl EnvironmentBatch {
         self.at(py, index, |place| place.world.record = Some(folder))
     }
 
+    /// Returns copies of the environments in the mask. There is one entry per environment.
+    fn states(&self, py: Python<'_>, mask: Vec<bool>) -> PyResult<EnvironmentStates> {
+        let mut states = Vec::new();
+        for (part, mask) in self.parts.iter().zip(mask.chunks(self.size)) {
+            let part = locked(part, py);
+            for (at, _) in mask.iter().enumerate().filter(|(_, chosen)| **chosen) {
+                states.push(part.state(&self.common, at)?);
+            }
+        }
+        Ok(EnvironmentStates {
+            common: Arc::clone(&self.common),
+            states: Mutex::new(states),
+        })
+    }
+
+    /// Continues the environments in the mask from copies of the states, in order. A single state is for all of them.
+    fn restore(&self, py: Python<'_>, saved: &EnvironmentStates, mask: Vec<bool>) -> PyResult<()> {
+        if !Arc::ptr_eq(&self.common, &saved.common) {
+            let why =
+                "the snapshot is from another environment; it fits this one and its deep copies";
+            return Err(PyValueError::new_err(why));
+        }
+        let states = saved.states.lock_py_attached(py);
+        let states = states.unwrap_or_else(PoisonError::into_inner);
+        let chosen = mask.iter().filter(|chosen| **chosen).count();
+        if states.len() != 1 && states.len() != chosen {
+            let why = format!(
+                "the snapshot has {} environments, and the mask {chosen}",
+                states.len()
+            );
+            return Err(PyValueError::new_err(why));
+        }
+        let mut states = states.iter().cycle();
+        for (part, mask) in self.parts.iter().zip(mask.chunks(self.size)) {
+            let mut part = locked(part, py);
+            part.ends.clear();
+            for (at, _) in mask.iter().enumerate().filter(|(_, chosen)| **chosen) {
+                if let Some(state) = states.next() {
+                    part.restore(&self.common, at, state)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns a batch with the same states.
+    fn copied(&self, py: Python<'_>) -> PyResult<Self> {
+        let saved = self.states(py, vec![true; self.envs])?;
+        let copy = Self {
+            envs: self.envs,
+            size: self.size,
+            parts: empty_parts(&self.common, self.envs, self.size),
+            threads: Mutex::default(),
+            common: Arc::clone(&self.common),
+        };
+        copy.restore(py, &saved, vec![true; self.envs])?;
+        Ok(copy)
+    }
+
     /// Ends the current episodes and their logs.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.on_each(py, |_, part| part.close())
@@ -254,9 +323,7 @@ impl EnvironmentBatch {
         index: usize,
         width_px: u32,
     ) -> PyResult<Option<(u32, u32, Bound<'py, PyBytes>)>> {
-        let picture = self.at(py, index, |place| {
-            place.world.picture(&self.common, width_px)
-        })??;
+        let picture = self.at(py, index, |place| place.world.picture(width_px))??;
         Ok(picture.map(|pixels| (pixels.height, pixels.width, PyBytes::new(py, &pixels.rgb))))
     }
 

@@ -1,13 +1,11 @@
 //! The `first-come` allocator. A robot keeps its task for one unit. It then takes the best task with a free place,
 //! given the claims received within τ. Of too many claims the earlier ones win; ties go to the lower rank.
 
-use std::collections::BTreeMap;
-
-use proto::team::{BroadcastContent, TaskState};
 use proto::telemetry::Reason;
-use scenario::ids::{Incarnation, RobotId, TaskId};
+use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
+use super::claims::Claims;
 use crate::allocator::utility::{WorkInProgress, best};
 use crate::allocator::{Allocator, Decision, Input, NoParameters, SelfState};
 use crate::broken::is_broken;
@@ -18,52 +16,14 @@ pub struct FirstCome {
     under_way: WorkInProgress,
     /// The time at which the robot claimed its task.
     since: SimTime,
-    claims: BTreeMap<RobotId, LatestClaim>,
-}
-
-/// The content of a teammate's latest heartbeat.
-#[derive(Clone, Copy, Debug)]
-struct LatestClaim {
-    stamp: (Incarnation, u64),
-    received: SimTime,
-    since: SimTime,
-    task: Option<TaskId>,
+    claims: Claims,
 }
 
 impl FirstCome {
-    fn receive(&mut self, input: &Input<'_>) {
-        for broadcast in input.received {
-            let (sender, stamp) = (broadcast.sender, (broadcast.incarnation, broadcast.seq));
-            if !self.me.is_teammate(sender) {
-                continue;
-            }
-            let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body else {
-                continue;
-            };
-            if self
-                .claims
-                .get(&sender)
-                .is_some_and(|known| known.stamp >= stamp)
-            {
-                continue;
-            }
-            let executes = heartbeat.state == TaskState::Executing;
-            let claim = LatestClaim {
-                stamp,
-                received: input.now,
-                since: heartbeat.since,
-                task: heartbeat.task.filter(|_| executes),
-            };
-            self.claims.insert(sender, claim);
-        }
-    }
-
     /// Returns the claim time and the id of each teammate whose claim to the task was received within τ.
     fn executing(&self, task: TaskId, now: SimTime) -> impl Iterator<Item = (SimTime, RobotId)> {
-        let within = self.claims.iter().filter(move |(_, claim)| {
-            claim.task == Some(task) && now.since(claim.received) < self.me.ceased_after
-        });
-        within.map(|(&robot, claim)| (claim.since, robot))
+        let claims = self.claims.of_task(&self.me, task, now);
+        claims.map(|(robot, claim)| (claim.since, robot))
     }
 }
 
@@ -75,13 +35,13 @@ impl Allocator for FirstCome {
             me: me.clone(),
             under_way: WorkInProgress::default(),
             since: SimTime::ZERO,
-            claims: BTreeMap::new(),
+            claims: Claims::default(),
         }
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         self.under_way.record_progress(&self.me, input);
-        self.receive(input);
+        self.claims.receive(&self.me, input);
         let now = input.now;
         let held = decision.active.and_then(|active| {
             let mut choices = input.choices.iter();

@@ -14,18 +14,22 @@
 //! - [`threshold`]: stimuli and response thresholds (Theraulaz, Bonabeau, Deneubourg 1998).
 //! - [`ssi`]: sequential single-item auctions (Lagoudakis et al. 2005).
 //! - [`dhba`]: the decentralized Hungarian-based approach (Ismail, Sun 2017).
+//! - [`learned`]: weights that were trained outside the program.
+//! - `claims`: the claims of teammates, for [`first_come`] and [`learned`]; not an allocator.
 //! - [`nearest`], [`first_come`], [`random`], [`static_assignment`]: simple baselines.
 //! - [`oracle`]: the best assignment in each step, computed from the ground truth.
 
 pub mod alliance;
 pub mod ble;
 pub mod cbba;
+mod claims;
 mod consensus;
 pub mod dhba;
 pub mod first_come;
 pub mod grape;
 pub mod hipc;
 pub mod lalliance;
+pub mod learned;
 #[cfg(test)]
 mod links;
 pub mod murdoch;
@@ -111,6 +115,10 @@ pub(crate) fn built_in() -> Vec<AllocatorKind> {
         AllocatorKind::new::<hipc::Hipc>(
             "hipc",
             "like cbba, but a robot leaves tasks to teammates that it predicts to bid more",
+        ),
+        AllocatorKind::new::<learned::Learned>(
+            "learned",
+            "the task with the highest score of a trained network, from a file of weights",
         ),
     ]
 }

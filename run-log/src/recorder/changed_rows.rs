@@ -8,6 +8,7 @@ use super::repeated::BodyBits;
 use crate::compact::MotivationRule;
 
 /// The state of the writer: the rows of each robot in the latest tick.
+#[derive(Clone)]
 pub(super) struct ChangedRows {
     pub rule: MotivationRule,
     pub motivations: Vec<LatestRows<MotivationBits>>,

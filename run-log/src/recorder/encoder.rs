@@ -84,6 +84,29 @@ impl Encoder {
         }
     }
 
+    /// Returns a copy with the same state if the run has no tables, else `None`: a table exists once.
+    pub fn without_tables(&self) -> Option<Self> {
+        (self.level == LogLevel::Off).then(|| Self {
+            setup: self.setup.clone(),
+            level: self.level,
+            names: self.names.clone(),
+            repeated: self.repeated.clone(),
+            changed: self.changed.clone(),
+            pages: self.pages.clone(),
+            hash: self.hash.clone(),
+            section: SectionHash::default(),
+            tally: self.tally.clone(),
+            external: None,
+            controllers: self.controllers.clone(),
+            branch: self.branch.clone(),
+            on_their_way: self.on_their_way.clone(),
+            mission: self.mission.clone(),
+            events: self.events.clone(),
+            latest: self.latest,
+            sealed: self.sealed,
+        })
+    }
+
     pub fn setup(&self) -> &Setup {
         &self.setup
     }

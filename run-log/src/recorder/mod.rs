@@ -120,6 +120,16 @@ impl<S: Sink> Recorder<S> {
         Ok(recorder)
     }
 
+    /// Returns a copy with the same state and another sink, if the level is [`LogLevel::Off`], else `None`.
+    #[must_use]
+    pub fn copied<T: Sink>(&self, sink: T) -> Option<Recorder<T>> {
+        Some(Recorder {
+            encoder: self.encoder.without_tables()?,
+            sink,
+            broken: self.broken,
+        })
+    }
+
     /// Marks the run as a branch, before its first tick.
     pub fn set_branch(&mut self, origin: BranchOrigin) -> Result<(), RecordError> {
         self.encoder.set_branch(origin);

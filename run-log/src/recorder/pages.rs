@@ -10,6 +10,7 @@ use super::repeated::RowCache;
 use super::row::{Fields, Row};
 use super::sink::Sink;
 
+#[derive(Clone)]
 pub(super) struct Pages {
     level: LogLevel,
     /// The columns of mission.csv after the time.
@@ -19,7 +20,7 @@ pub(super) struct Pages {
 }
 
 /// The unwritten part of a table and the state of the whole table.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Page {
     bytes: Vec<u8>,
     /// The hash of the table from its first byte on.

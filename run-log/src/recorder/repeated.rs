@@ -11,6 +11,7 @@ use super::names::Names;
 use super::record::BodyRecord;
 use super::row::{CachedFields, Fields};
 
+#[derive(Clone)]
 pub(super) struct RowCache {
     /// True if rows of messages.csv that repeat the latest one of their sender have no contents.
     pub omits_repeated: bool,

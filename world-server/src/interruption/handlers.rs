@@ -41,7 +41,10 @@ impl<F: FnMut(SimTime, &mut World) -> Vec<Event> + Send> Timed<F> {
     }
 }
 
-impl<F: FnMut(SimTime, &mut World) -> Vec<Event> + Send> InterruptionHandler for Timed<F> {
+impl<F> InterruptionHandler for Timed<F>
+where
+    F: FnMut(SimTime, &mut World) -> Vec<Event> + Send + Clone + 'static,
+{
     fn trigger_event(&mut self, now: SimTime, world: &mut World) -> Vec<Event> {
         let Some(due) = self.due.filter(|due| *due <= now) else {
             return Vec::new();

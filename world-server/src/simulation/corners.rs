@@ -9,6 +9,7 @@ use scenario::time::SimTime;
 /// The largest difference of two rises that counts as rounding, as a share of the motivation.
 const ROUNDING: f64 = 1e-9;
 
+#[derive(Clone)]
 pub struct CurveCorners {
     step: SimTime,
     /// The curves by rank; empty before the first report.

@@ -11,7 +11,7 @@ use super::Simulation;
 use crate::barrier::TickResult;
 use crate::mission::{FigureValue, MissionWorld, Target, TeamFigures};
 
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct EndedTick {
     /// The tick's number and time, until it is recorded.
     pub at: Option<(Tick, SimTime)>,

@@ -10,7 +10,7 @@ use scenario::ids::{RobotId, TaskId};
 use super::Simulation;
 use crate::barrier::Presence;
 
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct GroundTruth {
     /// The receivers, ordered by rank, with the number of the group.
     receivers: Vec<(RobotId, usize)>,

@@ -63,6 +63,8 @@ use view::ViewHistory;
 
 pub use view::SENSING_TEAM_MAX;
 
+/// A clone continues with the same state.
+#[derive(Clone)]
 pub struct Simulation {
     setup: Setup,
     world: World,

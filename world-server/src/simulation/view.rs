@@ -28,6 +28,7 @@ const CORNERS_MAX: usize = 10_000;
 pub const SENSING_TEAM_MAX: usize = 200;
 
 /// The history that views need beyond the state of the run.
+#[derive(Clone)]
 pub(super) struct ViewHistory {
     /// The latest state change of each behavior set, by rank.
     since: Vec<BTreeMap<BehaviorId, SimTime>>,

@@ -31,6 +31,7 @@ use hypothesis::Hypothesis;
 use leaves::{leaves, path};
 use several::missions;
 use tuning::SearchSettings;
+use world_server::weights::include_weights;
 
 /// The largest number of runs. Memory holds one row per run.
 const MAX_RUNS: usize = 1_000_000;
@@ -275,7 +276,8 @@ impl Plan {
 }
 
 pub fn setup(scenario: &toml::Table, seed: u64) -> anyhow::Result<Setup> {
-    let scenario = Scenario::from_table(scenario, &vocabulary())?;
+    let mut scenario = Scenario::from_table(scenario, &vocabulary())?;
+    include_weights(&mut scenario)?;
     let worlds = Registry::current().worlds();
     worlds.find(&scenario)?.start_poses(&scenario)?;
     Ok(Setup::resolve(scenario, seed, None)?.setup)

@@ -12,6 +12,7 @@ use world_server::interruption::InterruptionHandler;
 use world_server::world::{ObstacleId, World};
 
 /// A door that opens and closes once per `period`.
+#[derive(Clone)]
 struct Door {
     period: SimTime,
     leaf: Obstacle,
