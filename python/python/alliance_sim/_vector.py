@@ -112,13 +112,12 @@ class VecEnv(VectorEnv):
         self.num_envs = envs
         self.agents: list[str] = self._worlds.agents
         _, width, features, actions = self._worlds.shape
-        # Views, because NumPy can resize an array that owns its memory, and the parts below would keep the old memory.
-        self.observation = np.zeros((envs, width, features), np.float32)[...]
-        self.action_mask = np.zeros((envs, width, actions), np.int8)[...]
-        self.alive = np.zeros((envs, width), np.int8)[...]
-        self.reward = np.zeros(envs, np.float32)[...]
+        self.observation = np.zeros((envs, width, features), np.float32)
+        self.action_mask = np.zeros((envs, width, actions), np.int8)
+        self.alive = np.zeros((envs, width), np.int8)
+        self.reward = np.zeros(envs, np.float32)
         #: By environment: 0 running, 1 complete or no robot left, 2 time limit.
-        self.done = np.zeros(envs, np.int8)[...]
+        self.done = np.zeros(envs, np.int8)
         self._parts = self._split_arrays()
         shape = (envs, len(self.agents))
         self._shape, self._type = (shape, np.dtype(np.int64)) if level == "decide" else ((*shape, 4), np.dtype(np.float32))
@@ -134,7 +133,11 @@ class VecEnv(VectorEnv):
 
     def _split_arrays(self) -> list[tuple[np.ndarray, ...]]:
         """Returns the arrays of each part of the batch. There is one part per thread."""
-        arrays, size = (self.observation, self.action_mask, self.alive, self.reward, self.done), self._worlds.part_size
+        names, size = ("observation", "action_mask", "alive", "reward", "done"), self._worlds.part_size
+        for name in names:
+            # A view, because NumPy can resize an array that owns its memory, and the parts would keep the old memory.
+            setattr(self, name, getattr(self, name)[...])
+        arrays = [getattr(self, name) for name in names]
         return [tuple(array[at : at + size] for array in arrays) for at in range(0, self.num_envs, size)]
 
     @property
