@@ -148,7 +148,7 @@ impl Run {
             broadcasts: self.broadcasts.clone(),
             asked: Vec::new(),
             spaces: Workspaces::default(),
-            crew: None,
+            pool: None,
             inputs: self.inputs.clone(),
             driven: self.driven.clone(),
             traffic: self.traffic.clone(),

@@ -14,7 +14,9 @@ const TERMS: [&str; 6] = [
 ];
 
 /// The files that may contain these terms.
-const EXCEPTIONS: [&str; 2] = [
+const EXCEPTIONS: [&str; 3] = [
+    // What a person places in the room, for all missions.
+    "playground/src/edit/kinds.rs",
     // The key `waste_range_m` is older than the second mission.
     "scenario/src/lib.rs",
     "scenario/src/validate.rs",

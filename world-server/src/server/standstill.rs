@@ -89,7 +89,7 @@ impl Server {
         }
         let mut remedies = Vec::new();
         let waits = by_host.iter().map(|(host, robots)| {
-            let robots = listed(&robots, NAMES);
+            let robots = listed(robots, NAMES);
             if *host == LAUNCHER_HOST {
                 remedies.push("`alliance cluster agent --robot NAME` starts an agent".to_owned());
                 format!("{robots} to join")

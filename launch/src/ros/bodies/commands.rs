@@ -71,7 +71,7 @@ impl CommandTopics {
         }
     }
 
-    /// Stops all bodies.
+    /// Commands all bodies to stand.
     pub fn stop(&mut self) {
         self.since = None;
         for topic in &mut self.topics {

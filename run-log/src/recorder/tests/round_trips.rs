@@ -16,9 +16,9 @@ fn written(change: impl FnOnce(&mut OwnedTick)) -> RunLog {
 proptest! {
     #[test]
     fn inputs_survive_a_round_trip(seed: u64, count in 0..20_u64) {
-        // JSON has no infinite numbers, and the checks of orders refuse them.
+        // JSON has no infinite numbers, and the checks of orders and poses refuse them.
         let is_order = |input: &Input| match input {
-            Input::Order { .. } => true,
+            Input::Order { .. } | Input::Body(_) => true,
             Input::Branch(branch) => branch.faults.is_some(),
             _ => false,
         };

@@ -364,7 +364,7 @@ fn the_view_contains_zones_with_progress_and_items() {
     let items = |left| Work::new(left, 1.0, "items");
     let expected = [
         mark("report site", MarkRole::Target, None),
-        mark("deposit", MarkRole::Goal, items(1.0)),
+        mark("deposit", MarkRole::Goal, None),
         mark("spill (top)", MarkRole::Zone, items(1.0)),
         mark("spill (bottom)", MarkRole::Zone, None),
     ];
