@@ -19,7 +19,7 @@ use super::memory::check_memory;
 use super::part::{Actions, BatchPart, Slot, actions, width};
 use super::shaping::Shaping;
 use super::snapshot::EnvironmentStates;
-use super::threads::{Threads, Work, lock};
+use super::threads::{Threads, Work};
 use super::world::{Common, DRIVE_ACTION_LEN, Level, StepLength};
 use crate::errors::scenario_error;
 use crate::request::RunRequest;

@@ -4,7 +4,7 @@ use super::*;
 use crate::testkit::check_allocator;
 
 /// Returns a file with these tensors.
-fn file(tensors: &[(&str, &[usize], &[f32])]) -> Vec<u8> {
+fn file(tensors: &[Tensor<'_>]) -> Vec<u8> {
     let (mut header, mut numbers) = (serde_json::Map::new(), Vec::new());
     for (name, shape, values) in tensors {
         let from = numbers.len();
@@ -19,6 +19,9 @@ fn file(tensors: &[(&str, &[usize], &[f32])]) -> Vec<u8> {
     file.extend(numbers);
     file
 }
+
+/// The name, the shape and the values of a tensor.
+type Tensor<'a> = (&'a str, &'a [usize], &'a [f32]);
 
 #[test]
 fn the_laws_of_allocators_hold() {
@@ -60,7 +63,7 @@ fn damaged_files_and_wrong_shapes_are_refused() {
     for length in 0..good.len() {
         assert!(Config::from_file(&good[..length]).is_err(), "{length}");
     }
-    let refusals: [(&[(&str, &[usize], &[f32])], &str); 6] = [
+    let refusals: [(&[Tensor<'_>], &str); 6] = [
         (&[], "the last layer has 9 units"),
         (
             &[("weight", &[1], &[0.0])],
