@@ -151,7 +151,7 @@ fn a_lone_robot_does_all() {
 
 /// 10,000 instances of all classes, half of them with faults.
 #[test]
-#[ignore = "takes hours without optimization"]
+#[ignore = "takes about ten minutes"]
 fn many_with_faults() {
     let stated = std::env::var("ALLIANCE_LAW_INSTANCES").ok();
     let count = stated.map_or(MANY, |number| number.parse().expect("a whole number"));
