@@ -1,9 +1,8 @@
 //! Decoding of the poses in `nav_msgs/Odometry` messages of other nodes.
 
-use std::str::from_utf8;
-
-/// The size of the encapsulation header, bytes.
-const HEADER_BYTES: usize = 4;
+use crate::field::Field;
+use crate::messages::{Header, Pose};
+use crate::read::{CdrReader, ReadError};
 
 /// The largest deviation of a quaternion's squared length from 1.
 const QUATERNION_TOLERANCE: f64 = 0.1;
@@ -38,18 +37,11 @@ impl PlanarPose {
     /// # Errors
     /// Returns the reason why the message contains no pose.
     pub fn decode(message: &[u8]) -> Result<Self, OdometryError> {
-        let pose = CdrReader::new(message).and_then(|mut reader| {
-            let seconds = i64::from(i32::from_ne_bytes(reader.number()?));
-            let nanoseconds = i64::from(u32::from_ne_bytes(reader.number()?));
-            let frame = reader.text()?.to_owned();
-            reader.text()?;
-            let mut coordinates = [0.0; 7];
-            for coordinate in &mut coordinates {
-                *coordinate = f64::from_ne_bytes(reader.number()?);
-            }
-            Some((seconds * 1_000_000_000 + nanoseconds, frame, coordinates))
-        });
-        let (stamp_ns, frame, coordinates) = pose.ok_or(OdometryError::Malformed)?;
+        let (header, pose) = head(message).map_err(|_| OdometryError::Malformed)?;
+        let (position, turn) = (pose.position, pose.orientation);
+        let coordinates = [
+            position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w,
+        ];
         if !coordinates.iter().all(|value| value.is_finite()) {
             return Err(OdometryError::NotFinite);
         }
@@ -60,8 +52,8 @@ impl PlanarPose {
         }
         let heading_rad = libm::atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z);
         Ok(Self {
-            frame,
-            stamp_ns,
+            frame: header.frame_id,
+            stamp_ns: i64::from(header.stamp.sec) * 1_000_000_000 + i64::from(header.stamp.nanosec),
             x_m,
             y_m,
             heading_rad,
@@ -69,53 +61,13 @@ impl PlanarPose {
     }
 }
 
-/// The rest of a message in plain CDR of either byte order.
-struct CdrReader<'m> {
-    /// The message without its encapsulation header.
-    body: &'m [u8],
-    position: usize,
-    is_little: bool,
-}
-
-impl<'m> CdrReader<'m> {
-    fn new(message: &'m [u8]) -> Option<Self> {
-        let (header, body) = message.split_at_checked(HEADER_BYTES)?;
-        let is_little = match header[..2] {
-            [0, 0] => false,
-            [0, 1] => true,
-            _ => return None,
-        };
-        Some(Self {
-            body,
-            position: 0,
-            is_little,
-        })
-    }
-
-    fn bytes(&mut self, count: usize) -> Option<&'m [u8]> {
-        let end = self.position.checked_add(count)?;
-        let bytes = self.body.get(self.position..end)?;
-        self.position = end;
-        Some(bytes)
-    }
-
-    /// Returns the next number of `N` bytes, in the byte order of this machine.
-    fn number<const N: usize>(&mut self) -> Option<[u8; N]> {
-        self.position = self.position.checked_next_multiple_of(N)?;
-        let mut number: [u8; N] = self.bytes(N)?.try_into().ok()?;
-        if self.is_little != cfg!(target_endian = "little") {
-            number.reverse();
-        }
-        Some(number)
-    }
-
-    /// Returns the next text without its closing zero byte.
-    fn text(&mut self) -> Option<&'m str> {
-        let length = u32::from_ne_bytes(self.number()?);
-        let bytes = self.bytes(usize::try_from(length).ok()?)?;
-        // Some writers encode an empty text without a zero byte.
-        from_utf8(bytes.strip_suffix(&[0]).unwrap_or(bytes)).ok()
-    }
+/// Decodes the begin of an odometry message, up to its pose.
+fn head(message: &[u8]) -> Result<(Header, Pose), ReadError> {
+    let mut reader = CdrReader::new(message)?;
+    let header = Header::read(&mut reader)?;
+    // The child frame.
+    String::read(&mut reader)?;
+    Ok((header, Pose::read(&mut reader)?))
 }
 
 #[cfg(test)]

@@ -2,8 +2,9 @@
 
 use crate::field::Message;
 
-/// The encapsulation header of plain CDR, little-endian. The two octets of options after it have no meaning.
+/// The encapsulation headers of plain CDR. The two octets of options after them have no meaning.
 const LITTLE_ENDIAN: [u8; 2] = [0, 1];
+const BIG_ENDIAN: [u8; 2] = [0, 0];
 
 /// The size of the encapsulation header, bytes.
 const HEADER_BYTES: usize = 4;
@@ -32,6 +33,7 @@ pub struct CdrReader<'b> {
     /// The bytes after the encapsulation header, from which alignment counts.
     bytes: &'b [u8],
     place: usize,
+    is_little_endian: bool,
 }
 
 /// Decodes a message, with its encapsulation header.
@@ -39,21 +41,37 @@ pub struct CdrReader<'b> {
 /// # Errors
 /// Returns an error if the bytes are not exactly one message of the type.
 pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, ReadError> {
-    match bytes.split_at_checked(HEADER_BYTES) {
-        Some((header, bytes)) if header.starts_with(&LITTLE_ENDIAN) => {
-            let mut reader = CdrReader { bytes, place: 0 };
-            let message = M::read(&mut reader)?;
-            if bytes.len() - reader.place > MAX_PADDING {
-                return Err(ReadError::Rest);
-            }
-            Ok(message)
-        }
-        _ => Err(ReadError::Encapsulation),
+    let mut reader = CdrReader::new(bytes)?;
+    if !reader.is_little_endian {
+        return Err(ReadError::Encapsulation);
     }
+    let message = M::read(&mut reader)?;
+    if reader.bytes.len() - reader.place > MAX_PADDING {
+        return Err(ReadError::Rest);
+    }
+    Ok(message)
 }
 
-impl CdrReader<'_> {
-    /// Reads a number of `N` bytes at a multiple of its size.
+impl<'b> CdrReader<'b> {
+    /// Creates the reader of a message with its encapsulation header, in either byte order.
+    ///
+    /// # Errors
+    /// Returns an error if the message is not in plain CDR.
+    pub fn new(message: &'b [u8]) -> Result<Self, ReadError> {
+        let parts = message.split_at_checked(HEADER_BYTES);
+        let (header, bytes) = parts.ok_or(ReadError::Encapsulation)?;
+        let is_little_endian = header.starts_with(&LITTLE_ENDIAN);
+        if !is_little_endian && !header.starts_with(&BIG_ENDIAN) {
+            return Err(ReadError::Encapsulation);
+        }
+        Ok(Self {
+            bytes,
+            place: 0,
+            is_little_endian,
+        })
+    }
+
+    /// Reads a number of `N` bytes at a multiple of its size. The result is little-endian.
     ///
     /// # Errors
     /// Returns an error if the bytes end before.
@@ -62,7 +80,11 @@ impl CdrReader<'_> {
         let rest = self.bytes.get(start..).ok_or(ReadError::End)?;
         let number = rest.first_chunk().ok_or(ReadError::End)?;
         self.place = start + N;
-        Ok(*number)
+        let mut number = *number;
+        if !self.is_little_endian {
+            number.reverse();
+        }
+        Ok(number)
     }
 
     /// Reads the number of values in a sequence, or of bytes in a text.
