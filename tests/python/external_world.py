@@ -24,13 +24,12 @@ import subprocess
 import sys
 import threading
 import time
-import traceback
 from pathlib import Path
 
 import numpy
 import xxhash
 import zenoh
-from ros_topics import CHILDREN, PATIENCE, child, equal, free_port, open_session
+from ros_topics import PATIENCE, child, equal, free_port, open_session, run_script
 from rosbags.typesys import Stores, get_typestore
 
 with contextlib.redirect_stdout(sys.stderr):
@@ -279,20 +278,4 @@ def main(mode, domain, program, run, *arguments):
 
 
 if __name__ == "__main__":
-    status = 0
-    try:
-        main(*sys.argv[1:])
-    except SystemExit as problem:
-        print(problem, file=sys.stderr)
-        status = 1
-    except Exception:
-        traceback.print_exc()
-        status = 1
-    finally:
-        for started in CHILDREN:
-            started.kill()
-            started.wait()
-    # The threads of open sessions would keep the process.
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(status)
+    run_script(main)

@@ -15,17 +15,14 @@ Encodes and decodes with `rosbags`, and prints facts as JSON.
 
 import json
 import math
-import os
 import random
-import sys
 import threading
-import traceback
 
 import xxhash
 import zenoh
 from rosbags.typesys import Stores, get_typestore
 
-from ros_topics import CHILDREN, PATIENCE, child, equal, finish, free_port, open_session
+from ros_topics import PATIENCE, child, equal, finish, free_port, open_session, run_script
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 TYPES = STORE.types
@@ -212,20 +209,4 @@ def main(mode, domain, program, run, *arguments):
 
 
 if __name__ == "__main__":
-    status = 0
-    try:
-        main(*sys.argv[1:])
-    except SystemExit as problem:
-        print(problem, file=sys.stderr)
-        status = 1
-    except Exception:
-        traceback.print_exc()
-        status = 1
-    finally:
-        for process in CHILDREN:
-            process.kill()
-            process.wait()
-    # The threads of open sessions would keep the process.
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(status)
+    run_script(main)

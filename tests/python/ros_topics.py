@@ -239,6 +239,27 @@ def main(mode, domain, program, run, *arguments):
     print(json.dumps(facts))
 
 
+def run_script(main):
+    """Runs a script with its arguments, and ends the process with its status and all children."""
+    status = 0
+    try:
+        main(*sys.argv[1:])
+    except SystemExit as problem:
+        print(problem, file=sys.stderr)
+        status = 1
+    except Exception:
+        traceback.print_exc()
+        status = 1
+    finally:
+        for process in CHILDREN:
+            process.kill()
+            process.wait()
+    # The threads of open sessions would keep the process.
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
+
+
 if __name__ == "__main__":
     if sys.argv[1] == "wait":
         held = Subscriber(sys.argv[3], sys.argv[2])
@@ -247,20 +268,4 @@ if __name__ == "__main__":
         print("a sample", flush=True)
         time.sleep(10 * PATIENCE)
     else:
-        status = 0
-        try:
-            main(*sys.argv[1:])
-        except SystemExit as problem:
-            print(problem, file=sys.stderr)
-            status = 1
-        except Exception:
-            traceback.print_exc()
-            status = 1
-        finally:
-            for process in CHILDREN:
-                process.kill()
-                process.wait()
-        # The threads of open sessions would keep the process.
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(status)
+        run_script(main)

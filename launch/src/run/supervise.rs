@@ -30,7 +30,7 @@ use super::bus::{BusMessage, LauncherBus, lock};
 use super::child_processes::{Ending, Process, ProcessChange};
 use super::crew::AgentProcesses;
 use super::news::RunNews;
-use super::observers::ObserverCommand;
+use super::observers::{ObserverCommand, poll_observer};
 use super::plan::RunPlan;
 use super::progress::ProgressDisplay;
 use super::summary;
@@ -510,31 +510,6 @@ impl RunProcesses {
             }
         }
     }
-}
-
-/// Reports the state changes of a process without which the run continues. `name` begins its sentences. Returns whether
-/// its failure has been reported.
-fn poll_observer(
-    process: &mut Process,
-    name: &str,
-    over: bool,
-    say: &dyn Fn(&str),
-) -> anyhow::Result<bool> {
-    while let Some(change) = process.poll()? {
-        match change {
-            ProcessChange::Stopped => say(&format!("{name} is stopped; the run continues")),
-            ProcessChange::Continued => say(&format!("{name} resumes")),
-            ProcessChange::Ended(ending) if ending != Ending::Exit(0) && !over => {
-                say(&format!("{name} {}; the run continues", ending.describe()));
-                if matches!(ending, Ending::Exit(_)) {
-                    say(process.last_log_lines().trim_end());
-                }
-                return Ok(true);
-            }
-            ProcessChange::Ended(_) => {}
-        }
-    }
-    Ok(false)
 }
 
 /// Ends processes: waits for `patience`, then sends SIGTERM, then SIGKILL.
