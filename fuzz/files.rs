@@ -11,8 +11,9 @@ use analysis::sweep::{Plan, parse_journal};
 use in_process::Team;
 use missions::Registry;
 use run_log::{
-    AllocationMessageRow, AllocationRow, EventRow, LogLevel, MemoryLog, MessageRow, MissionRow,
-    MotivationRow, PoseRow, RunFile, RunLog, Table, TableRow, TargetRow, TickRow,
+    AllocationMessageRow, AllocationRow, EventRow, HitRow, LogLevel, MemoryLog, MessageRow,
+    MissionRow, MotivationRow, PoseRow, RunFile, RunLog, SentRow, Table, TableRow, TargetRow,
+    TickRow,
 };
 use scenario::{ParameterFile, Profile, Scenario, Setup, Vocabulary};
 
@@ -64,7 +65,7 @@ pub fn log_of(text: &[u8]) -> Option<&'static str> {
         rows.is_ok_and(|rows| !rows.is_empty())
     }
     type IsOf = fn(RunLog) -> bool;
-    let tables: [(&str, Table, IsOf); 9] = [
+    let tables: [(&str, Table, IsOf); 11] = [
         ("motivations", Table::Motivations, is_of::<MotivationRow>),
         ("allocation", Table::Allocation, is_of::<AllocationRow>),
         (
@@ -73,6 +74,8 @@ pub fn log_of(text: &[u8]) -> Option<&'static str> {
             is_of::<AllocationMessageRow>,
         ),
         ("messages", Table::Messages, is_of::<MessageRow>),
+        ("sent", Table::Sent, is_of::<SentRow>),
+        ("hits", Table::Hits, is_of::<HitRow>),
         ("events", Table::Events, is_of::<EventRow>),
         ("poses", Table::Poses, is_of::<PoseRow>),
         ("ticks", Table::Ticks, is_of::<TickRow>),

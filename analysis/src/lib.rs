@@ -63,14 +63,16 @@ pub use figures::palette;
 pub use figures::pixels::Pixels;
 pub use picture::live::draw_view;
 
+use std::fs::Metadata;
 use std::path::Path;
 use std::process::ExitCode;
 
+use indicatif::DecimalBytes;
 use interrupted::{INTERRUPTED_STATUS, Interrupted};
 use missions::Registry;
 use run_log::RunLog;
 use scenario::Problem;
-use terminal::fail;
+use terminal::{fail, stderr_line};
 
 /// The link to the newest run: the folder that commands use by default.
 pub const LATEST: &str = "runs/latest";
@@ -98,11 +100,27 @@ fn open(folder: &Path) -> anyhow::Result<RunLog> {
     Ok(RunLog::open(folder, &Registry::current().vocabulary())?)
 }
 
+/// The size of a log that is read without a word. It takes well below a second.
+const SILENT_BYTES: u64 = 32_000_000;
+
+/// Returns a line about a log whose reading takes time.
+fn about_reading(folder: &Path) -> Option<String> {
+    let is_file = |file: &Metadata| file.is_file();
+    let entries = folder.read_dir().ok()?;
+    let files = entries.filter_map(|entry| entry.ok()?.metadata().ok().filter(is_file));
+    let bytes: u64 = files.map(|file| file.len()).sum();
+    let size = DecimalBytes(bytes);
+    (bytes > SILENT_BYTES).then(|| format!("reading {} ({size})", folder.display()))
+}
+
 /// Opens the log of a run to show it. A damaged log would show a run that ends too early.
 ///
 /// # Errors
 /// Fails like [`open`], and if the run has ended and its log does not contain all of it.
 fn open_undamaged(folder: &Path) -> anyhow::Result<RunLog> {
+    if let Some(line) = about_reading(folder) {
+        stderr_line!("{line}");
+    }
     let log = open(folder)?;
     match log.damage() {
         None => Ok(log),
@@ -133,6 +151,17 @@ fn all_done(is_done: bool) -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_large_log_is_announced_before_it_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = std::fs::File::create(folder.path().join("poses.csv")).unwrap();
+        file.set_len(SILENT_BYTES).unwrap();
+        assert_eq!(about_reading(folder.path()), None);
+        file.set_len(40 * SILENT_BYTES).unwrap();
+        let line = about_reading(folder.path()).unwrap();
+        assert!(line.ends_with(" (1.28 GB)"), "{line}");
+    }
 
     #[test]
     fn without_a_run_the_message_names_the_way_to_one() {

@@ -32,8 +32,8 @@ pub use read::{Damage, RunLog, Seal};
 pub use read_error::ReadError;
 pub use read_rows::Rows;
 pub use rows::{
-    AllocationMessageRow, AllocationRow, DeclaredRow, EventRow, MessageRow, MissionRow,
-    MotivationRow, PoseRow, TableRow, TargetRow, TickRow,
+    AllocationMessageRow, AllocationRow, DeclaredRow, EventRow, HitRow, MessageRow, MissionRow,
+    MotivationRow, PoseRow, SentRow, TableRow, TargetRow, TickRow,
 };
 pub use run_file::{BranchOrigin, ControllerFile, Figures, RobotFigures, RunFile, RunOutcome};
 pub use section::{RUN_SECTION, Section, WORLD_ROBOT};

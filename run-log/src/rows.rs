@@ -199,6 +199,32 @@ table! {
     }
 }
 
+table! {
+    /// A row of sent.csv: the broadcasts that a robot sent in a tick, whether another robot was to receive them or not.
+    SentRow in Sent {
+        /// The time of the tick.
+        t_ms,
+        /// The name of the robot.
+        robot: String,
+        /// The number of broadcasts.
+        messages: u32,
+        /// The sum of their sizes, bytes.
+        bytes: u32,
+    }
+}
+
+table! {
+    /// A row of hits.csv: the effects of a fault in a tick.
+    HitRow in Hits {
+        /// The time of the tick.
+        t_ms,
+        /// The id of the fault.
+        fault: String,
+        /// The number of effects, such as lost messages or changed readings.
+        hits: u64,
+    }
+}
+
 /// A row of mission.csv. Its columns depend on the mission.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MissionRow {
@@ -385,6 +411,8 @@ impl Table {
             Self::Allocation => AllocationRow::HEADER,
             Self::AllocationMessages => AllocationMessageRow::HEADER,
             Self::Messages => MessageRow::HEADER,
+            Self::Sent => SentRow::HEADER,
+            Self::Hits => HitRow::HEADER,
             Self::Events => EventRow::HEADER,
             Self::Poses => PoseRow::HEADER,
             Self::Mission => return None,
@@ -424,6 +452,8 @@ mod tests {
             lines::<AllocationRow>(),
             lines::<AllocationMessageRow>(),
             lines::<MessageRow>(),
+            lines::<SentRow>(),
+            lines::<HitRow>(),
             lines::<EventRow>(),
             lines::<PoseRow>(),
             lines::<TargetRow>(),

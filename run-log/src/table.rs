@@ -11,6 +11,10 @@ pub enum Table {
     AllocationMessages,
     /// The delivery of every broadcast at every receiver.
     Messages,
+    /// The sent broadcasts of every robot that sent one in that tick. Optional.
+    Sent,
+    /// The effects of every fault that had one in that tick. Optional.
+    Hits,
     Events,
     /// The bodies at the start of each step.
     Poses,
@@ -29,11 +33,13 @@ pub enum Table {
 
 impl Table {
     /// The tables in the order in which a flush writes them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Motivations,
         Self::Allocation,
         Self::AllocationMessages,
         Self::Messages,
+        Self::Sent,
+        Self::Hits,
         Self::Events,
         Self::Poses,
         Self::Mission,
@@ -51,6 +57,8 @@ impl Table {
             Self::Allocation => "allocation.csv",
             Self::AllocationMessages => "allocation_messages.csv",
             Self::Messages => "messages.csv",
+            Self::Sent => "sent.csv",
+            Self::Hits => "hits.csv",
             Self::Events => "events.csv",
             Self::Poses => "poses.csv",
             Self::Mission => "mission.csv",
@@ -66,7 +74,12 @@ impl Table {
     pub fn is_optional(self) -> bool {
         matches!(
             self,
-            Self::Allocation | Self::AllocationMessages | Self::Targets | Self::External
+            Self::Allocation
+                | Self::AllocationMessages
+                | Self::Sent
+                | Self::Hits
+                | Self::Targets
+                | Self::External
         )
     }
 }

@@ -123,12 +123,14 @@ fn every_figure_of_a_thousand_runs_agrees_with_the_tables() {
 #[test]
 fn a_wrong_figure_is_detected() {
     type Change = fn(&mut RunFile);
-    let changes: [Change; 6] = [
+    let changes: [Change; 8] = [
         |run| run.result.ticks += 1,
         |run| run.unscripted ^= true,
         |run| run.hash = None,
         |run| run.result.mission.add("more", 1_u32),
         |run| run.result.robots.values_mut().next().unwrap().incarnations += 1,
+        |run| run.result.robots.values_mut().next().unwrap().messages_sent += 1,
+        |run| run.result.robots.values_mut().next().unwrap().bytes_sent += 1,
         |run| {
             run.result
                 .robots
@@ -144,6 +146,12 @@ fn a_wrong_figure_is_detected() {
         for change in changes {
             log.run = right.clone();
             change(&mut log.run);
+            let found = figures::run_file(&log).unwrap().0;
+            assert_eq!(found.len(), 1, "seed {seed}: {found:?}");
+        }
+        for index in 0..right.faults.len() {
+            log.run = right.clone();
+            log.run.faults[index].hits += 1;
             let found = figures::run_file(&log).unwrap().0;
             assert_eq!(found.len(), 1, "seed {seed}: {found:?}");
         }

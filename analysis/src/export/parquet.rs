@@ -10,8 +10,8 @@ use std::path::Path;
 use ::parquet::file::metadata::KeyValue;
 use anyhow::{Context, anyhow, bail};
 use run_log::{
-    AllocationMessageRow, AllocationRow, DeclaredRow, EventRow, MessageRow, MissionRow,
-    MotivationRow, PoseRow, RunLog, Table, TableRow, TargetRow, TickRow,
+    AllocationMessageRow, AllocationRow, DeclaredRow, EventRow, HitRow, MessageRow, MissionRow,
+    MotivationRow, PoseRow, RunLog, SentRow, Table, TableRow, TargetRow, TickRow,
 };
 
 use super::facts;
@@ -41,6 +41,8 @@ pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
         known::<AllocationRow>(),
         known::<AllocationMessageRow>(),
         known::<MessageRow>(),
+        known::<SentRow>(),
+        known::<HitRow>(),
         known::<EventRow>(),
         known::<PoseRow>(),
         (MissionRow::TABLE, write_mission as WriteTable),

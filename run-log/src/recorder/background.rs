@@ -16,7 +16,9 @@ use scenario::time::SimTime;
 
 use super::encode;
 use super::names::Names;
-use super::{Answer, BodyRecord, Event, Record, RecordError, Recorder, Sink, TickRecord};
+use super::{
+    Answer, BodyRecord, Event, FaultHits, Record, RecordError, Recorder, Sink, TickRecord,
+};
 use scenario::mission::{FigureValue, Target};
 
 const BATCH_TICKS: usize = 64;
@@ -174,6 +176,7 @@ struct OwnedRecord {
     broadcasts: Vec<Broadcast>,
     allocation_messages: Vec<Broadcast>,
     events: Vec<Event>,
+    hits: Vec<FaultHits>,
     mission: Vec<FigureValue>,
     targets: Vec<Target>,
     mission_state: u64,
@@ -191,6 +194,7 @@ impl OwnedRecord {
             broadcasts: record.broadcasts.to_vec(),
             allocation_messages: record.allocation_messages.to_vec(),
             events: record.events.to_vec(),
+            hits: record.hits.to_vec(),
             mission: record.mission.to_vec(),
             targets: record.targets.to_vec(),
             mission_state: record.mission_state,
@@ -208,6 +212,7 @@ impl OwnedRecord {
             broadcasts: &self.broadcasts,
             allocation_messages: &self.allocation_messages,
             events: &self.events,
+            hits: &self.hits,
             mission: &self.mission,
             targets: &self.targets,
             mission_state: self.mission_state,

@@ -401,6 +401,27 @@ pub(super) fn mission(record: &TickRecord<'_>, rows: &mut Vec<u8>) {
     all.end();
 }
 
+pub(super) fn sent(repeated: &RowCache, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+    for report in record.senders() {
+        Row::new(rows)
+            .fields(&repeated.now)
+            .fields(repeated.robot(report.robot))
+            .number(report.broadcasts)
+            .number(report.broadcast_bytes)
+            .end();
+    }
+}
+
+pub(super) fn hits(repeated: &RowCache, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
+    for hits in record.hits {
+        Row::new(rows)
+            .fields(&repeated.now)
+            .text(&hits.fault)
+            .number(hits.count)
+            .end();
+    }
+}
+
 pub(super) fn targets(repeated: &RowCache, record: &TickRecord<'_>, rows: &mut Vec<u8>) {
     for (number, target) in record.targets.iter().enumerate() {
         Row::new(rows)

@@ -205,6 +205,12 @@ impl Encoder {
         pages.add(Table::Messages, |rows| {
             encode::messages(names, repeated, &mut self.on_their_way, record, rows)
         });
+        if record.senders().next().is_some() {
+            pages.add_optional(Table::Sent, |rows| encode::sent(repeated, record, rows));
+        }
+        if !record.hits.is_empty() {
+            pages.add_optional(Table::Hits, |rows| encode::hits(repeated, record, rows));
+        }
         pages.add(Table::Events, |rows| {
             encode::event_rows(&encode::events(names, record), rows);
         });

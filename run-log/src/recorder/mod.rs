@@ -48,7 +48,7 @@ use encoder::Encoder;
 
 pub use answers::{Answer, Answers, Deliveries};
 pub use background::BackgroundRecorder;
-pub use record::{BodyRecord, Event, EventKind, FaultEvent, TickRecord};
+pub use record::{BodyRecord, Event, EventKind, FaultEvent, FaultHits, TickRecord};
 pub(crate) use row::Row;
 pub use section_hash::SectionHash;
 pub use sink::{Folder, Sink};

@@ -6,6 +6,7 @@ use crate::Input;
 use proto::readings::Pose;
 use proto::team::Broadcast;
 use proto::telemetry::BehaviorState;
+use proto::tick::Report;
 use scenario::ids::{BehaviorId, RobotId, Tick};
 use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
@@ -33,6 +34,8 @@ pub struct TickRecord<'a> {
     /// The world's events in this step, in order. Inputs, state changes and notes are not among them, because their rows of
     /// events.csv are made from [`TickRecord::inputs`] and from the reports.
     pub events: &'a [Event],
+    /// The effects of faults in this tick, each fault once.
+    pub hits: &'a [FaultHits],
     pub mission: &'a [FigureValue],
     pub targets: &'a [Target],
     /// The hash of the complete mission state after the step.
@@ -44,6 +47,20 @@ impl<'a> TickRecord<'a> {
     pub fn counted(&self) -> impl Iterator<Item = &'a Answer> + use<'a> {
         self.answers.iter().filter(|answer| answer.counts)
     }
+
+    /// Returns the counted reports of the robots that sent broadcasts, by rank.
+    pub(super) fn senders(&self) -> impl Iterator<Item = &'a Report> + use<'a> {
+        let reports = self.counted().map(|answer| &answer.report);
+        reports.filter(|report| report.broadcasts > 0)
+    }
+}
+
+/// The effects of a fault in a tick.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FaultHits {
+    /// The id of the fault.
+    pub fault: String,
+    pub count: u64,
 }
 
 /// A robot's body at the beginning of a tick.

@@ -266,12 +266,12 @@ impl Schedule {
         self.entries[fault.0].due = Some(at);
     }
 
-    /// Adds hits to a fault and returns whether these are the first since it was applied.
-    pub fn hit(&mut self, fault: FaultIndex, count: u64) -> bool {
+    /// Adds a hit to a fault and returns whether it is the first since the fault was applied.
+    pub fn hit(&mut self, fault: FaultIndex) -> bool {
         let entry = &mut self.entries[fault.0];
-        let first = entry.status.hits == entry.earlier_hits && count > 0;
-        entry.status.hits += count;
-        first
+        let is_first = entry.status.hits == entry.earlier_hits;
+        entry.status.hits += 1;
+        is_first
     }
 }
 
@@ -340,12 +340,12 @@ mod tests {
         schedule.arm(again, SimTime(0)).unwrap();
         for round in 0..3 {
             assert_eq!(turns(&mut schedule, 1000 + round * 2000), [Apply(A)]);
-            assert!(schedule.hit(A, 2));
-            assert!(!schedule.hit(A, 1));
+            assert!(schedule.hit(A));
+            assert!(!schedule.hit(A));
             assert_eq!(turns(&mut schedule, 1500 + round * 2000), [Heal(A)]);
             assert_eq!(schedule.status(A).phase, Phase::Armed);
         }
-        assert_eq!(schedule.status(A).hits, 9);
+        assert_eq!(schedule.status(A).hits, 6);
         let waste = order(r#"{"fault":{"waste":{"x_m":1,"y_m":1}},"every_s":1}"#);
         schedule.arm(waste, SimTime(5500)).unwrap();
         assert_eq!(turns(&mut schedule, 5500), [Apply(B)]);

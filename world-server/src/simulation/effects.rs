@@ -9,7 +9,7 @@ use super::process_actions::PendingAction;
 use crate::barrier::Presence;
 use crate::faults::schedule::{FaultIndex, Transition};
 use crate::interruption::Interruption;
-use run_log::recorder::{Event, EventKind, FaultEvent};
+use run_log::recorder::{Event, EventKind, FaultEvent, FaultHits};
 
 impl Simulation {
     /// Returns the next change of a fault that is due.
@@ -126,9 +126,7 @@ impl Simulation {
             None => {}
             Some(Ok(detail)) => {
                 self.interruptions.insert(index, change);
-                if self.schedule.hit(index, 1) {
-                    self.push_fault_event(FaultEvent::Hit, index, &detail);
-                }
+                self.hit(index, &detail);
             }
             Some(Err(why)) => self.push_fault_event(FaultEvent::Failed, index, &why.to_string()),
         }
@@ -234,10 +232,18 @@ impl Simulation {
         self.events.push(event);
     }
 
-    /// Counts the effects of a fault; the first one since its application is logged.
-    pub(super) fn hit(&mut self, fault: FaultIndex, count: u64) {
-        if self.schedule.hit(fault, count) {
-            self.push_fault_event(FaultEvent::Hit, fault, "");
+    /// Counts an effect of a fault. The first one since its application is an event with this reason.
+    pub(super) fn hit(&mut self, fault: FaultIndex, why: &str) {
+        let id = &self.schedule.status(fault).id;
+        match self.hits.iter_mut().find(|hits| hits.fault == *id) {
+            Some(hits) => hits.count += 1,
+            None => self.hits.push(FaultHits {
+                fault: id.clone(),
+                count: 1,
+            }),
+        }
+        if self.schedule.hit(fault) {
+            self.push_fault_event(FaultEvent::Hit, fault, why);
         }
     }
 }

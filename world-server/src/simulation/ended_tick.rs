@@ -3,7 +3,7 @@
 use proto::readings::Actuation;
 use proto::team::Broadcast;
 use run_log::Input;
-use run_log::recorder::{Answer, BodyRecord, Event, Record, RecordError, TickRecord};
+use run_log::recorder::{Answer, BodyRecord, Event, FaultHits, Record, RecordError, TickRecord};
 use scenario::ids::Tick;
 use scenario::time::SimTime;
 
@@ -20,6 +20,8 @@ pub(super) struct EndedTick {
     pub bodies: Vec<BodyRecord>,
     pub commands: Vec<Option<Actuation>>,
     pub events: Vec<Event>,
+    /// The effects of faults, each fault once.
+    pub hits: Vec<FaultHits>,
     /// The broadcasts of external controllers that count, by sender and index.
     broadcasts: Vec<Broadcast>,
     /// The messages of allocators whose reports count, by sender and index.
@@ -84,6 +86,7 @@ impl Simulation {
             broadcasts: &ended.broadcasts,
             allocation_messages: &ended.allocation_messages,
             events: &ended.events,
+            hits: &ended.hits,
             mission: &ended.mission,
             targets: &ended.targets,
             mission_state: ended.mission_state,

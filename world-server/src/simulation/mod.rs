@@ -50,7 +50,7 @@ use crate::faults::sensors::Sensors;
 use crate::interruption::{Interruption, InterruptionHandler};
 use crate::mission::WorldKind;
 use crate::world::World;
-use run_log::recorder::{Answers, Event, FaultEvent};
+use run_log::recorder::{Answers, Event, FaultEvent, FaultHits};
 
 use commands::QueuedCommand;
 use ended_tick::EndedTick;
@@ -110,6 +110,8 @@ pub struct Simulation {
     failures: Vec<Input>,
     /// The events of the current tick from neither reports nor the world.
     events: Vec<Event>,
+    /// The effects of faults in the current tick, each fault once.
+    hits: Vec<FaultHits>,
     memories: ViewHistory,
     unscripted: bool,
     /// The number of times that the team continued without a silent agent.
@@ -162,6 +164,7 @@ impl Simulation {
             inputs: Vec::new(),
             failures: Vec::new(),
             events: Vec::new(),
+            hits: Vec::new(),
             memories: ViewHistory::new(robots),
             unscripted: false,
             stalls: 0,

@@ -85,7 +85,7 @@ impl Simulation {
                 if self.barrier.is_killed(next.robot) =>
             {
                 // Another action was faster in the same tick.
-                self.hit(next.fault, 1);
+                self.hit(next.fault, "");
                 return Some(None);
             }
             _ if self.has_no_effect(next) => return Some(None),
@@ -176,7 +176,7 @@ impl Simulation {
         self.order_index += u32::from(done.takes_part);
         let is_effect = Self::is_effect(&self.schedule.status(done.fault).order.fault, done.act);
         if is_effect && done.takes_part {
-            self.hit(done.fault, 1);
+            self.hit(done.fault, "");
         }
         self.settle();
     }

@@ -165,7 +165,7 @@ impl Simulation {
             }
         }
         for fault in hits {
-            self.hit(fault, 1);
+            self.hit(fault, "");
         }
         if !inputs.is_empty() {
             tracing::debug!(tick = self.barrier.tick() - 1, ?inputs, "inputs");

@@ -146,7 +146,7 @@ impl Simulation {
             &mut message.readings,
         );
         for fault in hits {
-            self.hit(fault, 1);
+            self.hit(fault, "");
         }
     }
 

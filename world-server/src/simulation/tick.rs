@@ -223,7 +223,7 @@ impl Simulation {
         for (robot, command) in self.barrier.robots().zip(&mut *commands) {
             let mission = self.world.mission();
             for fault in self.actuators.apply_to(mission, robot, command) {
-                self.hit(fault, 1);
+                self.hit(fault, "");
             }
         }
         let mut happened = self.world.step(commands);
@@ -234,6 +234,8 @@ impl Simulation {
         self.trigger_by_world(&happened, &ended.inputs);
         ended.events.clear();
         ended.events.append(&mut self.events);
+        ended.hits.clear();
+        ended.hits.append(&mut self.hits);
         ended.events.append(&mut happened);
     }
 
@@ -262,7 +264,7 @@ impl Simulation {
         let hits =
             pairs.filter_map(|((fault, _), impairment)| impairment.was_used.then_some(fault));
         for fault in hits.collect::<Vec<_>>() {
-            self.hit(fault, 1);
+            self.hit(fault, "");
         }
     }
 }

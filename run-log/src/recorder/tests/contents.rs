@@ -94,6 +94,30 @@ fn targets_have_a_table() {
     assert!(!summary.tables.contains_key(&Table::Targets));
 }
 
+/// Only ticks with a sent broadcast, or with an effect, have rows. The seals cover both tables.
+#[test]
+fn sent_broadcasts_and_effects_of_faults_have_tables() {
+    let mut ticks = sample();
+    let (_, report) = ticks[2].blue();
+    (report.broadcasts, report.broadcast_bytes) = (2, 250);
+    let hits = |fault: &str, count| FaultHits {
+        fault: fault.to_owned(),
+        count,
+    };
+    ticks[1].hits = vec![hits("noise", 1), hits("f2, late", 7)];
+    let (_, full) = log(LogLevel::Full, &ticks);
+    let sent = "t_ms,robot,messages,bytes\n50,gold,2,250\n100,blue,2,250\n";
+    assert_eq!(text(&full, Table::Sent), sent);
+    let hits = "t_ms,fault,hits\n50,noise,1\n50,\"f2, late\",7\n";
+    assert_eq!(text(&full, Table::Hits), hits);
+    let seals = text(&full, Table::Ticks);
+    assert!(seals.contains("\n50,1,world,hits.csv,") && seals.contains("\n100,2,world,sent.csv,"));
+    let (_, compact) = log(LogLevel::Compact, &ticks);
+    assert_eq!(text(&compact, Table::Sent), sent);
+    let (_, summary) = log(LogLevel::Summary, &ticks);
+    assert!(!summary.tables.contains_key(&Table::Hits));
+}
+
 #[test]
 fn levels_write_their_tables() {
     let (_, full) = log(LogLevel::Full, &sample());
@@ -101,8 +125,9 @@ fn levels_write_their_tables() {
     let (_, summary) = log(LogLevel::Summary, &sample());
     let (_, off) = log(LogLevel::Off, &sample());
     let tables = |memory: &MemoryLog| memory.tables.keys().copied().collect::<Vec<_>>();
-    // No allocator of this run writes the optional table.
-    let always = Table::ALL.into_iter().filter(|table| !table.is_optional());
+    // Of the optional tables, the run has rows for one.
+    let is_kept = |table: &Table| !table.is_optional() || *table == Table::Sent;
+    let always = Table::ALL.into_iter().filter(is_kept);
     assert_eq!(tables(&full), always.collect::<Vec<_>>());
     assert_eq!(tables(&compact), tables(&full));
     assert_eq!(

@@ -12,8 +12,8 @@ mod round_trips;
 mod torn;
 
 use crate::{
-    EventRow, Input, MemoryLog, MessageRow, MotivationRow, PoseRow, RUN_SECTION, RobotFigures,
-    RunLog, Table, TickRow,
+    EventRow, HitRow, Input, MemoryLog, MessageRow, MotivationRow, PoseRow, RUN_SECTION,
+    RobotFigures, RunLog, SentRow, Table, TickRow,
 };
 use glam::Vec2;
 use proto::mission::SensorReading;
@@ -45,6 +45,7 @@ struct OwnedTick {
     broadcasts: Vec<Broadcast>,
     allocation_messages: Vec<Broadcast>,
     events: Vec<Event>,
+    hits: Vec<FaultHits>,
     mission: Vec<FigureValue>,
     targets: Vec<Target>,
     mission_state: u64,
@@ -74,6 +75,7 @@ impl OwnedTick {
             broadcasts: &self.broadcasts,
             allocation_messages: &self.allocation_messages,
             events: &self.events,
+            hits: &self.hits,
             mission: &self.mission,
             targets: &self.targets,
             mission_state: self.mission_state,
@@ -178,6 +180,7 @@ fn sample() -> Vec<OwnedTick> {
         broadcasts: Vec::new(),
         allocation_messages: Vec::new(),
         events: Vec::new(),
+        hits: Vec::new(),
         mission: row([23, 1, 0, 0], None),
         targets: Vec::new(),
         mission_state: 0,

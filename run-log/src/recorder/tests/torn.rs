@@ -31,6 +31,8 @@ type Rows = (
     Vec<MotivationRow>,
     Vec<AllocationRow>,
     Vec<MessageRow>,
+    Vec<SentRow>,
+    Vec<HitRow>,
     Vec<EventRow>,
     Vec<PoseRow>,
     Vec<DrillRow>,
@@ -41,6 +43,8 @@ type Rows = (
 
 fn all_rows(log: &RunLog) -> Rows {
     (
+        log.rows().unwrap(),
+        log.rows().unwrap(),
         log.rows().unwrap(),
         log.rows().unwrap(),
         log.rows().unwrap(),
@@ -74,6 +78,10 @@ pub fn run_of(ticks: usize) -> Vec<OwnedTick> {
         }),
     };
     kinds[1].broadcasts = vec![broadcast(1, 1), broadcast(0, 0), broadcast(1, 2)];
+    kinds[1].hits = vec![FaultHits {
+        fault: "f1".to_owned(),
+        count: 3,
+    }];
     let (_, gold) = kinds[1].robots[1].1.as_mut().unwrap();
     gold.broadcasts = 2;
     gold.allocation = vec![telemetry::AllocationRow {
@@ -100,7 +108,13 @@ fn prefixes(level: LogLevel, ticks: usize) -> Vec<(BTreeMap<Table, Vec<u8>>, Row
             let (run, memory) = log(level, &ticks[..end]);
             let mut tables = memory.tables;
             // These files do not exist before their first row.
-            for table in [Table::Inputs, Table::Allocation, Table::External] {
+            for table in [
+                Table::Inputs,
+                Table::Allocation,
+                Table::Sent,
+                Table::Hits,
+                Table::External,
+            ] {
                 tables.entry(table).or_default();
             }
             let rows = all_rows(&RunLog::from_tables(Path::new(""), run, tables.clone()));
@@ -286,6 +300,7 @@ fn a_folder_reads_like_memory() {
             "motivations.csv",
             "poses.csv",
             "run.json",
+            "sent.csv",
             "ticks.csv",
         ]
     );
