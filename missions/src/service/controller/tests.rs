@@ -196,8 +196,9 @@ fn an_unreachable_point_does_not_disable_its_kind() {
         }
         let from = Vec2::new(2.0, 2.0);
         let chosen = controller.point_of(TaskId(0), from);
-        assert_eq!(chosen.map(|fact| fact.point), Some(expected), "{first}");
-        assert!(controller.is_reachable(TaskId(0), Some(from)), "{first}");
+        let chosen = chosen.map(|known| known.fact.point);
+        assert_eq!(chosen, Some(expected), "{first}");
+        assert!(controller.may_begin(TaskId(0), Some(from)), "{first}");
         assert!(controller.seconds_in_window(from, &[], TaskId(0)).is_some());
     }
 }
@@ -238,8 +239,8 @@ fn the_nearest_open_point_that_the_robot_can_serve_is_selected() {
     }
     memory.merge(&briefing, known(fact(3, 0, 5.0), 1.0));
     let nearest = |memory: &Memory, kind| {
-        let nearest = memory.nearest(kind, Vec2::new(5.0, 3.0), SimTime::ZERO);
-        nearest.map(|fact| fact.point)
+        let nearest = memory.nearest(&briefing, kind, Vec2::new(5.0, 3.0), SimTime::ZERO);
+        nearest.map(|known| known.fact.point)
     };
     let applicable = |memory: &Memory| -> Vec<bool> {
         let applicable = memory.applicable(&briefing, SimTime::ZERO);
