@@ -89,9 +89,7 @@ impl Regions {
         let rows = index(low.y, self.rows)..=index(high.y, self.rows);
         let cells = rows.flat_map(move |row| columns.clone().map(move |column| (column, row)));
         cells
-            .filter(move |(column, row)| {
-                self.place_at(*column, *row).distance(place) <= within_m
-            })
+            .filter(move |(column, row)| self.place_at(*column, *row).distance(place) <= within_m)
             .map(|(column, row)| self.regions[row * self.columns + column])
             .filter(|region| *region != SOLID)
     }

@@ -88,7 +88,9 @@ impl ServiceController {
         let behaviors = OwnBehavior::of_robot(robot, setup);
         let skills = briefing.skills(robot, setup);
         let team = setup.scenario.robots.len();
-        let points = behaviors.iter().map(|behavior| briefing.point(behavior.task));
+        let points = behaviors
+            .iter()
+            .map(|behavior| briefing.point(behavior.task));
         let points = briefing.appointments.with_rounds(points);
         Self {
             robot,
