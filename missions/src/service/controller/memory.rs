@@ -16,7 +16,7 @@ use crate::service::data::{KnowledgeSource, TaskGranularity};
 /// The number of recently changed points in each heartbeat. A board, if any, announces the rest.
 const MAX_RECENT: usize = 4;
 
-/// A known point.
+/// A known point, with the time of the observation.
 #[derive(Clone, Debug)]
 pub(super) struct KnownPoint {
     pub fact: PointFact,
