@@ -227,6 +227,22 @@ fn every_allocator_has_a_row_and_a_page() {
     }
 }
 
+/// Each page has a section on slots, windows, values and loads. ALLIANCE's page is its specification.
+#[test]
+fn every_allocator_states_its_use_of_the_properties_of_points() {
+    let mut pages = documents(&in_repository("docs/allocators"));
+    pages.push(in_repository("docs/ALLIANCE.md"));
+    for page in pages {
+        let text = fs::read_to_string(&page).unwrap();
+        let mut headings = text.lines().filter(|line| line.starts_with("## "));
+        assert!(
+            headings.any(|heading| heading.ends_with("Slots, windows, values and loads")),
+            "{}: no section on slots, windows, values and loads",
+            page.display()
+        );
+    }
+}
+
 #[test]
 fn relative_links_lead_to_existing_files() {
     let mut wrong = String::new();

@@ -74,22 +74,24 @@ impl Regions {
     /// Returns the regions in which a robot can stand within a distance of a place.
     #[must_use]
     pub fn near(&self, place: Vec2, within_m: f32) -> BTreeSet<u32> {
+        self.each_near(place, within_m).collect()
+    }
+
+    /// Returns the same regions as [`Regions::near`], some repeatedly, without a heap allocation.
+    pub fn each_near(&self, place: Vec2, within_m: f32) -> impl Iterator<Item = u32> {
         let within_m = within_m + HALF_DIAGONAL * self.step_m;
         let index = |at_m: f32, count: usize| {
             (at_m.max(0.0) / self.step_m).min(count as f32 - 1.0) as usize
         };
         let from_low = place - self.low;
         let (low, high) = (from_low - within_m, from_low + within_m);
+        let columns = index(low.x, self.columns)..=index(high.x, self.columns);
         let rows = index(low.y, self.rows)..=index(high.y, self.rows);
-        let points = rows.flat_map(|row| {
-            let columns = index(low.x, self.columns)..=index(high.x, self.columns);
-            columns.map(move |column| row * self.columns + column)
-        });
-        points
-            .filter(|point| self.place(*point).distance(place) <= within_m)
-            .map(|point| self.regions[point])
+        let cells = rows.flat_map(move |row| columns.clone().map(move |column| (column, row)));
+        cells
+            .filter(move |(column, row)| self.place_at(*column, *row).distance(place) <= within_m)
+            .map(|(column, row)| self.regions[row * self.columns + column])
             .filter(|region| *region != SOLID)
-            .collect()
     }
 
     /// Returns whether a robot has room in a region that is not one of these.
@@ -99,7 +101,10 @@ impl Regions {
     }
 
     fn place(&self, point: usize) -> Vec2 {
-        let (column, row) = (point % self.columns, point / self.columns);
+        self.place_at(point % self.columns, point / self.columns)
+    }
+
+    fn place_at(&self, column: usize, row: usize) -> Vec2 {
         self.low + self.step_m * Vec2::new(column as f32, row as f32)
     }
 

@@ -103,12 +103,23 @@ impl Appointments {
         Some(Round { cycle, number })
     }
 
-    /// Returns the point of a round: the one with the number of the round, or the next one for which `is_due` is true.
-    pub fn point(&self, round: Round, is_due: impl Fn(u16) -> bool) -> Option<u16> {
-        let count = self.points.len();
-        let first = round.number as usize % count;
-        let in_order = self.points[first..].iter().chain(&self.points[..first]);
-        in_order.copied().find(|point| is_due(*point))
+    /// Returns those of some points, in ascending order, that have rounds.
+    pub fn with_rounds(&self, points: impl Iterator<Item = u16>) -> Vec<u16> {
+        let mut points: Vec<u16> = points
+            .filter(|point| self.points.binary_search(point).is_ok())
+            .collect();
+        points.sort_unstable();
+        points.dedup();
+        points
+    }
+
+    /// Returns the point of a round for a robot with these [points](Self::with_rounds): the one with the number of the
+    /// round, or the next one, if `is_due` is true for it.
+    pub fn point(&self, round: Round, own: &[u16], is_due: impl Fn(u16) -> bool) -> Option<u16> {
+        let of_round = self.points[round.number as usize % self.points.len()];
+        let first = own.partition_point(|point| *point < of_round);
+        let mut in_order = own[first..].iter().chain(&own[..first]).copied();
+        in_order.find(|point| is_due(*point))
     }
 
     /// Returns the place of a robot in a round whose point is known. The robots for the slots are drawn for each round, so
@@ -180,7 +191,7 @@ mod tests {
         let appointments = appointments(4);
         let of_round = |number, due: &[u16]| {
             let round = Round { cycle: 0, number };
-            appointments.point(round, |point| due.contains(&point))
+            appointments.point(round, due, |_| true)
         };
         assert_eq!(of_round(2, &[0, 1, 2, 3]), Some(2));
         assert_eq!(
@@ -190,5 +201,17 @@ mod tests {
         );
         assert_eq!(of_round(2, &[0, 1]), Some(0));
         assert_eq!(of_round(2, &[]), None);
+        let round = Round {
+            cycle: 0,
+            number: 2,
+        };
+        let point = appointments.point(round, &[0, 2, 3], |point| point != 2);
+        assert_eq!(point, Some(3), "p2 is not due");
+    }
+
+    #[test]
+    fn other_points_have_no_rounds() {
+        let points = [7, 1, 0, 1].into_iter();
+        assert_eq!(appointments(3).with_rounds(points), [0, 1]);
     }
 }

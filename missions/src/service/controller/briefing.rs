@@ -6,6 +6,7 @@ use scenario::time::SimTime;
 use scenario::{Room, Setup};
 
 use super::appointments::Appointments;
+use super::place::Place;
 use crate::geometry::is_possible_place;
 use crate::service::bus::PointFact;
 use crate::service::data::{
@@ -147,14 +148,27 @@ impl Briefing {
     pub fn way_m(&self, from: Vec2, to: Vec2) -> Option<f32> {
         match &self.paths {
             None => Some(from.distance(to)),
-            Some(paths) => paths.length_m(from, to, self.reach_m),
+            Some(paths) => paths.length_m(from, &paths.to(to)),
         }
     }
 
-    /// Returns whether a way leads within reach of a place.
-    pub fn has_way(&self, from: Vec2, to: Vec2) -> bool {
+    /// Estimates the length of the way to the place of a known point, m, like [`Briefing::way_m`].
+    pub fn way_to_m(&self, from: Vec2, place: &Place) -> Option<f32> {
+        match &self.paths {
+            None => Some(from.distance(place.at)),
+            Some(paths) => paths.length_m(from, place.ways(paths)),
+        }
+    }
+
+    /// Returns whether a way leads within reach of the place of a known point.
+    pub fn has_way_to(&self, from: Vec2, place: &Place) -> bool {
         let paths = self.paths.as_ref();
-        paths.is_none_or(|paths| paths.has_way(from, to, self.reach_m))
+        paths.is_none_or(|paths| paths.has_way(from, place.ways(paths)))
+    }
+
+    /// Estimates the length of the way from a known point to its delivery, m. `None` without a way.
+    pub fn delivery_m(&self, from: &Place, to: Vec2) -> Option<f32> {
+        from.delivery_m(|| self.way_m(from.at, to))
     }
 
     pub fn terms(&self, point: u16) -> &Terms {

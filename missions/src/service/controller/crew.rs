@@ -11,6 +11,8 @@ pub(super) struct CrewMember {
     /// The longest wait for the robots of the other slots. It differs between robots, so that two incomplete crews
     /// seldom exchange all their robots.
     patience: SimTime,
+    /// The points with appointments at which the robot can fill a slot, in ascending order.
+    pub points: Vec<u16>,
     /// The task of the slot that the robot fills.
     pub task: Option<TaskId>,
     /// The point at which the robot waits for others, and since when.
@@ -24,12 +26,13 @@ pub(super) struct CrewMember {
 }
 
 impl CrewMember {
-    /// Creates the state of a robot. Its patience is between half of the longest wait and all of it: less for a robot of
-    /// higher rank.
-    pub fn new(robot: RobotId, team: usize, longest: SimTime) -> Self {
+    /// Creates the state of a robot with these [points](Self::points). Its patience is between half of the longest wait
+    /// and all of it: less for a robot of higher rank.
+    pub fn new(robot: RobotId, team: usize, longest: SimTime, points: Vec<u16>) -> Self {
         let half_ms = longest.0 / 2;
         Self {
             patience: SimTime(longest.0 - half_ms * u64::from(robot.0) / team.max(1) as u64),
+            points,
             task: None,
             waiting: None,
             left_s: None,

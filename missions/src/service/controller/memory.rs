@@ -9,24 +9,40 @@ use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
 use super::briefing::Briefing;
+use super::place::Place;
 use crate::service::bus::{MAX_SHARED, ObservedFact, PointFact, SharedKnowledge};
 use crate::service::data::{KnowledgeSource, TaskGranularity};
 
 /// The number of recently changed points in each heartbeat. A board, if any, announces the rest.
 const MAX_RECENT: usize = 4;
 
+/// A known point, with the time of the observation.
+#[derive(Clone, Debug)]
+pub(super) struct KnownPoint {
+    pub fact: PointFact,
+    sensed: SimTime,
+    pub place: Place,
+}
+
+impl KnownPoint {
+    fn observed(&self) -> ObservedFact {
+        ObservedFact {
+            fact: self.fact,
+            sensed: self.sensed,
+        }
+    }
+}
+
 /// The known points. Facts may arrive late, repeatedly and in any order. The fact of the later round holds, then the
 /// later observation. Kept work never increases within a round.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
-    points: BTreeMap<u16, ObservedFact>,
+    points: BTreeMap<u16, KnownPoint>,
     /// The most recently changed points, the newest last.
     news: ArrayVec<u16, MAX_RECENT>,
     /// The robot's tasks in ascending order, with the number of known open points that it can serve.
     open: Vec<(TaskId, u32)>,
     skills: Vec<f32>,
-    /// The points at which robots work together, in ascending order.
-    with_slots: Vec<u16>,
     /// The known open points that expire at a stated time.
     closing: BTreeSet<(SimTime, u16)>,
     /// The attempts of this robot that found no way to a point.
@@ -47,31 +63,27 @@ impl Memory {
             news: ArrayVec::new(),
             open: tasks.map(|task| (task, 0)).collect(),
             skills,
-            with_slots: Vec::new(),
             closing: BTreeSet::new(),
             failed: FailedAttempts::default(),
             waits: FailedAttempts::default(),
         }
     }
 
-    /// Records the points at which robots work together, in ascending order. The robot has the skill for each of its
-    /// slots there.
-    pub fn with_slots(mut self, points: Vec<u16>) -> Self {
-        self.with_slots = points;
-        self
-    }
-
     /// Returns the skill for a point that the robot can serve alone. The pace of robots that work together is not known
     /// before, and counts as 1.
-    pub fn skill(&self, fact: &PointFact) -> f32 {
-        if self.with_slots.binary_search(&fact.point).is_ok() {
+    pub fn skill(&self, briefing: &Briefing, fact: &PointFact) -> f32 {
+        if briefing.has_slots(fact.point) {
             return 1.0;
         }
         self.skills[usize::from(fact.kind)]
     }
 
+    pub fn known(&self, point: u16) -> Option<&KnownPoint> {
+        self.points.get(&point)
+    }
+
     pub fn fact(&self, point: u16) -> Option<&PointFact> {
-        Some(&self.points.get(&point)?.fact)
+        Some(&self.known(point)?.fact)
     }
 
     pub fn facts_from(&self, point: u16) -> impl Iterator<Item = &PointFact> {
@@ -84,18 +96,11 @@ impl Memory {
             let is_of_task = |point: &u16| match briefing.tasks {
                 TaskGranularity::Points => *point == briefing.point(*task),
                 TaskGranularity::Kinds => self.fact(*point).is_some_and(|fact| {
-                    fact.kind == task.0 && is_open(fact) && self.skill(fact) > 0.0
+                    fact.kind == task.0 && is_open(fact) && self.skill(briefing, fact) > 0.0
                 }),
             };
             *open as usize > self.failed.suspended(now).filter(is_of_task).count()
         })
-    }
-
-    /// Returns whether the robot has a behavior for a task.
-    pub fn is_own(&self, task: TaskId) -> bool {
-        self.open
-            .binary_search_by_key(&task, |(task, _)| *task)
-            .is_ok()
     }
 
     pub fn merge(&mut self, briefing: &Briefing, mut new: ObservedFact) {
@@ -108,8 +113,8 @@ impl Memory {
             // With a board, the robots concerned receive the fact from the board.
             return;
         }
-        let old = self.points.get(&number).copied();
-        if let Some(ObservedFact { fact, sensed }) = old {
+        let old = self.known(number).map(|known| (known.fact, known.sensed));
+        if let Some((fact, sensed)) = old {
             let age = |round: u16, sensed: SimTime| (round, sensed);
             if age(new.fact.round, new.sensed) <= age(fact.round, sensed) {
                 return;
@@ -125,13 +130,21 @@ impl Memory {
         {
             self.closing.insert((closes, number));
         }
-        self.points.insert(number, new);
-        let was_open = old.is_some_and(|old| is_open(&old.fact));
+        let known = self.points.entry(number).or_insert_with(|| KnownPoint {
+            fact: new.fact,
+            sensed: new.sensed,
+            place: Place::new(new.fact.at),
+        });
+        if known.place.at != new.fact.at {
+            known.place = Place::new(new.fact.at);
+        }
+        (known.fact, known.sensed) = (new.fact, new.sensed);
+        let was_open = old.is_some_and(|(old, _)| is_open(&old));
         let is_open = is_open(&new.fact);
-        if old.is_none_or(|old| old.fact != new.fact) {
+        if old.is_none_or(|(old, _)| old != new.fact) {
             self.mark_changed(number);
         }
-        if was_open == is_open || self.skill(&new.fact) <= 0.0 {
+        if was_open == is_open || self.skill(briefing, &new.fact) <= 0.0 {
             return;
         }
         for task in briefing.tasks_of(&new.fact) {
@@ -179,7 +192,7 @@ impl Memory {
         let news = self.news.iter().rev();
         let mut content: SharedKnowledge = news
             .filter_map(|point| self.points.get(point))
-            .copied()
+            .map(KnownPoint::observed)
             .collect();
         if briefing.known == KnowledgeSource::Sight && !self.points.is_empty() {
             let most = MAX_SHARED - MAX_RECENT;
@@ -191,26 +204,36 @@ impl Memory {
                 .cycle()
                 .skip(from)
                 .take(most.min(self.points.len()));
-            content.extend(rest.copied());
+            content.extend(rest.map(KnownPoint::observed));
         }
         content
     }
 
     /// Returns the open points of a kind that the robot can serve and that are not suspended.
-    pub fn open_of_kind(&self, kind: usize, now: SimTime) -> impl Iterator<Item = &PointFact> {
-        let facts = self.facts_from(0);
-        facts.filter(move |fact| {
+    pub fn open_of_kind<'a>(
+        &'a self,
+        briefing: &'a Briefing,
+        kind: usize,
+        now: SimTime,
+    ) -> impl Iterator<Item = &'a KnownPoint> {
+        self.points.values().filter(move |KnownPoint { fact, .. }| {
             usize::from(fact.kind) == kind
                 && is_open(fact)
-                && self.skill(fact) > 0.0
+                && self.skill(briefing, fact) > 0.0
                 && !self.failed.is_suspended(fact.point, now)
         })
     }
 
     /// Returns the nearest of the points of [`Memory::open_of_kind`].
-    pub fn nearest(&self, kind: usize, to: Vec2, now: SimTime) -> Option<&PointFact> {
-        self.open_of_kind(kind, now).min_by(|a, b| {
-            let distance = |fact: &PointFact| fact.at.distance_squared(to);
+    pub fn nearest<'a>(
+        &'a self,
+        briefing: &'a Briefing,
+        kind: usize,
+        to: Vec2,
+        now: SimTime,
+    ) -> Option<&'a KnownPoint> {
+        self.open_of_kind(briefing, kind, now).min_by(|a, b| {
+            let distance = |known: &KnownPoint| known.fact.at.distance_squared(to);
             distance(a).total_cmp(&distance(b))
         })
     }

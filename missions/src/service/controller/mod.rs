@@ -1,6 +1,7 @@
 //! The robot controller of service: goes to a point of the active task and works there.
 //!
-//! - `briefing`: the initial knowledge. `memory`: the knowledge about points. `wander`: movement without a task.
+//! - `briefing`: the initial knowledge. `memory`: the knowledge about points. `place`: the places of points, with the
+//!   ways to them. `wander`: movement without a task.
 //! - `recharge`: the way to a charger. `progress`: the estimated progress of the current work. `load`: the load of the
 //!   robot. `timing`: points with windows. `crew`, `together`, `appointments`: robots that work together.
 
@@ -9,6 +10,7 @@ mod briefing;
 mod crew;
 mod load;
 mod memory;
+mod place;
 mod progress;
 mod recharge;
 #[cfg(test)]
@@ -39,7 +41,7 @@ use super::data::{self, KnowledgeSource, TaskGranularity};
 use briefing::Briefing;
 use crew::CrewMember;
 use load::Load;
-use memory::{Memory, is_open};
+use memory::{KnownPoint, Memory, is_open};
 use progress::Progress;
 use recharge::Recharge;
 use wander::Wander;
@@ -85,10 +87,14 @@ impl ServiceController {
     fn new(robot: RobotId, setup: &Setup, briefing: &Arc<Briefing>) -> Self {
         let behaviors = OwnBehavior::of_robot(robot, setup);
         let skills = briefing.skills(robot, setup);
+        let team = setup.scenario.robots.len();
+        let points = behaviors
+            .iter()
+            .map(|behavior| briefing.point(behavior.task));
+        let points = briefing.appointments.with_rounds(points);
         Self {
             robot,
-            memory: Memory::new(behaviors.iter().map(|behavior| behavior.task), skills)
-                .with_slots(briefing.slots.iter().map(|(point, _)| point).collect()),
+            memory: Memory::new(behaviors.iter().map(|behavior| behavior.task), skills),
             driver: Driver::new(robot, setup),
             wander: Wander::new(setup.seed, robot),
             progress: None,
@@ -98,7 +104,7 @@ impl ServiceController {
             laden: None,
             load: Load::new(&setup.scenario.robots[robot.index()]),
             recharge: Recharge::default(),
-            crew: CrewMember::new(robot, setup.scenario.robots.len(), briefing.coalition_wait),
+            crew: CrewMember::new(robot, team, briefing.coalition_wait, points),
             blocked: None,
             looked_for: 0,
             now: SimTime::ZERO,
@@ -204,7 +210,8 @@ impl ServiceController {
             .take()
             .filter(is_same)
             .unwrap_or_else(|| Progress::new(&fact));
-        let quarters = progress.work(self.memory.skill(&fact) * self.briefing.step_s);
+        let quarters =
+            progress.work(self.memory.skill(&self.briefing, &fact) * self.briefing.step_s);
         let is_over = !is_open(&fact);
         let has_progressed = match self.briefing.tasks {
             TaskGranularity::Points => quarters || is_over,
@@ -238,7 +245,8 @@ impl ServiceController {
                     .filter(open)
                     .filter(|fact| fact.kind == task.0)
                     .filter(|fact| !self.memory.failed.is_suspended(fact.point, self.now));
-                let fact = chosen.or_else(|| self.point_of(task, position)).copied();
+                let of_task = || Some(&self.point_of(task, position)?.fact);
+                let fact = chosen.or_else(of_task).copied();
                 self.target = fact.map(|fact| fact.point);
                 fact
             }
@@ -276,25 +284,23 @@ impl ServiceController {
     }
 
     /// Estimates the way to a point at top speed, s. `None` without a way.
-    fn drive_s(&self, from: Vec2, fact: &PointFact) -> Option<f64> {
-        let way_m = self.briefing.way_m(from, fact.at)?;
-        let way_m = (way_m - self.briefing.reach_m_of(fact.point)).max(0.0);
+    fn drive_s(&self, from: Vec2, known: &KnownPoint) -> Option<f64> {
+        let way_m = self.briefing.way_to_m(from, &known.place)?;
+        let way_m = (way_m - self.briefing.reach_m_of(known.fact.point)).max(0.0);
         Some(self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0)))
     }
 
-    /// Returns whether ways lead to the point of a task and to its delivery.
-    fn is_reachable(&self, task: TaskId, from: Option<Vec2>) -> bool {
-        let fact = from.and_then(|from| self.point_of(task, from));
-        fact.zip(from).is_some_and(|(fact, from)| {
-            self.briefing.has_way(from, fact.at) && self.can_deliver(fact)
-        })
+    /// Returns whether ways lead to a point and to its delivery.
+    fn is_reachable(&self, from: Vec2, known: &KnownPoint) -> bool {
+        !self.briefing.has_paths()
+            || self.briefing.has_way_to(from, &known.place) && self.can_deliver(known)
     }
 
     /// Estimates the cost of a point: the way at top speed and all work left, s. `None` without the skill or a way.
-    fn cost_s(&self, from: Vec2, fact: &PointFact) -> Option<f64> {
-        let skill = self.memory.skill(fact);
-        let drive_s = self.drive_s(from, fact)?;
-        (skill > 0.0).then(|| drive_s + f64::from(fact.left_s / skill))
+    fn cost_s(&self, from: Vec2, known: &KnownPoint) -> Option<f64> {
+        let skill = self.memory.skill(&self.briefing, &known.fact);
+        let drive_s = self.drive_s(from, known)?;
+        (skill > 0.0).then(|| drive_s + f64::from(known.fact.left_s / skill))
     }
 
     /// Returns whether the window of a point was open in the previous step. Before, a robot at the point only waits.
@@ -305,8 +311,9 @@ impl ServiceController {
     }
 
     /// Returns the start of a point's current round, at most the current time.
-    fn round_of(&self, fact: Option<&PointFact>, now: SimTime) -> SimTime {
-        fact.map_or(SimTime::ZERO, |fact| self.came_back(fact))
+    fn round_of(&self, known: Option<&KnownPoint>, now: SimTime) -> SimTime {
+        known
+            .map_or(SimTime::ZERO, |known| self.came_back(&known.fact))
             .min(now)
     }
 }
@@ -342,18 +349,10 @@ impl MissionController for ServiceController {
         let applicable = self.memory.applicable(&self.briefing, self.now);
         let applicable = applicable.map(|is_open| is_open && can_go);
         perception.applicable.extend(applicable);
-        if self.briefing.has_terms() {
-            let own = input.behaviors.iter().zip(&mut perception.applicable);
-            for (behavior, applicable) in own {
-                *applicable &= self.is_due(behavior.task, position)
-                    && !self.is_taken(behavior.task, position)
-                    && self.may_fill(behavior.task);
-            }
-        }
-        if self.briefing.has_paths() {
+        if self.briefing.has_terms() || self.briefing.has_paths() {
             let own = input.behaviors.iter().zip(&mut perception.applicable);
             for (behavior, applicable) in own.filter(|(_, applicable)| **applicable) {
-                *applicable = self.is_reachable(behavior.task, position);
+                *applicable = self.may_begin(behavior.task, position);
             }
         }
         self.update_charging(input.readings, input.now);
@@ -385,8 +384,8 @@ impl MissionController for ServiceController {
 
     fn round(&self, input: &ControllerInput<'_>, task: TaskId) -> SimTime {
         let from = input.position();
-        let fact = from.and_then(|from| self.point_of(task, from));
-        self.round_of(fact, input.now)
+        let known = from.and_then(|from| self.point_of(task, from));
+        self.round_of(known, input.now)
     }
 
     /// Drives toward the point until its work has an effect, because the robot only estimates whether it is within
@@ -460,7 +459,7 @@ impl MissionController for ServiceController {
             return self.seconds_in_window(from, after, task);
         }
         if let Some(last) = after.last() {
-            from = self.point_of(*last, from)?.at;
+            from = self.point_of(*last, from)?.fact.at;
         }
         self.cost_s(from, self.point_of(task, from)?)
     }

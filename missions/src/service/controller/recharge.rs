@@ -11,11 +11,17 @@ use super::{QUEUE_M, QUEUE_TIME, ServiceController};
 /// turns and obstacles.
 const MARGIN: f32 = 1.25;
 
+/// The distance by which a straight line can be longer than a way, m. It covers rounding.
+const ROUNDING_M: f32 = 1.0;
+
 /// The charger of a robot, and its attempts to reach chargers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Recharge {
     /// The number of the charger to which the robot drives, or at which it charges.
     pub charger: Option<usize>,
+    /// The charger that was nearest at the last search. While the energy is more than enough for the way to it, no search
+    /// is necessary.
+    nearest: Option<usize>,
     /// The time since when the way is blocked near the charger.
     blocked_since: Option<SimTime>,
     failed: FailedAttempts<usize>,
@@ -52,32 +58,72 @@ impl ServiceController {
             self.recharge.complete();
         } else if self.recharge.charger.is_none() {
             let place = readings.pose.map(|pose| pose.position);
-            self.recharge.charger = self
-                .nearest_charger(place, now)
-                .filter(|(_, way_m)| energy_j <= reserve_j || self.is_just_enough(energy_j, *way_m))
-                .map(|(charger, _)| charger);
+            let known = self.recharge.nearest;
+            let known = known.and_then(|charger| self.way_to_charger(charger, place, now));
+            let is_more_than_enough = |(_, way_m): (usize, f32)| energy_j > self.limit_j(way_m);
+            if energy_j > reserve_j && known.is_some_and(is_more_than_enough) {
+                return;
+            }
+            let nearest = self.nearest_charger(known, place, now);
+            let is_due = |(_, way_m): &(usize, f32)| {
+                let needed_j = self.needed_j(*way_m);
+                // A robot with less energy cannot reach the charger, and continues to work.
+                energy_j <= reserve_j || (needed_j..=self.limit_j(*way_m)).contains(&energy_j)
+            };
+            let charger = nearest.filter(is_due).map(|(charger, _)| charger);
+            self.recharge.charger = charger;
+            self.recharge.nearest = nearest.map(|(charger, _)| charger);
         }
     }
 
-    /// Returns the nearest charger that is not suspended and to which a way leads, and the length of the way, m.
-    fn nearest_charger(&self, from: Option<Vec2>, now: SimTime) -> Option<(usize, f32)> {
-        let chargers = self.briefing.chargers.iter().enumerate();
-        let ways = chargers
-            .filter(|(number, _)| !self.recharge.failed.is_suspended(*number, now))
-            .filter_map(|(number, charger)| {
-                let way_m =
-                    from.map_or(Some(0.0), |from| self.briefing.way_m(from, charger.place()))?;
-                Some((number, way_m))
-            });
-        ways.min_by(|(_, a), (_, b)| a.total_cmp(b))
+    /// Returns a charger with the length of the way to it, m. `None` if it is suspended or no way leads there.
+    fn way_to_charger(
+        &self,
+        charger: usize,
+        from: Option<Vec2>,
+        now: SimTime,
+    ) -> Option<(usize, f32)> {
+        if self.recharge.failed.is_suspended(charger, now) {
+            return None;
+        }
+        let place = self.briefing.chargers[charger].place();
+        let way_m = from.map_or(Some(0.0), |from| self.briefing.way_m(from, place))?;
+        Some((charger, way_m))
     }
 
-    /// Returns whether an energy is enough for a way, but hardly more. A robot with less cannot reach the end, and
-    /// continues to work.
-    fn is_just_enough(&self, energy_j: f32, way_m: f32) -> bool {
+    /// Returns the nearest charger with the length of the way to it, m. A charger that is `known` shortens the search.
+    fn nearest_charger(
+        &self,
+        known: Option<(usize, f32)>,
+        from: Option<Vec2>,
+        now: SimTime,
+    ) -> Option<(usize, f32)> {
+        let mut nearest: Option<(usize, f32)> = None;
+        let mut most_m = known.map_or(f32::INFINITY, |(_, way_m)| way_m);
+        for (number, charger) in self.briefing.chargers.iter().enumerate() {
+            let line_m = from.map_or(0.0, |from| from.distance(charger.place()));
+            if line_m > most_m + ROUNDING_M {
+                continue;
+            }
+            let way = self.way_to_charger(number, from, now);
+            if let Some((_, way_m)) = way
+                && nearest.is_none_or(|(_, least_m)| way_m < least_m)
+            {
+                (nearest, most_m) = (way, most_m.min(way_m));
+            }
+        }
+        nearest
+    }
+
+    /// Returns the energy for a way at top speed, J.
+    fn needed_j(&self, way_m: f32) -> f32 {
         let drive_s = self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0));
-        let needed_j = (drive_s * self.briefing.drive_w) as f32;
-        (needed_j..=MARGIN * needed_j).contains(&energy_j)
+        (drive_s * self.briefing.drive_w) as f32
+    }
+
+    /// Returns the energy at which a robot with this way to a charger drives there, J.
+    fn limit_j(&self, way_m: f32) -> f32 {
+        MARGIN * self.needed_j(way_m)
     }
 
     /// Computes the movement to a charger. A robot within reach stands still.

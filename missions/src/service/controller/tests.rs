@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec2;
 use proptest::prelude::*;
 use proto::mission::MAX_KNOWLEDGE_BYTES;
+use proto::readings::{Pose, Readings};
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Obstacle, Scenario};
@@ -196,8 +197,9 @@ fn an_unreachable_point_does_not_disable_its_kind() {
         }
         let from = Vec2::new(2.0, 2.0);
         let chosen = controller.point_of(TaskId(0), from);
-        assert_eq!(chosen.map(|fact| fact.point), Some(expected), "{first}");
-        assert!(controller.is_reachable(TaskId(0), Some(from)), "{first}");
+        let chosen = chosen.map(|known| known.fact.point);
+        assert_eq!(chosen, Some(expected), "{first}");
+        assert!(controller.may_begin(TaskId(0), Some(from)), "{first}");
         assert!(controller.seconds_in_window(from, &[], TaskId(0)).is_some());
     }
 }
@@ -238,8 +240,8 @@ fn the_nearest_open_point_that_the_robot_can_serve_is_selected() {
     }
     memory.merge(&briefing, known(fact(3, 0, 5.0), 1.0));
     let nearest = |memory: &Memory, kind| {
-        let nearest = memory.nearest(kind, Vec2::new(5.0, 3.0), SimTime::ZERO);
-        nearest.map(|fact| fact.point)
+        let nearest = memory.nearest(&briefing, kind, Vec2::new(5.0, 3.0), SimTime::ZERO);
+        nearest.map(|known| known.fact.point)
     };
     let applicable = |memory: &Memory| -> Vec<bool> {
         let applicable = memory.applicable(&briefing, SimTime::ZERO);
@@ -291,4 +293,51 @@ fn a_robot_slower_than_estimated_does_not_conclude_that_a_point_is_done() {
     assert!(progress.next_step_completes(), "two steps may be rounding");
     progress.work(0.5);
     assert!(!progress.next_step_completes());
+}
+
+proptest! {
+    /// A robot that remembers the nearest charger decides like a robot that searches all chargers in each step.
+    #[test]
+    fn the_last_nearest_charger_changes_no_decision(
+        steps in proptest::collection::vec((0.5..11.5_f32, 0.5..8.5_f32, 1.0..400.0_f32), 1..20),
+        wall in proptest::bool::ANY,
+    ) {
+        let chargers = [(1, 1), (11, 1), (1, 8), (11, 8), (6, 8)].map(|(x, y)| {
+            format!("[[service.chargers]]\nx_m = {x}\ny_m = {y}\nrate_w = 9\n")
+        });
+        let mut scenario = parse(&format!(
+            "energy = {{ capacity_j = 400, idle_w = 2, drive_w = 8 }}\n\
+             [service]\nreserve = 0.1\ncosts = 'path'\n{}\
+             [[service.kinds]]\nname = 'box'\nwork_s = {{ min = 1, max = 1 }}\n\
+             [[service.points]]\nkind = 'box'\nx_m = 4\ny_m = 4\n",
+            chargers.concat()
+        ));
+        if wall {
+            scenario.obstacles = vec![Obstacle {
+                x_m: 3.0,
+                y_m: 0.0,
+                width_m: 0.2,
+                height_m: 7.0,
+                penetrability: 0.0,
+            }];
+        }
+        let new = controller(scenario);
+        let mut remembers = new.clone();
+        for (x_m, y_m, energy_j) in steps {
+            let pose = Pose {
+                position: Vec2::new(x_m, y_m),
+                ..Pose::default()
+            };
+            let readings = Readings {
+                pose: Some(pose),
+                energy_j: Some(energy_j),
+                ..Readings::default()
+            };
+            let mut forgets = new.clone();
+            forgets.update_charging(&readings, SimTime::ZERO);
+            remembers.update_charging(&readings, SimTime::ZERO);
+            prop_assert_eq!(remembers.recharge.charger, forgets.recharge.charger);
+            remembers.recharge.charger = None;
+        }
+    }
 }

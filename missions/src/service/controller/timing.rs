@@ -7,7 +7,7 @@ use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
 use super::ServiceController;
-use super::memory::is_open;
+use super::memory::{KnownPoint, is_open};
 use crate::service::bus::{LEAST_LEFT_S, PointFact};
 use crate::service::data::TaskGranularity;
 
@@ -27,15 +27,16 @@ impl ServiceController {
 
     /// Estimates the time at which a robot has done a point, s from now: the way from a place where it is at `time_s`,
     /// the wait for the window, and all work left. `None` without the skill or a way.
-    fn end_s(&self, from: Vec2, time_s: f64, fact: &PointFact) -> Option<f64> {
-        let skill = self.memory.skill(fact);
-        let arrival_s = time_s + self.drive_s(from, fact)?;
+    fn end_s(&self, from: Vec2, time_s: f64, known: &KnownPoint) -> Option<f64> {
+        let fact = &known.fact;
+        let skill = self.memory.skill(&self.briefing, fact);
+        let arrival_s = time_s + self.drive_s(from, known)?;
         let start_s = arrival_s.max(self.opens_in_s(fact));
         let delivery = self.briefing.terms(fact.point).deliver_to;
         let delivery_s = match delivery {
             None => 0.0,
             Some(to) if self.briefing.has_paths() => {
-                let way_m = self.briefing.way_m(fact.at, to)?;
+                let way_m = self.briefing.delivery_m(&known.place, to)?;
                 self.driver.seconds(Vec2::ZERO, Vec2::new(way_m, 0.0))
             }
             Some(to) => self.driver.seconds(fact.at, to),
@@ -53,53 +54,46 @@ impl ServiceController {
     ) -> Option<f64> {
         let (mut from, mut time_s, mut load) = (from, 0.0, 0.0);
         for task in after {
-            let fact = self.point_of(*task, from)?;
-            load += self.briefing.terms(fact.point).kept_demand();
-            time_s = self.end_s(from, time_s, fact)?;
-            from = self
-                .briefing
-                .terms(fact.point)
-                .deliver_to
-                .unwrap_or(fact.at);
+            let known = self.point_of(*task, from)?;
+            let terms = self.briefing.terms(known.fact.point);
+            load += terms.kept_demand();
+            time_s = self.end_s(from, time_s, known)?;
+            from = terms.deliver_to.unwrap_or(known.fact.at);
         }
-        let fact = self.point_of(task, from)?;
-        let end_s = self.end_s(from, time_s, fact)?;
-        let (_, closes) = self.briefing.window(fact);
+        let known = self.point_of(task, from)?;
+        let end_s = self.end_s(from, time_s, known)?;
+        let (_, closes) = self.briefing.window(&known.fact);
         let closes_s = closes.map_or(f64::INFINITY, |closes| {
             closes.as_secs_f64() - self.now.as_secs_f64() + ROUNDING_S
         });
-        let is_at_work = after.is_empty() && self.working == Some(fact.point);
-        let has_capacity = self.has_capacity(load, fact.point);
+        let point = known.fact.point;
+        let is_at_work = after.is_empty() && self.working == Some(point);
+        let has_capacity = self.has_capacity(load, point);
         (has_capacity && end_s <= closes_s || is_at_work).then_some(end_s - time_s)
     }
 
     /// Returns the best point of a kind for a robot at a place: highest priority, then earliest start. Points without a
     /// way to them or to their delivery are left out.
-    fn best_of_kind(&self, kind: usize, from: Vec2) -> Option<&PointFact> {
-        let open = self.memory.open_of_kind(kind, self.now);
-        let open = open.filter(|fact| self.has_capacity(0.0, fact.point));
+    fn best_of_kind(&self, kind: usize, from: Vec2) -> Option<&KnownPoint> {
+        let open = self.memory.open_of_kind(&self.briefing, kind, self.now);
+        let open = open.filter(|known| self.has_capacity(0.0, known.fact.point));
         let possible = open
-            .filter(|fact| self.can_deliver(fact))
-            .filter_map(|fact| {
-                let start_s = self.drive_s(from, fact)?.max(self.opens_in_s(fact));
-                Some((fact, self.briefing.priority(fact.point), start_s))
+            .filter(|known| self.can_deliver(known))
+            .filter_map(|known| {
+                let start_s = self.drive_s(from, known)?.max(self.opens_in_s(&known.fact));
+                Some((known, self.briefing.priority(known.fact.point), start_s))
             });
         let best = possible.min_by(|(_, priority, start_s), (_, other, other_s)| {
             other.cmp(priority).then(start_s.total_cmp(other_s))
         });
-        best.map(|(fact, ..)| fact)
+        best.map(|(known, ..)| known)
     }
 
     /// Returns whether a way leads from a point to its delivery, if it has one.
-    pub(super) fn can_deliver(&self, fact: &PointFact) -> bool {
-        let delivery = self.briefing.terms(fact.point).deliver_to;
-        delivery.is_none_or(|to| self.briefing.has_way(fact.at, to))
-    }
-
-    /// Returns whether a teammate carries the load of the point of a task.
-    pub(super) fn is_taken(&self, task: TaskId, from: Option<Vec2>) -> bool {
-        let fact = from.and_then(|from| self.point_of(task, from));
-        fact.is_some_and(|fact| self.is_load(fact) && self.laden != Some(fact.point))
+    pub(super) fn can_deliver(&self, known: &KnownPoint) -> bool {
+        let delivery = self.briefing.terms(known.fact.point).deliver_to;
+        let way_m = |to| self.briefing.delivery_m(&known.place, to);
+        delivery.is_none_or(|to| way_m(to).is_some())
     }
 
     /// Returns whether the load of a point is on its way. The least work left stands for this.
@@ -108,16 +102,27 @@ impl ServiceController {
         is_delivery && is_open(fact) && fact.left_s <= LEAST_LEFT_S
     }
 
-    /// Returns whether a robot should drive to the point of a task by now: the window is open, or opens about when the
-    /// robot arrives. A robot on its way continues. A robot without a way or the capacity does not drive.
-    pub(super) fn is_due(&self, task: TaskId, from: Option<Vec2>) -> bool {
-        let fact = from.and_then(|from| self.point_of(task, from));
-        fact.zip(from).is_some_and(|(fact, from)| {
-            let opens_s = self.opens_in_s(fact);
+    /// Returns whether a robot could do a task, now or when its window opens: the robot has the capacity and ways, may
+    /// fill the slot, and no teammate carries the load.
+    fn may_do(&self, task: TaskId, known: &KnownPoint, from: Vec2) -> bool {
+        let point = known.fact.point;
+        self.has_capacity(0.0, point)
+            && (!self.is_load(&known.fact) || self.laden == Some(point))
+            && self.may_fill(task)
+            && self.is_reachable(from, known)
+    }
+
+    /// Returns whether a robot should drive to the point of an open task by now: the window is open, or opens about when
+    /// the robot arrives. A robot on its way continues.
+    pub(super) fn may_begin(&self, task: TaskId, from: Option<Vec2>) -> bool {
+        let known = from.and_then(|from| self.point_of(task, from));
+        known.zip(from).is_some_and(|(known, from)| {
+            let opens_s = self.opens_in_s(&known.fact);
             let is_in_time = |drive_s: f64| drive_s + EARLY_S >= opens_s;
-            self.has_capacity(0.0, fact.point)
-                && (self.heading_for == Some(fact.point)
-                    || self.drive_s(from, fact).is_some_and(is_in_time))
+            let is_due = opens_s <= EARLY_S
+                || self.heading_for == Some(known.fact.point)
+                || self.drive_s(from, known).is_some_and(is_in_time);
+            is_due && self.may_do(task, known, from)
         })
     }
 
@@ -133,20 +138,19 @@ impl ServiceController {
         let is_open = self.memory.applicable(&self.briefing, input.now);
         for (behavior, is_open) in input.behaviors.iter().zip(is_open) {
             let task = behavior.task;
-            let fact = from.and_then(|from| self.point_of(task, from));
+            let known = from.and_then(|from| self.point_of(task, from));
+            let may_do = || {
+                let mut known = known.zip(from).into_iter();
+                known.any(|(known, from)| self.may_do(task, known, from))
+            };
             choices.push(Choice {
                 behavior: behavior.id,
                 task,
-                round: self.round_of(fact, input.now),
-                applicable: is_open
-                    && can_go
-                    && !self.is_taken(task, from)
-                    && self.may_fill(task)
-                    && fact.is_some_and(|fact| self.has_capacity(0.0, fact.point))
-                    && (!self.briefing.has_paths() || self.is_reachable(task, from)),
+                round: self.round_of(known, input.now),
+                applicable: is_open && can_go && may_do(),
                 cost_s: from.and_then(|from| self.seconds_in_window(from, &[], task)),
-                opens_in_s: fact.map_or(0.0, |fact| self.opens_in_s(fact)),
-                reward: fact.map_or(1.0, |fact| self.briefing.terms(fact.point).value),
+                opens_in_s: known.map_or(0.0, |known| self.opens_in_s(&known.fact)),
+                reward: known.map_or(1.0, |known| self.briefing.terms(known.fact.point).value),
                 priority: behavior.priority,
                 max_robots: behavior.max_robots,
             });
@@ -164,13 +168,16 @@ impl ServiceController {
     }
 
     /// Returns the point that represents a task, for a robot at the given place.
-    pub(super) fn point_of(&self, task: TaskId, from: Vec2) -> Option<&PointFact> {
+    pub(super) fn point_of(&self, task: TaskId, from: Vec2) -> Option<&KnownPoint> {
         match self.briefing.tasks {
-            TaskGranularity::Points => self.memory.fact(self.briefing.point(task)),
+            TaskGranularity::Points => self.memory.known(self.briefing.point(task)),
             TaskGranularity::Kinds if self.briefing.has_terms() || self.briefing.has_paths() => {
                 self.best_of_kind(task.index(), from)
             }
-            TaskGranularity::Kinds => self.memory.nearest(task.index(), from, self.now),
+            TaskGranularity::Kinds => {
+                let kind = task.index();
+                self.memory.nearest(&self.briefing, kind, from, self.now)
+            }
         }
     }
 }

@@ -87,7 +87,8 @@ impl ServiceController {
         let Some(round) = appointments.round(now) else {
             return;
         };
-        let Some(point) = appointments.point(round, |point| self.can_gather_at(point, now)) else {
+        let can_gather = |point| self.can_gather_at(point, now);
+        let Some(point) = appointments.point(round, &self.crew.points, can_gather) else {
             return;
         };
         let is_same = |(of_round, appointment): &(_, Appointment)| {
@@ -98,12 +99,10 @@ impl ServiceController {
         self.crew.appointment = before.filter(is_same).or_else(|| Some(new()));
     }
 
-    /// Returns whether robots can work at a point with slots, and this robot can fill one of them.
+    /// Returns whether robots can work at one of the robot's points now.
     fn can_gather_at(&self, point: u16, now: SimTime) -> bool {
-        let mut slots = self.briefing.slots.of_point(point).iter();
         let fact = self.memory.fact(point).filter(|fact| is_open(fact));
         fact.is_some_and(|fact| now >= self.briefing.window(fact).0)
-            && slots.any(|slot| self.memory.is_own(slot.task))
             && !self.memory.failed.is_suspended(point, now)
     }
 }

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
-use std::sync::{Arc, PoisonError, RwLock};
+use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 use glam::Vec2;
 use pathfinding::directed::dijkstra::dijkstra_all;
@@ -101,22 +101,35 @@ impl Wall {
     }
 }
 
+/// A place to which robots drive, with the ways from all nodes. The robots of a process share it.
+#[derive(Debug)]
+pub struct Destination {
+    at: Vec2,
+    /// The regions within reach of the place, in ascending order.
+    regions: Vec<u32>,
+    /// The nodes with a way to the place, and the lengths of the ways, m, in ascending order. Computed on first use,
+    /// because robots drive straight to most places.
+    ways: OnceLock<Vec<(f32, u16)>>,
+}
+
 /// The shortest ways of a robot in a room with solid obstacles.
 #[derive(Debug)]
 pub struct Paths {
     radius_m: f32,
     /// The distance by which a robot may be nearer to an obstacle than its radius, m.
     rounding_m: f32,
+    /// The distance from a place within which robots work, m.
+    reach_m: f32,
     walls: Vec<Wall>,
     nodes: Vec<Vec2>,
     /// The nodes that each node is connected with, and the distances, in units of [`PER_M`].
     edges: Vec<Vec<(usize, u64)>>,
     regions: Regions,
-    /// The number of places whose distances are stored.
+    /// The number of places that are stored.
     most_places: usize,
-    /// The distance from each node to a place, m, by the bits of its coordinates; infinite without a way. The contents
+    /// The known places, by the bits of their coordinates. Obstacles never change, so a place stays valid. The contents
     /// change no result.
-    to_places: RwLock<HashMap<[u32; 2], Arc<[f32]>>>,
+    places: RwLock<HashMap<[u32; 2], Arc<Destination>>>,
 }
 
 impl Paths {
@@ -126,16 +139,18 @@ impl Paths {
         let regions = Regions::of(scenario)?;
         let radius_m = scenario.body.radius_m;
         let solid = scenario.obstacles.iter().filter(|each| each.is_solid());
-        let places = 2 * ServiceSection::of(scenario).kinds_of_points().count();
+        let section = ServiceSection::of(scenario);
+        let places = 2 * section.kinds_of_points().count();
         let mut paths = Self {
             radius_m,
             rounding_m: ROUNDING_M.max(ROUNDING * scenario.room.resolution_m()),
+            reach_m: section.reach_m,
             walls: solid.map(Wall::new).collect(),
             nodes: Vec::new(),
             edges: Vec::new(),
             regions,
             most_places: places.clamp(*MOST_PLACES.start(), *MOST_PLACES.end()),
-            to_places: RwLock::new(HashMap::new()),
+            places: RwLock::new(HashMap::new()),
         };
         let room = scenario.room;
         let side_m = radius_m * OCTAGON;
@@ -186,70 +201,77 @@ impl Paths {
         visible.map(move |(index, node)| (index, (node.distance(place) * PER_M) as u64))
     }
 
-    /// Returns the distance from each node to a place, m.
-    fn to_place(&self, place: Vec2) -> Arc<[f32]> {
-        let key = place.to_array().map(f32::to_bits);
-        let stored = self
-            .to_places
-            .read()
-            .unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = stored.get(&key) {
+    /// Returns the ways to a place.
+    #[must_use]
+    pub fn to(&self, at: Vec2) -> Arc<Destination> {
+        let key = at.to_array().map(f32::to_bits);
+        let places = self.places.read().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = places.get(&key) {
             return Arc::clone(known);
         }
-        drop(stored);
+        drop(places);
+        let new = Arc::new(Destination {
+            at,
+            regions: self.regions.near(at, self.reach_m).into_iter().collect(),
+            ways: OnceLock::new(),
+        });
+        let mut places = self.places.write().unwrap_or_else(PoisonError::into_inner);
+        if places.len() >= self.most_places {
+            places.clear();
+        }
+        places.insert(key, Arc::clone(&new));
+        new
+    }
+
+    /// Computes the ways to a place from all nodes, by Dijkstra's method from the place.
+    fn ways_to(&self, place: Vec2) -> Vec<(f32, u16)> {
         let start = self.nodes.len();
         let reached = dijkstra_all(&start, |node| match self.edges.get(*node) {
             Some(edges) => edges.clone(),
             None => self.visible_from(place).collect(),
         });
-        let distance_m = |node| {
-            let reached = reached.get(&node);
-            reached.map_or(f32::INFINITY, |(_, sum)| *sum as f32 / PER_M)
-        };
-        let computed: Arc<[f32]> = (0..start).map(distance_m).collect();
-        let mut stored = self
-            .to_places
-            .write()
-            .unwrap_or_else(PoisonError::into_inner);
-        if stored.len() >= self.most_places {
-            stored.clear();
-        }
-        stored.insert(key, Arc::clone(&computed));
-        computed
+        let ways = reached.into_iter();
+        let mut ways: Vec<(f32, u16)> = ways
+            .filter(|(node, _)| *node != start)
+            .map(|(node, (_, sum))| (sum as f32 / PER_M, node as u16))
+            .collect();
+        ways.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        ways
     }
 
-    /// Returns the length of the shortest way to a place, m. `None` if no way leads within `reach_m` of the place. The
+    /// Returns the length of the shortest way to a place, m. `None` if no way leads within reach of the place. The
     /// length is that of the straight line if only gaps hardly wider than a robot lead there.
     #[must_use]
-    pub fn length_m(&self, from: Vec2, to: Vec2, reach_m: f32) -> Option<f32> {
+    pub fn length_m(&self, from: Vec2, to: &Destination) -> Option<f32> {
         let in_graph_m = self.length_in_graph_m(from, to);
-        in_graph_m.or_else(|| {
-            self.is_connected(from, to, reach_m)
-                .then(|| from.distance(to))
-        })
+        in_graph_m.or_else(|| self.is_connected(from, to).then(|| from.distance(to.at)))
     }
 
-    /// Returns whether a way leads within `reach_m` of a place. It has a length.
+    /// Returns whether a way leads within reach of a place. It has a length.
     #[must_use]
-    pub fn has_way(&self, from: Vec2, to: Vec2, reach_m: f32) -> bool {
-        self.is_connected(from, to, reach_m) || self.length_in_graph_m(from, to).is_some()
+    pub fn has_way(&self, from: Vec2, to: &Destination) -> bool {
+        self.is_connected(from, to) || self.length_in_graph_m(from, to).is_some()
     }
 
     /// Returns whether the regions at both ends are the same. The graph misses gaps that are hardly wider than a robot.
-    fn is_connected(&self, from: Vec2, to: Vec2, reach_m: f32) -> bool {
-        let near = self.regions.near(to, reach_m);
-        !self.regions.near(from, 0.0).is_disjoint(&near)
+    fn is_connected(&self, from: Vec2, to: &Destination) -> bool {
+        let mut near = self.regions.each_near(from, 0.0);
+        near.any(|region| to.regions.contains(&region))
     }
 
-    fn length_in_graph_m(&self, from: Vec2, to: Vec2) -> Option<f32> {
-        if self.is_straight(from, to) {
-            return Some(from.distance(to));
+    fn length_in_graph_m(&self, from: Vec2, to: &Destination) -> Option<f32> {
+        if self.is_straight(from, to.at) {
+            return Some(from.distance(to.at));
         }
-        let rest_m = self.to_place(to);
         let mut best_m = f32::INFINITY;
-        for (node, rest_m) in self.nodes.iter().zip(rest_m.iter()) {
-            let length_m = from.distance(*node) + rest_m;
-            if length_m < best_m && self.is_straight(from, *node) {
+        for (rest_m, node) in to.ways.get_or_init(|| self.ways_to(to.at)) {
+            // The nodes that follow are still farther from the place.
+            if *rest_m >= best_m {
+                break;
+            }
+            let node = self.nodes[usize::from(*node)];
+            let length_m = from.distance(node) + rest_m;
+            if length_m < best_m && self.is_straight(from, node) {
                 best_m = length_m;
             }
         }
@@ -266,9 +288,8 @@ mod tests {
     use super::*;
     use crate::fixtures::parse;
 
-    const REACH_M: f32 = 0.3;
-
-    /// Returns the ways in a room of 12 × 9 m with obstacles: x, y, width and height, m. The radius of a robot is 0.2 m.
+    /// Returns the ways in a room of 12 × 9 m with obstacles: x, y, width and height, m. The radius of a robot is 0.2 m,
+    /// and the reach 0.3 m.
     fn paths(obstacles: &[[f32; 4]]) -> Paths {
         let mut scenario = parse(
             "[service]\n[[service.kinds]]\nname = 'a'\nwork_s = { min = 1, max = 1 }\n[[service.random]]\nn = 1\n",
@@ -286,7 +307,7 @@ mod tests {
     }
 
     fn length_m(paths: &Paths, from: (f32, f32), to: (f32, f32)) -> Option<f32> {
-        paths.length_m(Vec2::from(from), Vec2::from(to), REACH_M)
+        paths.length_m(Vec2::from(from), &paths.to(Vec2::from(to)))
     }
 
     #[test]
@@ -358,14 +379,14 @@ mod tests {
             to in (3..118_i32, 3..88_i32),
         ) {
             let walls: Vec<[f32; 4]> = walls.into_iter().map(|(x, y, w, h)| [x, y, w, h]).collect();
-            let paths = paths(&walls);
+            let paths = Paths { reach_m: 0.0, ..paths(&walls) };
             let [from, to] = [from, to].map(|(x, y)| [x, y]);
             let [a, b] = [from, to].map(|[x, y]| Vec2::new(x as f32, y as f32) / 10.0);
-            let length_m = paths.length_m(a, b, 0.0);
+            let length_m = paths.length_m(a, &paths.to(b));
             if let Some(length_m) = length_m.filter(|_| paths.has_room(a) && paths.has_room(b)) {
                 prop_assert!(length_m >= a.distance(b) - 1e-3);
-                prop_assert!(paths.has_way(a, b, 0.0));
-                let back_m = paths.length_m(b, a, 0.0).unwrap_or(f32::INFINITY);
+                prop_assert!(paths.has_way(a, &paths.to(b)));
+                let back_m = paths.length_m(b, &paths.to(a)).unwrap_or(f32::INFINITY);
                 prop_assert!((length_m - back_m).abs() < 1e-3, "{length_m} and {back_m}");
             }
             if let Some(most_m) = grid_length_m(&paths, 1.1 * paths.radius_m, from, to) {

@@ -25,9 +25,12 @@ pub struct Slot {
 /// The slots of all points that need several skills at once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Slots {
-    of_point: BTreeMap<u16, Vec<Slot>>,
-    /// The points of the tasks after those of the points.
-    points: BTreeMap<TaskId, (u16, usize)>,
+    /// The slots of each point, by number. Empty if no point has slots.
+    of_point: Vec<Vec<Slot>>,
+    /// The points and slots of the tasks after those of the points, in the order of the tasks.
+    beyond_points: Vec<(u16, usize)>,
+    /// The first task after those of the points.
+    first_beyond: usize,
 }
 
 impl Slots {
@@ -38,7 +41,7 @@ impl Slots {
         if section.points.iter().all(|point| point.needs.is_empty()) {
             return slots;
         }
-        let mut next = section.kinds_of_points().count() + usize::from(section.spare);
+        slots.first_beyond = section.kinds_of_points().count() + usize::from(section.spare);
         for (point, number) in section.points.iter().zip(0..) {
             let mut of_point: Vec<Slot> = Vec::new();
             for (skill, count) in &point.needs {
@@ -50,11 +53,11 @@ impl Slots {
                     let task = if of_point.is_empty() {
                         TaskId(number)
                     } else {
-                        next += 1;
+                        let next = slots.first_beyond + slots.beyond_points.len();
+                        slots.beyond_points.push((number, of_point.len()));
                         // The check of the scenario limits the number of tasks.
-                        TaskId((next - 1).min(usize::from(u16::MAX)) as u16)
+                        TaskId(next.min(usize::from(u16::MAX)) as u16)
                     };
-                    slots.points.insert(task, (number, of_point.len()));
                     of_point.push(Slot {
                         task,
                         skill: skill.clone(),
@@ -62,9 +65,7 @@ impl Slots {
                     });
                 }
             }
-            if !of_point.is_empty() {
-                slots.of_point.insert(number, of_point);
-            }
+            slots.of_point.push(of_point);
         }
         slots
     }
@@ -77,20 +78,24 @@ impl Slots {
     /// Returns the slots of a point; empty for a point without needs.
     #[must_use]
     pub fn of_point(&self, point: u16) -> &[Slot] {
-        self.of_point.get(&point).map_or(&[], Vec::as_slice)
+        let slots = self.of_point.get(usize::from(point));
+        slots.map_or(&[], Vec::as_slice)
     }
 
     /// Returns the points with slots, in ascending order, and their slots.
     pub fn iter(&self) -> impl Iterator<Item = (u16, &[Slot])> {
-        self.of_point
-            .iter()
-            .map(|(point, slots)| (*point, slots.as_slice()))
+        let points = (0..).zip(self.of_point.iter().map(Vec::as_slice));
+        points.filter(|(_, slots)| !slots.is_empty())
     }
 
     /// Returns the point and the index of the slot that a task fills; `None` for the task of a point without needs.
     #[must_use]
     pub fn of_task(&self, task: TaskId) -> Option<(u16, usize)> {
-        self.points.get(&task).copied()
+        let first = || !self.of_point(task.0).is_empty();
+        match task.index().checked_sub(self.first_beyond) {
+            Some(beyond) => self.beyond_points.get(beyond).copied(),
+            None => first().then_some((task.0, 0)),
+        }
     }
 
     /// Returns the point of a task.
@@ -101,25 +106,22 @@ impl Slots {
 
     /// Returns the slots whose tasks follow those of the points, in the order of their tasks.
     pub fn beyond_points(&self) -> impl Iterator<Item = (u16, &Slot)> {
-        let beyond = self
-            .points
-            .iter()
-            .filter(|(task, (point, _))| task.0 != *point);
-        beyond.map(|(_, (point, slot))| (*point, &self.of_point[point][*slot]))
+        let beyond = self.beyond_points.iter();
+        beyond.map(|(point, slot)| (*point, &self.of_point(*point)[*slot]))
     }
 
     /// Returns the points whose slots the team cannot fill at the same time, with the largest number of slots that it
     /// can fill.
     #[must_use]
     pub fn unfillable(&self, scenario: &Scenario, catalog: &Catalog) -> Vec<(u16, usize)> {
-        if self.of_point.is_empty() {
+        if self.is_empty() {
             return Vec::new();
         }
         let mut robots: BTreeMap<TaskId, Vec<RobotId>> = BTreeMap::new();
         for (robot, rank) in scenario.robots.iter().zip(0..) {
             for behavior in catalog.behaviors_of(robot) {
                 let task = catalog.sets[behavior.index()].task;
-                if self.points.contains_key(&task) {
+                if self.of_task(task).is_some() {
                     robots.entry(task).or_default().push(RobotId(rank));
                 }
             }

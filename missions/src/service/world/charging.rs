@@ -1,12 +1,14 @@
 //! Chargers: robots that stand within reach and do not work charge their batteries.
 
-use glam::Vec2;
+use std::sync::Arc;
+
+use scenario::Scenario;
 use scenario::ids::RobotId;
 use serde::Serialize;
 use world_server::mission::StepEvents;
-use world_server::world::Floor;
+use world_server::world::{Floor, Grid};
 
-use crate::service::data::Charger;
+use crate::service::data::{Charger, ServiceSection};
 
 /// The share of the capacity below which a charger accepts a robot.
 const ACCEPTED: f32 = 0.95;
@@ -32,43 +34,30 @@ impl Station {
         }
     }
 
-    pub fn place(&self) -> Vec2 {
-        self.charger.place()
-    }
-
-    /// Charges the robots at the charger for one step. A robot keeps its slot until its battery is full or it leaves. Of
-    /// the others the one with the least energy is next. `is_free` returns whether a robot does not work.
-    pub fn charge(
+    /// Charges the robots at the charger for one step: those of `resting`, in the order of their ranks. A robot keeps its
+    /// slot until its battery is full or it leaves. Of the others the one with the least energy is next.
+    fn charge(
         &mut self,
         number: usize,
-        reach_m: f32,
+        resting: &[(usize, RobotId)],
         step_s: f64,
         floor: &mut Floor,
-        is_free: impl Fn(RobotId) -> bool,
         happened: &mut StepEvents,
     ) {
-        let place = self.place();
-        let can_charge = |robot: RobotId, floor: &Floor| {
-            let is_near = floor.pose(robot).position.distance(place) <= reach_m;
-            floor.is_present(robot) && is_near && floor.speed_m_s(robot) == 0.0 && is_free(robot)
-        };
         let mut event = |kind, robot| {
             happened.push_mission_event(kind, Some(robot)).subject = format!("c{number}");
         };
-        self.users.retain(|robot| {
-            let stays = can_charge(*robot, floor);
+        let resting = resting.iter().map(|(_, robot)| *robot);
+        self.users.retain(|user| {
+            let stays = resting.clone().any(|robot| robot == *user);
             if !stays {
-                event("charged", *robot);
+                event("charged", *user);
             }
             stays
         });
         let energy_j = |robot: &RobotId| floor.energy_j(*robot).unwrap_or_default();
-        let robots = (0..floor.robot_count() as u16).map(RobotId);
-        let waiting = robots.filter(|robot| {
-            energy_j(robot) < self.accepts_below_j
-                && !self.users.contains(robot)
-                && can_charge(*robot, floor)
-        });
+        let waiting = resting
+            .filter(|robot| energy_j(robot) < self.accepts_below_j && !self.users.contains(robot));
         let mut waiting: Vec<RobotId> = waiting.collect();
         waiting.sort_by(|a, b| energy_j(a).total_cmp(&energy_j(b)));
         let free = (self.charger.slots as usize).saturating_sub(self.users.len());
@@ -84,5 +73,75 @@ impl Station {
             }
             !is_full
         });
+    }
+}
+
+/// The chargers of a run, by number.
+#[derive(Clone, Debug, Serialize)]
+#[serde(transparent)]
+pub(super) struct Stations {
+    stations: Vec<Station>,
+    #[serde(skip)]
+    places: Arc<Grid>,
+    /// The distance from a charger within which robots charge, m.
+    #[serde(skip)]
+    reach_m: f32,
+}
+
+impl Stations {
+    pub fn new(scenario: &Scenario) -> Self {
+        let section = ServiceSection::of(scenario);
+        let energy = scenario.energy.as_ref();
+        let capacity_j = energy.map_or(0.0, |energy| energy.capacity_j);
+        let chargers = &section.chargers;
+        let mut places = Grid::new(&scenario.room, section.reach_m, chargers.len());
+        for (number, charger) in chargers.iter().enumerate() {
+            places.insert(number, charger.place());
+        }
+        let stations = chargers
+            .iter()
+            .map(|charger| Station::new(charger, capacity_j));
+        Self {
+            stations: stations.collect(),
+            places: Arc::new(places),
+            reach_m: section.reach_m,
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.stations.is_empty()
+    }
+
+    /// Charges the robots at the chargers for one step. `is_free` returns whether a robot does not work.
+    pub fn charge(
+        &mut self,
+        step_s: f64,
+        is_free: impl Fn(RobotId) -> bool,
+        floor: &mut Floor,
+        happened: &mut StepEvents,
+    ) {
+        if self.is_empty() {
+            return;
+        }
+        let rests = |robot: RobotId, floor: &Floor| {
+            floor.is_present(robot) && floor.speed_m_s(robot) == 0.0 && is_free(robot)
+        };
+        let robots = (0..floor.robot_count() as u16).map(RobotId);
+        let resting = robots.filter(|robot| rests(*robot, floor));
+        let at_chargers = resting.flat_map(|robot| {
+            let (place, reach_m) = (floor.pose(robot).position, self.reach_m);
+            let near = self.places.near(place, reach_m);
+            let near = near.filter(move |(_, at)| place.distance(*at) <= reach_m);
+            near.map(move |(charger, _)| (charger, robot))
+        });
+        let mut at_chargers: Vec<(usize, RobotId)> = at_chargers.collect();
+        at_chargers.sort_unstable();
+        let mut at_chargers = at_chargers.chunk_by(|a, b| a.0 == b.0).peekable();
+        for (number, station) in self.stations.iter_mut().enumerate() {
+            let here = at_chargers.next_if(|robots| robots[0].0 == number);
+            if here.is_some() || !station.users.is_empty() {
+                station.charge(number, here.unwrap_or_default(), step_s, floor, happened);
+            }
+        }
     }
 }

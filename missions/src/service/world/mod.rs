@@ -37,7 +37,7 @@ use world_server::world::{ChangeError, Floor};
 use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
 use super::data::{self, DEADLOCKS, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
 use board::{Board, BoardFilter};
-use charging::Station;
+use charging::Stations;
 use crews::{Crews, Gathered, Gathering, Member};
 use limits::TeamLimits;
 use log::Log;
@@ -50,8 +50,8 @@ pub struct Service {
     points: Points,
     board: Board,
     robots: Vec<Robot>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    stations: Vec<Station>,
+    #[serde(skip_serializing_if = "Stations::is_empty")]
+    stations: Stations,
     /// The number of workers per point in the current step. 0 between steps.
     #[serde(skip)]
     workers_on: Vec<u32>,
@@ -75,8 +75,6 @@ struct Constants {
     capacities: Vec<Option<f64>>,
     readers: Vec<BoardFilter>,
     crews: Crews,
-    /// The energy of a full battery, J; 0 if energy is not simulated.
-    capacity_j: f32,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -129,10 +127,6 @@ impl Constants {
             skills: skills.collect(),
             capacities: scenario.robots.iter().map(|robot| robot.capacity).collect(),
             readers: readers.collect(),
-            capacity_j: scenario
-                .energy
-                .as_ref()
-                .map_or(0.0, |energy| energy.capacity_j),
             crews,
             seed: setup.seed,
             step_s: scenario.step_ms as f64 / 1000.0,
@@ -164,15 +158,6 @@ impl Service {
                     self.constants.section.sight_m,
                 );
             }
-        }
-    }
-
-    /// Charges the robots at the chargers.
-    fn charge(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
-        let (reach_m, step_s) = (self.constants.section.reach_m, self.constants.step_s);
-        let is_free = |robot: RobotId| self.robots[robot.index()].worked.is_none();
-        for (number, station) in self.stations.iter_mut().enumerate() {
-            station.charge(number, reach_m, step_s, floor, is_free, happened);
         }
     }
 
@@ -370,9 +355,7 @@ impl MissionWorld for Service {
             workers_on: vec![0; points.len()],
             gathering: Gathering::default(),
             board: Board::default(),
-            stations: (constants.section.chargers.iter())
-                .map(|charger| Station::new(charger, constants.capacity_j))
-                .collect(),
+            stations: Stations::new(&setup.scenario),
             log: Log::new(floor.robot_count(), constants.step_s),
             points,
             constants,
@@ -439,7 +422,9 @@ impl MissionWorld for Service {
                 }
             }
         }
-        self.charge(floor, happened);
+        let is_free = |robot: RobotId| self.robots[robot.index()].worked.is_none();
+        self.stations
+            .charge(self.constants.step_s, is_free, floor, happened);
         for robot in &self.robots {
             let Some(point) = robot.worked else { continue };
             self.workers_on[usize::from(point)] = 0;
