@@ -245,12 +245,12 @@ fn instance_of(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
 /// # Errors
 /// Returns an error that names the required feature.
 pub fn mcap_is_there() -> anyhow::Result<()> {
-    optional::check("mcap", cfg!(feature = "mcap"))
+    optional::check("--mcap", "mcap", cfg!(feature = "mcap"))
 }
 
 /// Checks that this program can write bags of ROS 2.
 fn rosbag_is_there() -> anyhow::Result<()> {
-    optional::check("rosbag", cfg!(feature = "rosbag"))
+    optional::check("--rosbag", "rosbag", cfg!(feature = "rosbag"))
 }
 
 /// Writes the run in `folder` as DIR/run.mcap.

@@ -89,7 +89,7 @@ impl FoxgloveArgs {
         let Some(address) = self.foxglove else {
             return Ok(());
         };
-        optional::check(FOXGLOVE, cfg!(feature = "foxglove"))?;
+        optional::check(OPTION, FOXGLOVE, cfg!(feature = "foxglove"))?;
         publish::check(setup, log)?;
         check_control(self.foxglove_control, address, "--foxglove-control")?;
         let listening = TcpListener::bind(address).map(drop);
@@ -161,7 +161,7 @@ impl FoxgloveCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         const NAME: &str = "alliance cluster foxglove";
-        let checked = optional::check(FOXGLOVE, cfg!(feature = "foxglove"));
+        let checked = optional::check("channels for Foxglove", FOXGLOVE, cfg!(feature = "foxglove"));
         let is_local = || check_control(self.control.is_some(), self.address, "--control");
         match checked.and_then(|()| Ok(is_local()?)) {
             Ok(()) => publish::run(NAME, self),

@@ -23,10 +23,8 @@ use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::commands::{Command, CommandTopic, Commands, Dropped};
+use crate::ros::OPTION;
 use crate::ros::topics::{RosTopics, declare_token};
-
-/// The option of the agent, for error messages.
-const OPTION: &str = "--ros";
 
 /// The number of the first subscriber in the node. Publishers have smaller numbers.
 const FIRST_SUBSCRIBER: usize = 100;
