@@ -72,6 +72,20 @@ fn a_client_receives_the_messages_of_the_recording_and_controls_the_run() {
 }
 
 #[test]
+#[test]
+fn clients_play_a_finished_run() {
+    let Some(python) = python(&["websockets", "mcap"]) else {
+        return;
+    };
+    let lab = Lab::new();
+    lab.write("day.toml", DAY);
+    // The script compares all messages of the playback, and the state after a jump, with the recording.
+    let facts = connect(&lab, &python, "play", "run", "day.toml --limit 20");
+    assert!(facts["messages"].as_u64() > Some(5000), "{facts}");
+    let capabilities = facts["capabilities"].as_array().unwrap();
+    assert!(capabilities.contains(&json!("playbackControl")), "{facts}");
+}
+
 fn no_client_changes_a_byte_of_the_run() {
     let Some(python) = python(&["websockets", "mcap"]) else {
         return;
@@ -147,7 +161,9 @@ fn runs_that_foxglove_cannot_have_are_refused() {
     assert!(!lab.exists("runs"));
 
     lab.mission("over", "--in-process --limit 1").expect(1);
-    let refusal = lab.refusal("cluster foxglove over");
-    let expected = "alliance cluster foxglove: over: the run is over; use `alliance export`\n";
+    let refusal = lab.refusal("cluster foxglove over --control over");
+    let expected = "alliance cluster foxglove: --control: the run over is over and cannot be changed; leave it out\n";
     assert_eq!(refusal, expected);
 }
+    let refusal = lab.refusal("watch nowhere --foxglove");
+    assert!(refusal.starts_with("alliance watch: nowhere"), "{refusal}");

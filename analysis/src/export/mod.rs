@@ -42,6 +42,9 @@ use crate::new_file::{NewFile, write_atomically};
 use crate::picture::command::{Moments, PictureOptions, Wanted};
 use crate::{LATEST, exit_status, open_undamaged, optional};
 
+#[cfg(feature = "mcap")]
+pub use mcap::messages as recorded_messages;
+
 /// The file in the folder of a run with its page.
 pub const PAGE: &str = "run.html";
 
