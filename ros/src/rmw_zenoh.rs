@@ -195,7 +195,7 @@ mod tests {
         assert_eq!(bytes[..8], [2, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(bytes[8..16], 50_000_001_i64.to_le_bytes());
         assert_eq!(bytes[16], 16);
-        assert_eq!(publisher_of(&bytes), Some(endpoint.id));
+        assert_eq!(publisher_of(&bytes), Some(publisher.id));
         for wrong in [&bytes[..32], &[&bytes[..], &[0]].concat(), &[0; 33], &[]] {
             assert_eq!(publisher_of(wrong), None);
         }
