@@ -32,24 +32,24 @@ pub struct ClockDuty {
 struct Precedence {
     own: EndpointId,
     /// The arrival of the latest message of an agent with a smaller id.
-    heard: Option<Instant>,
+    latest: Option<Instant>,
 }
 
 impl Precedence {
     fn new(own: EndpointId) -> Self {
-        Self { own, heard: None }
+        Self { own, latest: None }
     }
 
     /// Handles a message with this attachment.
     fn receive(&mut self, attachment: &[u8], now: Instant) {
         if publisher_of(attachment).is_some_and(|id| id < self.own) {
-            self.heard = Some(now);
+            self.latest = Some(now);
         }
     }
 
     /// Returns whether no other agent precedes.
     fn is_first(&self, now: Instant) -> bool {
-        self.heard.is_none_or(|at| now.duration_since(at) > SILENCE)
+        self.latest.is_none_or(|at| now.duration_since(at) > SILENCE)
     }
 }
 
