@@ -70,7 +70,7 @@ use std::process::ExitCode;
 use indicatif::DecimalBytes;
 use interrupted::{INTERRUPTED_STATUS, Interrupted};
 use missions::Registry;
-use run_log::RunLog;
+use run_log::{RunLog, RunOutcome};
 use scenario::Problem;
 use terminal::{fail, stderr_line};
 
@@ -130,6 +130,15 @@ fn open_undamaged(folder: &Path) -> anyhow::Result<RunLog> {
             Err(Problem::with_source(run, what, remedy).into())
         }
     }
+}
+
+/// Opens the log of a finished run to show it. Returns `None` for a run in progress, or whose world was killed.
+///
+/// # Errors
+/// Fails if the folder contains no run, and if the run has ended and its log does not contain all of it.
+pub fn open_finished(folder: &Path) -> anyhow::Result<Option<RunLog>> {
+    let log = open_undamaged(folder)?;
+    Ok((log.run.outcome != RunOutcome::Running).then_some(log))
 }
 
 /// Returns the exit status of a command. Writes an error to stderr; its status is `on_error`, or 130 after an

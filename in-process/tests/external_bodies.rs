@@ -4,7 +4,8 @@
 
 use in_process::{Team, joins_of};
 use missions::Registry;
-use run_log::{BodyInput, Input, InputLine, LogLevel, MemoryLog, PoseRow, RunLog};
+use proto::readings::{Hit, Proximity};
+use run_log::{BodyInput, Input, InputLine, LogLevel, MemoryLog, PoseRow, RunLog, ScanInput};
 use scenario::{Scenario, Setup};
 
 /// The number of ticks in which the body of the first robot moves elsewhere.
@@ -36,6 +37,23 @@ fn body(tick: u64) -> BodyInput {
         heading_rad: 0.5,
         stamp_ns: 1_700_000_000_000_000_000 + tick as i64,
         late: tick % 7 == 6,
+        scan: None,
+    }
+}
+
+/// Returns a scan with an object close ahead.
+fn scan(tick: u64) -> ScanInput {
+    let hit = Hit {
+        distance_m: 0.01,
+        normal_rad: 3.0,
+    };
+    ScanInput {
+        stamp_ns: 1_700_000_000_000_000_000 + tick as i64,
+        late: tick % 2 == 1,
+        beams: Proximity {
+            ahead: [None, Some(hit), Some(hit)],
+            ..Proximity::default()
+        },
     }
 }
 
@@ -98,4 +116,31 @@ fn impossible_poses_of_a_log_have_no_effect() {
     assert!(wrong(|body| body.y_m = 99.0) == expected);
     assert!(wrong(|body| body.robot = "red".to_owned()) == expected);
     assert!(wrong(|_| {}) != expected);
+}
+
+#[test]
+fn a_scan_is_an_input_that_decides_and_repeats() {
+    let vocabulary = Registry::built_in().vocabulary();
+    // In the second half of the time, the body stands where nothing is near.
+    let scanned = |has_scan: bool| {
+        let mut inputs = inputs();
+        for line in &mut inputs {
+            if let Input::Body(body) = &mut line.input {
+                (body.x_m, body.y_m) = (6.0, 4.5);
+                body.scan = (has_scan && line.tick >= TICKS / 2).then(|| scan(line.tick));
+            }
+        }
+        inputs
+    };
+    for level in [LogLevel::Full, LogLevel::Compact] {
+        let first = run(scanned(true), level, 1);
+        let log = RunLog::from_memory(&first.1, &vocabulary).unwrap();
+        let repeated = log.inputs().unwrap();
+        let scans = repeated.iter().filter(
+            |line| matches!(&line.input, Input::Body(BodyInput { scan: Some(found), .. }) if *found == scan(line.tick)),
+        );
+        assert_eq!(scans.count() as u64, TICKS / 2);
+        assert!(run(repeated, level, 2) == first, "{level:?}");
+        assert_ne!(run(scanned(false), level, 1).0, first.0);
+    }
 }

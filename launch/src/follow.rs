@@ -5,12 +5,13 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use analysis::live::{Follower, LiveRun, Progress};
-use anyhow::bail;
+use anyhow::{bail, ensure};
 use run_log::Document;
 use scenario::Problem;
 use terminal::fail;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::sleep;
+use world_server::gateway::lower_priority;
 
 use crate::runtime;
 
@@ -95,14 +96,18 @@ pub async fn while_live<T>(
 /// Shows a run to a follower until it is over, or until a request to end. `caught_up` is called when the follower has the
 /// present state of the run.
 ///
+/// The process gets a lower priority, because it repeats the run and would take time from the team at full speed.
+///
 /// # Errors
-/// Returns the errors of the log and of the follower.
+/// Returns the errors of the log and of the follower. Returns an error if the run is over at a request to end, and the
+/// follower has not seen all of it.
 pub async fn follow<F: Follower>(
     run: &mut LiveRun,
     follower: &mut F,
     ends: &mut EndRequests,
     mut caught_up: impl FnMut(&mut F),
 ) -> anyhow::Result<()> {
+    lower_priority();
     loop {
         let progress = run.advance(follower)?;
         if progress != Progress::More {
@@ -114,6 +119,12 @@ pub async fn follow<F: Follower>(
             Progress::Over => return Ok(()),
         };
         if ends.during(sleep(pause)).await.is_none() {
+            run.read_outcome()?;
+            // The launcher ends a process that is too late. Its clients lack the rest of the run.
+            ensure!(
+                !run.has_ended(),
+                "the process was ended before it had published the whole run"
+            );
             return Ok(());
         }
     }

@@ -7,7 +7,8 @@
 //! - [`type_hash`]: the RIHS01 hash, by which ROS 2 compares types.
 //!
 //! [`names`] converts names to those that ROS accepts, and [`Qos`] contains the quality of service of a topic.
-//! [`incoming_odometry`] decodes poses of other nodes. [`rmw_zenoh`] contains the keys under which ROS nodes find a message on zenoh. The crate does no I/O.
+//! [`incoming_odometry`] decodes poses of other nodes, and [`incoming_scan`] their scans. [`rmw_zenoh`] contains the keys
+//! under which ROS nodes find a message on zenoh. The crate does no I/O.
 
 mod cdr;
 mod definition;
@@ -15,6 +16,7 @@ mod description;
 mod field;
 mod hash;
 pub mod incoming_odometry;
+pub mod incoming_scan;
 pub mod messages;
 pub mod names;
 mod qos;

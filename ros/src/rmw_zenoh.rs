@@ -27,6 +27,9 @@ pub struct Node {
     pub name: &'static str,
 }
 
+/// The id of a publisher or a subscriber.
+pub type EndpointId = [u8; 16];
+
 /// A publisher or a subscriber of a node.
 #[derive(Clone, Debug)]
 pub struct Endpoint {
@@ -35,7 +38,7 @@ pub struct Endpoint {
     /// The key of its liveliness token.
     pub token: String,
     /// The id within the ROS graph: a hash of the token.
-    id: [u8; 16],
+    pub id: EndpointId,
 }
 
 impl Node {
@@ -120,10 +123,12 @@ impl Endpoint {
     }
 }
 
-/// Returns whether bytes have the form of an attachment: 33 bytes, with the length of the publisher's id in its place.
+/// Returns the id of the publisher in an attachment; `None` for bytes that do not have its form: 33 bytes, with the length
+/// of the id in its place.
 #[must_use]
-pub fn is_attachment(bytes: &[u8]) -> bool {
-    bytes.len() == ATTACHMENT_BYTES && bytes[16] == 16
+pub fn publisher_of(attachment: &[u8]) -> Option<EndpointId> {
+    let id = attachment.get(17..)?.try_into().ok()?;
+    (usize::from(attachment[16]) == size_of::<EndpointId>()).then_some(id)
 }
 
 /// Returns the name of a type as DDS has it, such as `std_msgs::msg::dds_::Header_`.
@@ -190,8 +195,10 @@ mod tests {
         assert_eq!(bytes[..8], [2, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(bytes[8..16], 50_000_001_i64.to_le_bytes());
         assert_eq!(bytes[16], 16);
-        assert!(is_attachment(&bytes));
-        assert!(!is_attachment(&bytes[..32]) && !is_attachment(&[0; 33]));
+        assert_eq!(publisher_of(&bytes), Some(publisher.id));
+        for wrong in [&bytes[..32], &[&bytes[..], &[0]].concat(), &[0; 33], &[]] {
+            assert_eq!(publisher_of(wrong), None);
+        }
         assert_eq!(
             bytes[17..],
             xxh3_128(publisher.token.as_bytes()).to_le_bytes()

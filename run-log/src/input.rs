@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use proto::process::ProcessAction;
+use proto::readings::Proximity;
 use scenario::fault::Order;
 use scenario::ids::{Incarnation, Tick};
 use serde::de::Error;
@@ -108,6 +109,20 @@ pub struct BodyInput {
     /// `true` if no pose has arrived since the previous tick: this is the pose of that tick.
     #[serde(default, skip_serializing_if = "is_false")]
     pub late: bool,
+    /// The beams of collision avoidance that the other world measured. `None`: this world senses the scenario's room.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scan: Option<ScanInput>,
+}
+
+/// The latest known scan of an external body, as the reading of collision avoidance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScanInput {
+    /// The time of the scan by the clock of the other world, ns.
+    pub stamp_ns: i64,
+    /// `true` if no scan has arrived since the previous tick.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub late: bool,
+    pub beams: Proximity,
 }
 
 /// The changes of a branch. They take effect before anything else of their tick.

@@ -25,7 +25,7 @@ mod table;
 
 pub use column::{CellKind, CellValue, Column, RowHash};
 pub use external::ExternalAnswer;
-pub use input::{BodyInput, Branch, Input, InputLine};
+pub use input::{BodyInput, Branch, Input, InputLine, ScanInput};
 pub use level::LogLevel;
 pub use memory::{Document, MemoryLog};
 pub use read::{Damage, RunLog, Seal};

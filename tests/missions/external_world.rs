@@ -107,6 +107,41 @@ fn a_team_with_bodies_of_another_world_survives_a_crash_and_replays() {
 }
 
 #[test]
+fn scans_of_the_other_world_lead_bodies_around_its_obstacles() {
+    let Some(python) = judge() else { return };
+    let lab = lab();
+    // The posts are in the way, and only the other world has them. The script compares all beams in the log with the scans.
+    let seen = run(&lab, &python, "scan", "");
+    assert_eq!(seen["status"], 0, "{}", stderr(&seen));
+    // On a busy machine, commands are late.
+    assert!(seen["least_m"].as_f64() > Some(-0.1), "{seen}");
+    let ticks = lab.log("scan").run.result.ticks;
+    // The first tick needs no scan.
+    assert!(seen["scans"].as_u64() > Some(3 * (ticks - 20)), "{seen}");
+    assert!(seen["hits"].as_u64() > Some(0), "{seen}");
+    lab.assert_repeated("scan");
+
+    let blind = run(&lab, &python, "blind", "");
+    // The way leads through the middle of a post.
+    assert!(blind["least_m"].as_f64() < Some(-0.3), "{blind}");
+    assert_eq!(blind["scans"], 0);
+}
+
+#[test]
+fn a_body_whose_lidar_stops_stands_and_the_others_move() {
+    let Some(python) = judge() else { return };
+    let lab = lab();
+    let facts = run(&lab, &python, "dark", "--limit 12 --stall-after 2");
+    assert_eq!(
+        facts["moved_when_lost"],
+        json!(["blue", "green"]),
+        "{}",
+        stderr(&facts)
+    );
+    lab.assert_repeated("dark");
+}
+
+#[test]
 fn bodies_stand_while_the_clock_is_paused() {
     let Some(python) = judge() else { return };
     let lab = lab();

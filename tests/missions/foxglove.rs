@@ -3,10 +3,11 @@
 use std::net::TcpListener;
 use std::path::Path;
 
-use alliance_tests::harness::{Lab, free_ports};
+use alliance_tests::harness::{Lab, free_ports, wait_until};
 use alliance_tests::observers::{assert_observer_can_die, facts};
 use alliance_tests::python::python;
 use alliance_tests::testkit::DEFAULT_HASH;
+use nix::sys::signal::{Signal, kill};
 use serde_json::{Value, json};
 
 /// A day with a late robot, an obstacle and a dead sensor. The client kills gold.
@@ -72,6 +73,20 @@ fn a_client_receives_the_messages_of_the_recording_and_controls_the_run() {
 }
 
 #[test]
+fn clients_play_a_finished_run() {
+    let Some(python) = python(&["websockets", "mcap"]) else {
+        return;
+    };
+    let lab = Lab::new();
+    lab.write("day.toml", DAY);
+    // The script compares all messages of the playback, and the state after a jump, with the recording.
+    let facts = connect(&lab, &python, "play", "run", "day.toml --limit 20");
+    assert!(facts["messages"].as_u64() > Some(5000), "{facts}");
+    let capabilities = facts["capabilities"].as_array().unwrap();
+    assert!(capabilities.contains(&json!("playbackControl")), "{facts}");
+}
+
+#[test]
 fn no_client_changes_a_byte_of_the_run() {
     let Some(python) = python(&["websockets", "mcap"]) else {
         return;
@@ -97,6 +112,26 @@ fn a_run_continues_without_its_process_for_foxglove() {
     let arguments = format!("run --no-page --out run --speed 20x --foxglove=127.0.0.1:{port}");
     let shown = format!("Foxglove ws://127.0.0.1:{port} (process ");
     assert_observer_can_die(&lab, &arguments, &shown, "Foxglove");
+}
+
+#[test]
+fn a_process_that_is_too_late_says_so() {
+    let lab = Lab::new();
+    let port = free_ports(1)[0];
+    let arguments = format!("run --no-page --out run --speed max --foxglove=127.0.0.1:{port}");
+    let mut launcher = lab.start(&*arguments);
+    let pid = launcher.shown_pid(&format!("Foxglove ws://127.0.0.1:{port} (process "));
+    kill(pid, Signal::SIGSTOP).unwrap();
+    wait_until("end of the run", || {
+        lab.exists("run/run.json") && lab.json("run/run.json")["outcome"] == "complete"
+    });
+    // The launcher does the same after some seconds.
+    kill(pid, Signal::SIGTERM).unwrap();
+    kill(pid, Signal::SIGCONT).unwrap();
+    let finished = launcher.wait().expect(0);
+    finished.shows("the run was not published to Foxglove to its end:");
+    finished.shows("the process was ended before it had published the whole run");
+    assert_eq!(lab.log("run").run.hash.as_deref(), Some(DEFAULT_HASH));
 }
 
 #[test]
@@ -147,7 +182,9 @@ fn runs_that_foxglove_cannot_have_are_refused() {
     assert!(!lab.exists("runs"));
 
     lab.mission("over", "--in-process --limit 1").expect(1);
-    let refusal = lab.refusal("cluster foxglove over");
-    let expected = "alliance cluster foxglove: over: the run is over; use `alliance export`\n";
+    let refusal = lab.refusal("cluster foxglove over --control over");
+    let expected = "alliance cluster foxglove: --control: the run over is over and cannot be changed; leave it out\n";
     assert_eq!(refusal, expected);
+    let refusal = lab.refusal("watch nowhere --foxglove");
+    assert!(refusal.starts_with("alliance watch: nowhere"), "{refusal}");
 }

@@ -174,6 +174,37 @@ fn commands_without_stamps_move_a_robot_and_the_run_replays() {
 }
 
 #[test]
+fn the_time_continues_whichever_agent_ends() {
+    let Some(python) = python(&["zenoh", "rosbags", "xxhash"]) else {
+        return;
+    };
+    let lab = Lab::new();
+    let crew = CREW.replace(
+        r#"tasks = ["move-spill(right)"]"#,
+        "tasks = [\"move-spill(right)\"]\ncontroller = \"nav\"",
+    );
+    // Each agent is gone once, so the one that publishes the time is, too.
+    let faults = r#"
+        [faults]
+        timeline = [
+            { fault.kill = "blue-1", at_s = 3.0, for_s = 4.0 },
+            { fault.kill = "gold", at_s = 11.0, for_s = 4.0 },
+        ]
+    "#;
+    lab.write("crew.toml", format!("{crew}{faults}"));
+    let facts = control(&lab, &python, "clock", "--speed 1x --limit 18");
+    let ticks = lab.log("clock").run.result.ticks;
+    assert_eq!(ticks, 360);
+    assert_eq!(facts["clock_ms"], (ticks - 1) * 50, "{facts}");
+    // No agent publishes for 0.5 s of wall-clock time, in which a run at 1x passes 0.5 s or less.
+    assert!(facts["gap_ms"].as_u64() < Some(2000), "{facts}");
+    // Otherwise only one agent does.
+    let count = facts["topics"]["clock"].as_u64();
+    assert!(count < Some(ticks * 3 / 2), "{facts}");
+    lab.assert_repeated("clock");
+}
+
+#[test]
 fn an_agent_without_a_router_ends_with_the_reason() {
     let lab = lab();
     let agent = "cluster agent --robot blue-1 --ros --ros-router tcp/127.0.0.1:9";

@@ -9,6 +9,8 @@ Messages are encoded and decoded by rosbags. Modes:
 - `pause`: the clock of the run is paused and resumed.
 - `silent`: the other world stops sending. `crash`: the bridge of the run is killed. `world`: its world is. The run ends.
 - `one`: gold stops sending, and the run continues.
+- `scan`: posts that only the other world has stand in the way, and the bodies publish the scans of a lidar. `blind`: the
+  same posts without scans. `dark`: the lidar of gold stops.
 - `absent`, `nan`, `frame`, `outside`: no odometry of gold, or wrong ones. The run does not start.
 
 Prints facts as JSON.
@@ -47,13 +49,18 @@ WORLD = """
 world: { width: 8, height: 6, step_time: 0.05, collision_mode: unobstructed, control_mode: auto }
 robot:
 """
-ROBOT = """
-  - kinematics: { name: diff }
-    shape: { name: circle, radius: 0.2 }
+RADIUS = 0.2
+ROBOT = f"""
+  - kinematics: {{ name: diff }}
+    shape: {{ name: circle, radius: {RADIUS} }}
     state: [STATE]
     vel_min: [-2, -4]
     vel_max: [2, 4]
 """
+LIDAR = "    sensors: [{ name: lidar2d, range_min: 0.05, range_max: 4, angle_range: 6.283185307179586, number: 181 }]\n"
+# Posts between the bodies and the points, and the range of collision avoidance, m.
+POSTS, POST_RADIUS, AVOIDANCE = [(3.0, y) for y in (1.0, 3.0, 5.0)], 0.4, 0.4
+POST = "  - { shape: { name: circle, radius: %s }, state: [%s, %s, 0] }\n"
 
 
 def kind_of(name):
@@ -67,7 +74,12 @@ class World(threading.Thread):
     def __init__(self, port, domain, mode):
         super().__init__(daemon=True)
         path = Path("world.yaml").absolute()
-        path.write_text(WORLD + "".join(ROBOT.replace("STATE", ", ".join(map(str, at))) for at in ROBOTS.values()))
+        self.has_scans = mode in ("scan", "dark")
+        robot = ROBOT + LIDAR * self.has_scans
+        text = WORLD + "".join(robot.replace("STATE", ", ".join(map(str, at))) for at in ROBOTS.values())
+        if mode in ("scan", "blind"):
+            text += "obstacle:\n" + "".join(POST % (POST_RADIUS, *post) for post in POSTS)
+        path.write_text(text)
         self.env = irsim.make(str(path), headless=True, log_level="ERROR")
         self.mode, self.domain = mode, domain
         self.session = open_session("client", port)
@@ -76,6 +88,10 @@ class World(threading.Thread):
         self.commands = {name: [] for name in ROBOTS}
         # The poses by robot and time stamp.
         self.sent = {}
+        # The ranges by robot and time stamp, and the robots that send none.
+        self.scans, self.dark = {}, set()
+        # The least distance of a body to a post, m.
+        self.least = math.inf
         # The robots that send no odometry.
         self.silent = {"gold"} if mode == "absent" else set()
         self.failed = None
@@ -85,6 +101,8 @@ class World(threading.Thread):
         self.subscriber = self.session.declare_subscriber(f"{domain}/*/cmd_vel/{twist}", self.take)
         odometry = kind_of("nav_msgs/msg/Odometry")
         self.publishers = {name: self.session.declare_publisher(f"{domain}/{name}/odom/{odometry}") for name in ROBOTS}
+        scan = kind_of("sensor_msgs/msg/LaserScan")
+        self.scanners = {name: self.session.declare_publisher(f"{domain}/{name}/scan/{scan}") for name in ROBOTS}
 
     def take_token(self, sample):
         if sample.kind == zenoh.SampleKind.PUT:
@@ -107,8 +125,11 @@ class World(threading.Thread):
             sequence += 1
             for name, robot in zip(ROBOTS, self.env.robot_list):
                 x, y, heading = (float(value) for value in robot.state[:3, 0])
+                self.least = min(self.least, *(math.dist((x, y), post) - POST_RADIUS - RADIUS for post in POSTS))
                 if name not in self.silent:
                     self.publish(name, sequence, x, y, heading)
+                if self.has_scans and name not in self.dark:
+                    self.publish_scan(name, sequence, robot.get_lidar_scan())
             due += STEP_S
             time.sleep(max(0.0, due - time.monotonic()))
 
@@ -120,19 +141,44 @@ class World(threading.Thread):
         stamp_ns = time.time_ns()
         self.sent[name, stamp_ns] = (x, y, heading)
         message = odometry(stamp_ns, frame, name, x, y, heading)
-        gid = xxhash.xxh3_128(name.encode()).intdigest().to_bytes(16, "little")
-        attachment = sequence.to_bytes(8, "little") + stamp_ns.to_bytes(8, "little") + bytes([16]) + gid
-        self.publishers[name].put(bytes(message), attachment=attachment)
+        self.publishers[name].put(bytes(message), attachment=attachment(name, sequence, stamp_ns))
+
+    def publish_scan(self, name, sequence, scan):
+        stamp_ns = time.time_ns()
+        ranges = numpy.asarray(scan["ranges"], dtype=numpy.float32)
+        self.scans[name, stamp_ns] = (scan["angle_min"], scan["angle_increment"], scan["range_max"], ranges)
+        message = STORE.types["sensor_msgs/msg/LaserScan"](
+            header=STORE.types["std_msgs/msg/Header"](stamp=stamp(stamp_ns), frame_id=f"{name}/lidar"),
+            angle_min=scan["angle_min"],
+            angle_max=scan["angle_max"],
+            angle_increment=scan["angle_increment"],
+            time_increment=0.0,
+            scan_time=STEP_S,
+            range_min=scan["range_min"],
+            range_max=scan["range_max"],
+            ranges=ranges,
+            intensities=numpy.zeros(0, dtype=numpy.float32),
+        )
+        message = STORE.serialize_cdr(message, "sensor_msgs/msg/LaserScan")
+        self.scanners[name].put(bytes(message), attachment=attachment(name + "scan", sequence, stamp_ns))
 
     def moves(self, name):
         return any(abs(value) > 0 for value in self.twists[name])
 
 
+def attachment(publisher, sequence, stamp_ns):
+    gid = xxhash.xxh3_128(publisher.encode()).intdigest().to_bytes(16, "little")
+    return sequence.to_bytes(8, "little") + stamp_ns.to_bytes(8, "little") + bytes([16]) + gid
+
+
+def stamp(stamp_ns):
+    seconds, rest = divmod(stamp_ns, 1_000_000_000)
+    return STORE.types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=rest)
+
+
 def odometry(stamp_ns, frame, name, x, y, heading):
     """Returns a message, encoded by rosbags."""
     types = STORE.types
-    seconds, rest = divmod(stamp_ns, 1_000_000_000)
-    stamp = types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=rest)
     zero = types["geometry_msgs/msg/Vector3"](x=0.0, y=0.0, z=0.0)
     unknown = numpy.zeros(36)
     pose = types["geometry_msgs/msg/Pose"](
@@ -140,7 +186,7 @@ def odometry(stamp_ns, frame, name, x, y, heading):
         orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=math.sin(heading / 2), w=math.cos(heading / 2)),
     )
     message = types["nav_msgs/msg/Odometry"](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=frame),
+        header=types["std_msgs/msg/Header"](stamp=stamp(stamp_ns), frame_id=frame),
         child_frame_id=f"{name}/base_link",
         pose=types["geometry_msgs/msg/PoseWithCovariance"](pose=pose, covariance=unknown),
         twist=types["geometry_msgs/msg/TwistWithCovariance"](
@@ -206,6 +252,29 @@ def check_inputs(world, run):
     return counts, late
 
 
+def check_scans(world, run):
+    """Compares the center beam of each scan in the log with the ranges that were sent. Returns the numbers of scans and hits."""
+    count, hits = 0, 0
+    for line in Path(run, "inputs.jsonl").read_text().splitlines():
+        body = json.loads(line)["input"].get("body") or {}
+        if not (found := body.get("scan")):
+            continue
+        first, step, limit, ranges = world.scans[body["robot"], found["stamp_ns"]]
+        angles = first + step * numpy.arange(len(ranges))
+        x, y = ranges * numpy.cos(angles), ranges * numpy.sin(angles)
+        # A disc that moves ahead touches the points in its way.
+        ahead = (ranges < limit) & (x > 0) & (numpy.abs(y) < RADIUS)
+        free = numpy.min(x[ahead] - numpy.sqrt(RADIUS**2 - y[ahead] ** 2), initial=math.inf)
+        hit = found["beams"]["ahead"][1]
+        # Beams have gaps of up to 2 cm here, which the points alone do not show.
+        if hit and not hit["distance_m"] < min(free, AVOIDANCE) + 0.001:
+            sys.exit(f"{hit} instead of {free}")
+        if not hit and free < AVOIDANCE - 0.001 or hit and math.isfinite(free) and free - hit["distance_m"] > 0.05:
+            sys.exit(f"{hit} instead of {free}")
+        count, hits = count + 1, hits + bool(hit)
+    return count, hits
+
+
 def standing(world):
     """Checks that all bodies stand, by the last command of each, and for longer than a tick."""
     time.sleep(QUIET)
@@ -224,7 +293,7 @@ def main(mode, domain, program, run, *arguments):
         bridge = process.pid(r"bodies in another world.* \(process (\d+)\)")
         process.wait_for("command", lambda: world.moves("gold"))
         for name in ROBOTS:
-            for kind in (f"MP/%/%/alliance/%{name}%cmd_vel/", f"MS/%/%/alliance/%{name}%odom/"):
+            for kind in (f"MP/%/%/alliance/%{name}%cmd_vel/", f"MS/%/%/alliance/%{name}%odom/", f"MS/%/%/alliance/%{name}%scan/"):
                 equal(any(kind in token for token in world.tokens), True, kind)
     if mode == "mission":
         time.sleep(1)
@@ -249,8 +318,8 @@ def main(mode, domain, program, run, *arguments):
         process.wait_for("command after the pause", lambda: world.moves("blue") or world.moves("green"))
     elif mode == "silent":
         world.silent = set(ROBOTS)
-    elif mode == "one":
-        world.silent = {"gold"}
+    elif mode in ("one", "dark"):
+        (world.silent if mode == "one" else world.dark).add("gold")
         time.sleep(STALL_S + QUIET)
         lost = time.monotonic()
     elif mode == "crash":
@@ -264,7 +333,9 @@ def main(mode, domain, program, run, *arguments):
     if Path(run, "run.json").exists():
         facts["stands_at_end"] = standing(world)
         facts["poses"], facts["late"] = check_inputs(world, run)
-    if mode == "one":
+        facts["scans"], facts["hits"] = check_scans(world, run)
+        facts["least_m"] = world.least
+    if mode in ("one", "dark"):
         facts["moved_when_lost"] = [name for name in ROBOTS if any(at > lost and twist != (0, 0) for at, twist in world.commands[name])]
     if mode == "mission":
         facts["gold_moved_after_kill"] = any(twist != (0, 0) for _, twist in world.commands["gold"][killed:])

@@ -1,11 +1,11 @@
-"""Connects to a live run as Foxglove does, and compares its messages with the MCAP file of the run.
+"""Connects to a run as Foxglove does, and compares its messages with the MCAP file of the run.
 
-    foxglove_client.py compare|hostile|slow PROGRAM RUN ARGUMENT...
+    foxglove_client.py compare|hostile|slow|play PROGRAM RUN ARGUMENT...
 
 Starts `PROGRAM run ARGUMENT... --out RUN` and speaks the WebSocket protocol of Foxglove
 (https://github.com/foxglove/foxglove-sdk/tree/main/docs). With `compare`, the client also controls the run. With
-`hostile`, clients send garbage instead; with `slow`, a client subscribes to everything and does not read. Prints facts as
-JSON.
+`hostile`, clients send garbage instead; with `slow`, a client subscribes to everything and does not read. With `play`, the
+run is finished, and clients play it. Prints facts as JSON.
 """
 
 import base64
@@ -46,7 +46,7 @@ class Client:
 
     def __init__(self, port):
         self.topics, self.services, self.clocks = {}, {}, []
-        self.answers, self.status = {}, []
+        self.answers, self.status, self.states = {}, [], []
         until = time.monotonic() + PATIENCE
         while True:
             try:
@@ -87,9 +87,25 @@ class Client:
             _, call, length = struct.unpack_from("<III", rest)
             equal(rest[12 : 12 + length], b"json", "encoding of a reply")
             self.answers[call] = json.loads(rest[12 + length :])
+        elif kind == 5:
+            status, now, speed, did_seek, length = struct.unpack_from("<BQf?I", rest)
+            self.states.append((("playing", "paused", "buffering", "ended")[status], now, speed, did_seek, rest[18 : 18 + length].decode()))
         else:
             sys.exit(f"unexpected frame of kind {kind}")
         return None
+
+    def control(self, command, speed, seek=None, name="a"):
+        """Sends a request for playback."""
+        packed = struct.pack("<BBf?QI", 3, command == "pause", speed, seek is not None, seek or 0, len(name))
+        self.socket.send(packed + name.encode())
+
+    def read_until(self, is_there):
+        """Reads until a state of the playback is there. Returns the messages before it."""
+        messages = []
+        while not any(is_there(state) for state in self.states):
+            if message := self.read():
+                messages.append(message)
+        return messages
 
     def wait_for_topics(self):
         # The last topic that the server advertises.
@@ -159,7 +175,7 @@ def receive(port):
 
 def compare(program, run, client, messages, late):
     """Compares channels and messages with the MCAP file of the run."""
-    subprocess.run([program, "export", run, "--mcap"], check=True, capture_output=True)
+    expected = recorded(program, run)
     names = {1000 + channel["id"]: topic for topic, channel in client.topics.items()}
     found = [(names[subscription], at, data) for subscription, at, data in messages]
     with open(Path(run) / "run.mcap", "rb") as file:
@@ -172,7 +188,6 @@ def compare(program, run, client, messages, late):
             equal(shown, expected, f"channel {channel.topic}")
         topics = {channel.topic for channel in summary.channels.values()}
         equal(set(client.topics), topics, "topics")
-        expected = [(channel.topic, message.log_time, message.data) for _, channel, message in reader.iter_messages(log_time_order=False)]
     equal(len(found), len(expected), "number of messages")
     for number, (live, recorded) in enumerate(zip(found, expected)):
         equal(live[:2], recorded[:2], f"topic and time of message {number}")
@@ -184,6 +199,74 @@ def compare(program, run, client, messages, late):
     # The clock overtakes messages, so the last time can arrive after the end of the run.
     equal(0 < client.clocks[-1] <= expected[-1][1], True, "last clock")
     return Counter(topic for topic, _, _ in found)
+
+
+def recorded(program, run):
+    """Returns topic, time and content of the messages in the MCAP file of a run."""
+    subprocess.run([program, "export", run, "--mcap"], check=True, capture_output=True)
+    with open(Path(run) / "run.mcap", "rb") as file:
+        messages = make_reader(file).iter_messages(log_time_order=False)
+        return [(channel.topic, message.log_time, message.data) for _, channel, message in messages]
+
+
+def play(program, run, port):
+    """Plays a finished run, pauses, seeks, and compares all messages with its recording."""
+    expected = recorded(program, run)
+    end = expected[-1][1]
+    client = Client(port)
+    seconds = {name: client.info[name]["sec"] * 10**9 + client.info[name]["nsec"] for name in ("dataStartTime", "dataEndTime")}
+    equal(seconds, {"dataStartTime": 0, "dataEndTime": end}, "time range")
+    client.wait_for_topics()
+    names = {1000 + channel["id"]: topic for topic, channel in client.topics.items()}
+
+    def named(messages):
+        return [(names[subscription], at, data) for subscription, at, data in messages]
+
+    def state_at(time_ns):
+        latest = {topic: (topic, at, data) for topic, at, data in expected if at <= time_ns}
+        return sorted(latest.values())
+
+    client.subscribe(client.topics)
+    # The playback stands at the start. Late subscribers receive the state there.
+    first = client.read_until(lambda state: state[0] == "paused")
+    while len(first) < len(state_at(0)):
+        if message := client.read():
+            first.append(message)
+    equal(sorted(named(first)), state_at(0), "state at the start")
+    client.control("play", 100.0, name="play")
+    rest = named(client.read_until(lambda state: state[0] == "ended"))
+    while len(rest) + sum(at == 0 for _, at, _ in expected) < len(expected):
+        if message := client.read():
+            rest += named([message])
+    equal(rest == [message for message in expected if message[1] > 0], True, "messages of the playback")
+    equal(any(state[0] == "playing" and state[2] == 100.0 and state[4] == "play" for state in client.states), True, "answer")
+
+    # Backward. The state there is repeated.
+    seek, client.states = end // 2, []
+    client.control("pause", 1.0, seek, "seek")
+    found = []
+    while len(found) < len(state_at(seek)):
+        if message := client.read():
+            found.append(message)
+    equal(sorted(named(found)), state_at(seek), "state after a jump")
+    equal(("paused", seek, 1.0, True, "seek") in client.states, True, "answer to a jump")
+    # A second client sees the same time, and its wrong requests change nothing but the command.
+    other = Client(port)
+    other.wait_for_topics()
+    other.read_until(lambda state: state[:3] == ("paused", seek, 1.0))
+    other.control("play", float("nan"), name="other")
+    other.socket.send(struct.pack("<BBf?QI", 3, 7, 1.0, False, 0, 0))
+    other.socket.send(struct.pack("<BBf?QI", 3, 0, 1.0, False, 0, 2**31))
+    other.socket.send(b"\x03")
+    forward = []
+    while len(forward) < 20:
+        if message := client.read():
+            forward.append(message)
+    equal(named(forward), [message for message in expected if message[1] > seek][:20], "messages after a jump")
+    client.states = []
+    client.control("pause", 1.0, 2**64 - 1, "end")
+    client.read_until(lambda state: state == ("ended", end, 1.0, True, "end"))
+    return {"messages": len(expected), "capabilities": client.info["capabilities"]}
 
 
 def disturb(port, draw):
@@ -208,11 +291,17 @@ def disturb(port, draw):
 def main(mode, program, run, *arguments):
     port = free_port()
     command = [program, "run", *arguments, "--out", run, f"--foxglove=127.0.0.1:{port}"]
+    if mode == "play":
+        subprocess.run(command[:-1] + ["--in-process"], check=False, capture_output=True)
+        command = [program, "watch", run, f"--foxglove=127.0.0.1:{port}"]
     if mode == "compare":
         command += ["--foxglove-control", "--paused"]
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
-        if mode == "compare":
+        if mode == "play":
+            facts = play(program, run, port)
+            process.terminate()
+        elif mode == "compare":
             client, messages, late = receive(port)
         elif mode == "slow":
             client = Client(port)
@@ -234,7 +323,7 @@ def main(mode, program, run, *arguments):
         facts = {"topics": compare(program, run, client, messages, late), "answers": answers, "info": client.info}
     elif mode == "slow":
         facts = {}
-    else:
+    elif mode == "hostile":
         facts = {"connections": connections}
     print(json.dumps(facts))
     sys.stdout.flush()

@@ -334,6 +334,15 @@ impl Process {
         });
     }
 
+    /// Waits for `text` on stderr. Returns the process id after it, which a parenthesis follows.
+    #[track_caller]
+    pub fn shown_pid(&mut self, text: &str) -> Pid {
+        self.wait_for_stderr(text);
+        let stderr = self.stderr();
+        let (_, rest) = stderr.split_once(text).unwrap();
+        Pid::from_raw(rest.split(')').next().unwrap().parse().unwrap())
+    }
+
     pub fn is_running(&mut self) -> bool {
         self.child.try_wait().unwrap().is_none()
     }

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
 use serde_json::Value;
 
 use crate::harness::{Lab, alliance};
@@ -31,11 +30,7 @@ pub fn facts(
 #[track_caller]
 pub fn assert_observer_can_die(lab: &Lab, arguments: &str, shown: &str, title: &str) {
     let mut launcher = lab.start(arguments);
-    launcher.wait_for_stderr(shown);
-    let stderr = launcher.stderr();
-    let (_, rest) = stderr.split_once(shown).unwrap();
-    let pid = rest.split(')').next().unwrap().parse().unwrap();
-    kill(Pid::from_raw(pid), Signal::SIGKILL).unwrap();
+    kill(launcher.shown_pid(shown), Signal::SIGKILL).unwrap();
     let ended = format!("the process for {title} was killed by SIGKILL; the run continues");
     launcher.wait_for_stderr(&ended);
     launcher.wait().expect(0);

@@ -45,10 +45,7 @@ impl<'l> Team<'l> {
 
     /// Waits for the link to the page and returns the process id of its server.
     pub fn wait_for_page(&mut self) -> u32 {
-        self.launcher.wait_for_stderr("(process ");
-        let stderr = self.launcher.stderr();
-        let after = stderr.split("(process ").nth(1).unwrap();
-        after.split(')').next().unwrap().parse().unwrap()
+        self.launcher.shown_pid("(process ").as_raw() as u32
     }
 
     pub fn robots(&self) -> Vec<String> {

@@ -1,4 +1,4 @@
-//! The connection to the bridge of another world, in which the bodies move: poses come in, commands go out.
+//! The connection to the bridge of another world, in which the bodies move: poses and scans come in, commands go out.
 //!
 //! The world's standard input is a socket to the bridge, which the launcher creates. Each message is one line of JSON.
 
@@ -7,6 +7,7 @@ use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream as StdUnixStream;
 use std::sync::{Arc, Mutex};
 
+use proto::readings::Proximity;
 use scenario::ids::{RobotId, Tick};
 use serde::{Deserialize, Serialize};
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
@@ -26,6 +27,8 @@ pub enum BridgeMessage {
     Refused(String),
     /// The newest pose of a body.
     Pose(ExternalPose),
+    /// The newest scan of a body.
+    Scan(ExternalScan),
 }
 
 /// A pose of a body in the frame of the room.
@@ -37,6 +40,16 @@ pub struct ExternalPose {
     pub y_m: f32,
     pub heading_rad: f32,
     /// The time of the pose by the clock of the other world, ns.
+    pub stamp_ns: i64,
+}
+
+/// A scan around a body, as the reading of its collision avoidance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExternalScan {
+    /// The robot, as its rank.
+    pub robot: RobotId,
+    pub beams: Proximity,
+    /// The time of the scan by the clock of the other world, ns.
     pub stamp_ns: i64,
 }
 

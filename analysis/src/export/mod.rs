@@ -42,6 +42,9 @@ use crate::new_file::{NewFile, write_atomically};
 use crate::picture::command::{Moments, PictureOptions, Wanted};
 use crate::{LATEST, exit_status, open_undamaged, optional};
 
+#[cfg(feature = "mcap")]
+pub use mcap::messages as recorded_messages;
+
 /// The file in the folder of a run with its page.
 pub const PAGE: &str = "run.html";
 
@@ -245,12 +248,12 @@ fn instance_of(log: &RunLog) -> anyhow::Result<(String, Vec<String>)> {
 /// # Errors
 /// Returns an error that names the required feature.
 pub fn mcap_is_there() -> anyhow::Result<()> {
-    optional::check("mcap", cfg!(feature = "mcap"))
+    optional::check("--mcap", "mcap", cfg!(feature = "mcap"))
 }
 
 /// Checks that this program can write bags of ROS 2.
 fn rosbag_is_there() -> anyhow::Result<()> {
-    optional::check("rosbag", cfg!(feature = "rosbag"))
+    optional::check("--rosbag", "rosbag", cfg!(feature = "rosbag"))
 }
 
 /// Writes the run in `folder` as DIR/run.mcap.

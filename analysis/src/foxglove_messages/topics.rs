@@ -22,6 +22,7 @@ pub struct Channel<M> {
 }
 
 /// An encoded message with its time and its topic.
+#[derive(Clone, Debug)]
 pub struct Message {
     pub at: SimTime,
     pub channel: u16,

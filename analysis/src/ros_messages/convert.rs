@@ -4,6 +4,9 @@ use plotters::style::RGBColor;
 use ros::messages::{ColorRgba, Header, Point, Pose, Time, turned};
 use scenario::time::SimTime;
 
+/// The topic of the simulated time.
+pub const CLOCK: &str = "/clock";
+
 /// The frame in which the room is at rest. Tools of ROS use this name by default.
 pub const MAP_FRAME: &str = "map";
 

@@ -34,8 +34,8 @@ use scenario::time::SimTime;
 use scenario::{Problem, Setup};
 
 use bodies::{Body, BodyTopics};
-pub use convert::MAP_FRAME;
 use convert::stamp;
+pub use convert::{CLOCK, MAP_FRAME};
 use destination::Topic;
 pub use destination::{Destination, TopicSpec};
 use devices::DeviceTopics;
@@ -78,7 +78,7 @@ impl RunMessages {
     pub fn new(setup: &Setup, names: &[String], to: &mut dyn Destination) -> anyhow::Result<Self> {
         Ok(Self {
             setup: setup.clone(),
-            clock: to.topic("/clock", Qos::Stream)?,
+            clock: to.topic(CLOCK, Qos::Stream)?,
             bodies: BodyTopics::new(to, setup, names)?,
             devices: DeviceTopics::new(to, setup, names)?,
             status: StatusTopics::new(to, setup, names)?,

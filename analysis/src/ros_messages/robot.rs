@@ -12,6 +12,7 @@ use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use serde_json::{Value, json};
 
+use super::convert::CLOCK;
 pub use super::convert::{body_frame, stamp};
 use super::destination::{Destination, Topic};
 use super::devices::RobotDevices;
@@ -19,8 +20,7 @@ use super::devices::RobotDevices;
 /// The topics of the robot.
 pub struct RobotMessages {
     setup: Setup,
-    /// `None` if another robot publishes the time.
-    clock: Option<Topic<Clock>>,
+    clock: Topic<Clock>,
     devices: RobotDevices,
     /// The readings without a type in ROS, as JSON.
     others: Topic<StringMessage>,
@@ -35,21 +35,19 @@ impl RobotMessages {
         setup: &Setup,
         robot: RobotId,
         name: &str,
-        has_clock: bool,
         to: &mut dyn Destination,
     ) -> anyhow::Result<Self> {
         let spec = &setup.scenario.robots[robot.index()];
-        let clock = has_clock.then(|| to.topic("/clock", Qos::Stream));
         Ok(Self {
-            clock: clock.transpose()?,
+            clock: to.topic(CLOCK, Qos::Stream)?,
             devices: RobotDevices::new(to, setup, spec, name)?,
             others: to.topic(format!("/{name}/devices"), Qos::Stream)?,
             setup: setup.clone(),
         })
     }
 
-    /// Writes the time, the readings of a tick and the received broadcasts. The topic `/NAME/devices` has a message in
-    /// each tick, which is the last of the tick.
+    /// Writes the readings of a tick and the received broadcasts, and with `has_clock` the time. The topic `/NAME/devices`
+    /// has a message in each tick, which is the last of the tick.
     ///
     /// # Errors
     /// Returns the errors of the destination.
@@ -59,11 +57,12 @@ impl RobotMessages {
         now: SimTime,
         readings: &Readings,
         received: &[Arc<Broadcast>],
+        has_clock: bool,
     ) -> anyhow::Result<()> {
         let clock = stamp(now);
         let (sec, nanosec) = (clock.sec, clock.nanosec);
-        if let Some(topic) = &self.clock {
-            to.write(topic, now, &Clock { clock })?;
+        if has_clock {
+            to.write(&self.clock, now, &Clock { clock })?;
         }
         self.devices.write(to, now, readings)?;
         let mission = self.setup.catalog.mission.name();

@@ -46,7 +46,7 @@ enum ClusterAction {
     /// Publish a live run to ROS 2
     #[command(hide = !cfg!(feature = "ros"))]
     Ros(RosCommand),
-    /// Serve a live run to Foxglove
+    /// Serve a run to Foxglove
     #[command(hide = !cfg!(feature = "foxglove"))]
     Foxglove(FoxgloveCommand),
     /// Start one robot process of a live run
@@ -144,7 +144,7 @@ impl ClusterCommand {
             ClusterAction::Check(command) => command.run(),
             ClusterAction::Keys(command) => command.run(),
             ClusterAction::Ros(command) => command.run(),
-            ClusterAction::Foxglove(command) => command.run(),
+            ClusterAction::Foxglove(command) => command.run("alliance cluster foxglove"),
             ClusterAction::World(command) => command.run(),
             ClusterAction::Agent(command) => command.run(),
         }

@@ -7,13 +7,16 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use analysis::foxglove_messages::{Channels, Message, Topics, nanoseconds};
-use foxglove::websocket::{Capability, ChannelView, Client, ServerListener, Status};
+use foxglove::websocket::{
+    Capability, ChannelView, Client, PlaybackControlRequest, PlaybackState, ServerListener, Status,
+};
 use foxglove::{
     ChannelId, Context, FoxgloveError, PartialMetadata, RawChannel, Schema, WebSocketServerHandle,
 };
 use scenario::time::SimTime;
 use tokio::time::{Instant, sleep, timeout};
 
+use super::playback::SharedPlayback;
 use super::{control, refused};
 
 /// The number of messages that wait for a slow client before it loses the oldest: about 12 s of three robots at 20x.
@@ -63,7 +66,7 @@ impl FoxgloveChannels {
         }
     }
 
-    /// Starts the server. `control` is the id of the run that clients may control.
+    /// Starts the server. `control` is the id of a live run that clients may control, and `playback` that of a finished one.
     ///
     /// # Errors
     /// Returns a problem if nothing can listen at the address.
@@ -72,19 +75,27 @@ impl FoxgloveChannels {
         name: String,
         address: SocketAddr,
         control: Option<&str>,
+        playback: Option<&SharedPlayback>,
     ) -> anyhow::Result<()> {
         let host = match address.ip() {
             IpAddr::V4(ip) => ip.to_string(),
             IpAddr::V6(ip) => format!("[{ip}]"),
         };
-        let server = self.context.websocket_server();
+        let mut server = self.context.websocket_server();
+        if let Some(playback) = playback {
+            server = server.playback_time_range(0, playback.lock().end_ns());
+        }
+        let listener = Listener {
+            late: Arc::clone(&self.late),
+            playback: playback.cloned(),
+        };
         let server = server
             .name(name)
             .bind(host, address.port())
             .capabilities([Capability::Time])
             .services(control.map(control::service))
             .message_backlog_size(BACKLOG)
-            .listener(self.late.clone());
+            .listener(Arc::new(listener));
         let server = server.start().await.map_err(|error| match error {
             FoxgloveError::Bind(error) => refused("--address", address, &error).into(),
             error => anyhow::Error::from(error),
@@ -96,8 +107,25 @@ impl FoxgloveChannels {
     /// Begins to send messages, and sends the time to new clients of a run that stands.
     pub fn catch_up(&mut self) {
         self.is_silent = false;
-        if self.late.needs_time.swap(false, Ordering::Relaxed) {
+        if self.has_new_client() {
             self.broadcast_time();
+        }
+    }
+
+    /// Returns whether a client has connected or subscribed since the last call.
+    pub fn has_new_client(&self) -> bool {
+        self.late.needs_time.swap(false, Ordering::Relaxed)
+    }
+
+    /// Forgets the latest messages, because the time has changed.
+    pub fn forget(&mut self) {
+        self.late.lock().clear();
+    }
+
+    /// Sends the state of a playback to all clients.
+    pub fn broadcast_playback(&self, state: PlaybackState) {
+        if let Some(server) = &self.server {
+            server.broadcast_playback_state(state);
         }
     }
 
@@ -165,10 +193,27 @@ impl LateClients {
     }
 }
 
-impl ServerListener for LateClients {
+/// The receiver of events and requests of clients.
+struct Listener {
+    late: Arc<LateClients>,
+    playback: Option<SharedPlayback>,
+}
+
+impl ServerListener for Listener {
+    fn on_client_connect(&self) {
+        self.late.needs_time.store(true, Ordering::Relaxed);
+    }
+
+    fn on_playback_control_request(
+        &self,
+        request: PlaybackControlRequest,
+    ) -> Option<PlaybackState> {
+        Some(self.playback.as_ref()?.lock().control(&request))
+    }
+
     fn on_subscribe(&self, client: Client, channel: ChannelView) {
-        self.needs_time.store(true, Ordering::Relaxed);
-        if let Some(latest) = self.lock().get(&channel.id()) {
+        self.late.needs_time.store(true, Ordering::Relaxed);
+        if let Some(latest) = self.late.lock().get(&channel.id()) {
             let sink = client.sink_id();
             let Latest {
                 channel,

@@ -1,4 +1,5 @@
-//! The channels of a live run for Foxglove: a process that reads the log of the run and serves it over WebSockets.
+//! The channels of a run for Foxglove: a process that reads the log of the run and serves it over WebSockets. Clients play a
+//! finished run with the controls of the protocol.
 //!
 //! Without control, nothing that a client sends reaches the run. With control, clients use the control topic of the run,
 //! as the page and `alliance fault` do.
@@ -7,6 +8,8 @@
 mod channels;
 #[cfg(feature = "foxglove")]
 mod control;
+#[cfg(feature = "foxglove")]
+mod playback;
 #[cfg(feature = "foxglove")]
 mod publish;
 #[cfg(not(feature = "foxglove"))]
@@ -34,7 +37,7 @@ const FOXGLOVE: &str = "foxglove";
 const OPTION: &str = "--foxglove";
 
 /// The address at which Foxglove expects a server.
-const ADDRESS: &str = "127.0.0.1:8765";
+pub const ADDRESS: &str = "127.0.0.1:8765";
 
 /// The options of a run with channels for Foxglove.
 #[derive(Args, Clone, Debug)]
@@ -56,7 +59,7 @@ pub struct FoxgloveArgs {
     foxglove_control: bool,
 }
 
-/// Serve a live run to Foxglove
+/// Serve a run to Foxglove
 #[derive(Args, Clone, Debug)]
 pub struct FoxgloveCommand {
     /// Folder of the run
@@ -89,7 +92,7 @@ impl FoxgloveArgs {
         let Some(address) = self.foxglove else {
             return Ok(());
         };
-        optional::check(FOXGLOVE, cfg!(feature = "foxglove"))?;
+        check_feature(OPTION)?;
         publish::check(setup, log)?;
         check_control(self.foxglove_control, address, "--foxglove-control")?;
         let listening = TcpListener::bind(address).map(drop);
@@ -112,6 +115,11 @@ impl FoxgloveArgs {
             description: command.describe(),
         })
     }
+}
+
+/// Checks that this program supports Foxglove, which the user's words `given` need.
+fn check_feature(given: &str) -> anyhow::Result<()> {
+    optional::check(given, FOXGLOVE, cfg!(feature = "foxglove"))
 }
 
 /// Checks that clients with control are on this machine, because the protocol has no passwords.
@@ -154,18 +162,29 @@ impl FoxgloveCommand {
         log_to_stderr(LogArgs::default(), FOXGLOVE);
     }
 
-    /// Serves the run until it is over.
+    /// Creates the command that serves the run in this folder at an address.
+    #[must_use]
+    pub fn new(folder: PathBuf, address: SocketAddr) -> Self {
+        Self {
+            folder,
+            address,
+            control: None,
+            from_start: false,
+        }
+    }
+
+    /// Serves a live run until it is over, or a finished one until an interrupt. `name` is that of the command, for error
+    /// messages.
     ///
     /// Exit status 0 at the end of the run or after an interrupt, 2 if the run cannot be served, 3 if its log cannot be
     /// read.
     #[must_use]
-    pub fn run(&self) -> ExitCode {
-        const NAME: &str = "alliance cluster foxglove";
-        let checked = optional::check(FOXGLOVE, cfg!(feature = "foxglove"));
+    pub fn run(&self, name: &str) -> ExitCode {
+        let checked = check_feature("channels for Foxglove");
         let is_local = || check_control(self.control.is_some(), self.address, "--control");
         match checked.and_then(|()| Ok(is_local()?)) {
-            Ok(()) => publish::run(NAME, self),
-            Err(error) => fail(NAME, &error, 2),
+            Ok(()) => publish::run(name, self),
+            Err(error) => fail(name, &error, 2),
         }
     }
 }

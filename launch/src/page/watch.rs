@@ -1,7 +1,8 @@
 //! `alliance watch`: the page of a live run, in a process that only observes, or of a finished run. Its failure does not affect a
 //! live run.
 
-use std::path::Path;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -12,11 +13,13 @@ use scenario::names::is_name;
 use terminal::{fail, stderr_line};
 use tokio::signal::ctrl_c;
 use tokio::time::{Instant, sleep};
+use world_server::args::address;
 
 use super::link::{LinkArgs, PageLink};
 use super::live::Live;
 use super::server::{END_OF_RUN_TIMEOUT, INTERRUPT_TIMEOUT, Shown, serve};
 use super::view::show_folder;
+use crate::foxglove::{ADDRESS as FOXGLOVE_ADDRESS, FoxgloveCommand};
 use crate::runtime;
 
 /// The time for a run given by id to be announced.
@@ -30,6 +33,18 @@ pub struct WatchCommand {
     run: Option<String>,
     #[command(flatten)]
     link: LinkArgs,
+    /// Serve the run in the folder to Foxglove at this address instead [default: 127.0.0.1:8765]
+    #[arg(
+        long,
+        value_name = "ADDRESS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = FOXGLOVE_ADDRESS,
+        value_parser = address,
+        conflicts_with_all = ["open", "port"],
+        hide = !cfg!(feature = "foxglove")
+    )]
+    foxglove: Option<SocketAddr>,
     /// Use the socket that the launcher opened
     #[arg(long, hide = true)]
     inherited: bool,
@@ -44,6 +59,10 @@ impl WatchCommand {
     /// Exit status 0, 2 if the folder contains no usable run or the port is in use, 3 if no run is live or the bus fails.
     #[must_use]
     pub fn run(&self) -> ExitCode {
+        if let Some(address) = self.foxglove {
+            let folder = PathBuf::from(self.run.as_deref().unwrap_or(LATEST));
+            return FoxgloveCommand::new(folder, address).run("alliance watch");
+        }
         if let Some(folder) = self.folder() {
             return show_folder(folder, &self.link);
         }

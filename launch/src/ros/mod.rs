@@ -34,8 +34,11 @@ use terminal::fail;
 use crate::run::observers::ObserverCommand;
 use bodies::BridgeSettings;
 
-/// The name of the process and its option.
+/// The name of the process and of the feature.
 const ROS: &str = "ros";
+
+/// The option of a run and of an agent, for error messages.
+const OPTION: &str = "--ros";
 
 /// The options that connect a run to ROS. Both would have a topic `/NAME/odom`, so they exclude each other.
 const PEER: &str = "ros_peer";
@@ -110,6 +113,11 @@ fn router(text: &str) -> Result<Locator, Problem> {
     Ok(locator)
 }
 
+/// Checks that this program supports ROS, which the user's words `given` need.
+fn check_feature(given: &str) -> anyhow::Result<()> {
+    optional::check(given, ROS, cfg!(feature = "ros"))
+}
+
 /// Returns the error line for a router that is not there.
 #[cfg(feature = "ros")]
 fn no_router(router: &Locator) -> String {
@@ -153,11 +161,11 @@ impl RosArgs {
     /// Returns an error if this program has no support of ROS, or if the run cannot be published.
     pub fn check(&self, setup: &Setup, log: LogLevel) -> anyhow::Result<()> {
         if self.has_external_bodies() {
-            optional::check(ROS, cfg!(feature = "ros"))?;
+            check_feature(bodies::OPTION)?;
             bodies::check(setup)?;
         }
         if self.is_on() {
-            optional::check(ROS, cfg!(feature = "ros"))?;
+            check_feature(OPTION)?;
             publish::check(setup, log)?;
         }
         Ok(())
@@ -213,7 +221,7 @@ impl RosCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         const NAME: &str = "alliance cluster ros";
-        match optional::check(ROS, cfg!(feature = "ros")) {
+        match check_feature("topics of ROS 2") {
             Ok(()) if self.bodies => bodies::run("alliance cluster ros --bodies"),
             Ok(()) => publish::run(NAME, self),
             Err(error) => fail(NAME, &error, 2),

@@ -15,11 +15,8 @@ use tokio::task::spawn_blocking;
 use tokio::time::sleep;
 
 use super::topics::{RosTopics, connect};
-use super::{RosCommand, no_router};
+use super::{OPTION, RosCommand, no_router};
 use crate::follow::{self, EndRequests, FollowedRun, follow, while_live};
-
-/// The option of `alliance run`, for error messages.
-const OPTION: &str = "--ros";
 
 /// The time for the last messages to leave this process.
 const DRAIN_TIME: Duration = Duration::from_millis(200);

@@ -2,7 +2,6 @@
 
 use std::process::ExitCode;
 
-use analysis::optional;
 use clap::Args;
 use cluster::locator::Locator;
 use robot_agent::args::AgentArgs;
@@ -13,7 +12,7 @@ use world_server::mission_args::positive_time;
 use super::publish::run_robot;
 #[cfg(feature = "ros")]
 use super::robot::run_robot;
-use super::{ROS, ROUTER, domain, router};
+use super::{OPTION, ROUTER, check_feature, domain, router};
 
 /// The options of an agent whose robot a node of ROS controls.
 #[derive(Args, Clone, Debug)]
@@ -86,7 +85,7 @@ impl RosAgentArgs {
     #[must_use]
     pub fn run(&self, agent: &AgentArgs) -> ExitCode {
         const NAME: &str = "alliance cluster agent";
-        match optional::check(ROS, cfg!(feature = "ros")) {
+        match check_feature(OPTION) {
             Ok(()) => run_robot(NAME, self, agent),
             Err(error) => fail(NAME, &error, 2),
         }

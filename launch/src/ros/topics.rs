@@ -65,6 +65,7 @@ pub struct RosTopics {
 }
 
 struct RosTopic {
+    name: String,
     endpoint: Endpoint,
     publisher: Publisher<'static>,
     /// The number of messages so far.
@@ -111,6 +112,12 @@ impl RosTopics {
         &self.node
     }
 
+    /// Returns the publisher of a topic.
+    pub fn endpoint(&self, name: &str) -> Option<&Endpoint> {
+        let topic = self.topics.iter().find(|topic| topic.name == name)?;
+        Some(&topic.endpoint)
+    }
+
     /// Sets whether messages are only stored for late subscribers.
     pub fn set_silent(&mut self, is_silent: bool) {
         self.is_silent = is_silent;
@@ -141,6 +148,7 @@ impl Destination for RosTopics {
         };
         self.topics.push(RosTopic {
             _token: declare_token(&self.session, &endpoint.token)?,
+            name: topic.name,
             endpoint,
             publisher,
             sequence: 0,

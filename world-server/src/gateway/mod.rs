@@ -32,7 +32,7 @@ use zenoh::{Session, Wait};
 
 use cluster::router;
 
-/// The increase of the nice value, so that many requests of operators do not slow down the team.
+/// The increase of the nice value of processes beside a run.
 const NICE: i32 = 10;
 /// The memory limit in bytes, far above normal use. Beyond it the gateway disconnects all operators and the world restarts it.
 const MOST_MEMORY: u64 = 256 << 20;
@@ -44,13 +44,18 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const FAREWELL: Duration = Duration::from_millis(50);
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
 
-/// Runs the gateway until its standard input is closed. The first line of input is the rendezvous of the run.
-pub fn run() -> anyhow::Result<()> {
+/// Lowers the priority of this process, so that requests of operators and other work beside a run do not slow down the team.
+pub fn lower_priority() {
     // SAFETY: Changes the priority of this process only. A failure has no consequence.
     #[allow(unsafe_code)]
     unsafe {
         libc::nice(NICE);
     }
+}
+
+/// Runs the gateway until its standard input is closed. The first line of input is the rendezvous of the run.
+pub fn run() -> anyhow::Result<()> {
+    lower_priority();
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)
         .enable_all()

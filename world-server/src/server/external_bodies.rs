@@ -1,18 +1,46 @@
-//! Bodies that move in another world: their newest poses, and the commands for them.
+//! Bodies that move in another world: their newest poses and scans, and the commands for them.
 
 use proto::control::{ClockCommand, ControlCommand};
-use run_log::BodyInput;
+use run_log::{BodyInput, ScanInput};
 use scenario::Problem;
-use scenario::ids::Tick;
+use scenario::ids::{RobotId, Tick};
 use tokio::sync::watch;
 
 use super::Server;
-use crate::external_bodies::{BodyCommands, BridgeMessage, ExternalPose, Velocity};
+use crate::external_bodies::{BodyCommands, BridgeMessage, ExternalPose, ExternalScan, Velocity};
 
 pub(super) struct ExternalBodies {
-    /// The newest pose of each body and the tick that used it first, by rank.
-    poses: Vec<Option<(ExternalPose, Option<Tick>)>>,
+    /// The newest pose of each body, by rank.
+    poses: Vec<Option<Newest<ExternalPose>>>,
+    /// The newest scan of each body that has a scanner, by rank.
+    scans: Vec<Option<Newest<ExternalScan>>>,
     commands: watch::Sender<BodyCommands>,
+}
+
+/// The newest message of a body on one topic.
+#[derive(Clone)]
+struct Newest<M> {
+    message: M,
+    /// The tick that used the message first.
+    used: Option<Tick>,
+}
+
+impl<M> Newest<M> {
+    fn store(places: &mut [Option<Self>], robot: RobotId, message: M) -> bool {
+        let Some(place) = places.get_mut(robot.index()) else {
+            return false;
+        };
+        *place = Some(Self {
+            message,
+            used: None,
+        });
+        true
+    }
+
+    /// Marks the message as used in a tick. Returns `true` if an earlier tick has used it.
+    fn is_late(&mut self, tick: Tick) -> bool {
+        *self.used.get_or_insert(tick) != tick
+    }
 }
 
 impl Server {
@@ -20,20 +48,23 @@ impl Server {
     pub fn connect_bodies(&mut self, commands: watch::Sender<BodyCommands>) {
         self.external_bodies = Some(ExternalBodies {
             poses: vec![None; self.peers.len()],
+            scans: vec![None; self.peers.len()],
             commands,
         });
     }
 
     /// Handles a message of the bridge, or an invalid one.
     pub fn bridge_message(&mut self, message: serde_json::Result<BridgeMessage>) {
-        let pose = match message {
-            Ok(BridgeMessage::Pose(pose)) => pose,
+        let Some(bodies) = &mut self.external_bodies else {
+            return;
+        };
+        let is_stored = match message {
+            Ok(BridgeMessage::Pose(pose)) => Newest::store(&mut bodies.poses, pose.robot, pose),
+            Ok(BridgeMessage::Scan(scan)) => Newest::store(&mut bodies.scans, scan.robot, scan),
             Ok(BridgeMessage::Ready | BridgeMessage::Refused(_)) => return,
             Err(error) => return self.refuse("pose", &error),
         };
-        let bodies = self.external_bodies.as_mut();
-        if let Some(place) = bodies.and_then(|bodies| bodies.poses.get_mut(pose.robot.index())) {
-            *place = Some((pose, None));
+        if is_stored {
             self.advance();
         }
     }
@@ -57,15 +88,24 @@ impl Server {
         let Some(bodies) = &mut self.external_bodies else {
             return;
         };
-        for (place, peer) in bodies.poses.iter_mut().zip(&self.peers) {
-            let Some((pose, used)) = place else { continue };
+        let messages = bodies.poses.iter_mut().zip(&mut bodies.scans);
+        for ((pose, scan), peer) in messages.zip(&self.peers) {
+            let Some(pose) = pose else { continue };
+            let scan = scan.as_mut().map(|scan| ScanInput {
+                stamp_ns: scan.message.stamp_ns,
+                late: scan.is_late(tick),
+                beams: scan.message.beams,
+            });
+            let late = pose.is_late(tick);
+            let pose = &pose.message;
             self.simulation.place_body(BodyInput {
                 robot: peer.name.clone(),
                 x_m: pose.x_m,
                 y_m: pose.y_m,
                 heading_rad: pose.heading_rad,
                 stamp_ns: pose.stamp_ns,
-                late: *used.get_or_insert(tick) != tick,
+                late,
+                scan,
             });
         }
     }

@@ -27,7 +27,8 @@ impl Simulation {
                 position: Vec2::new(body.x_m, body.y_m),
                 heading_rad: body.heading_rad,
             };
-            if self.world.place_body(robot, pose).is_ok() {
+            let beams = body.scan.as_ref().map(|scan| scan.beams);
+            if self.world.place_body(robot, pose, beams).is_ok() {
                 self.unscripted = true;
                 self.inputs.push(Input::Body(body));
             }

@@ -1,7 +1,7 @@
 //! The world without its mission: space, bodies, neighbor search and time.
 
 use glam::Vec2;
-use proto::readings::Pose;
+use proto::readings::{Pose, Proximity};
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use scenario::{Body, Radio, Robot as RobotSpec, Room, Scenario, Sensors};
@@ -72,6 +72,8 @@ pub(super) struct Robot {
     pub jumps: u32,
     /// The time at which another world last set the pose; `None` for a body that always moved in this world.
     pub placed_at: Option<SimTime>,
+    /// The beams that the other world measured at that time. In a box, because few bodies have them.
+    pub scan: Option<Box<Proximity>>,
     pub vicinity: NeighborCache,
     pub unchanged: ReadingsCache,
 }
@@ -131,6 +133,7 @@ impl Floor {
                 side_sensor: robot.has_device(RobotSpec::SIDE_BORDER),
                 jumps: 0,
                 placed_at: None,
+                scan: None,
                 vicinity: NeighborCache::default(),
                 unchanged: ReadingsCache::default(),
             };

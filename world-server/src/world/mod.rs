@@ -9,7 +9,7 @@
 //! - `bar`: solids of a mission that bodies can push.
 //! - `vicinity`: search results that stay valid for several steps. `unchanged`: validity of the latest readings.
 //! - `radio`: robots in radio range. `channel`: fading and obstacles between two robots. `sensing`: readings of the
-//!   devices that every mission has.
+//!   devices that every mission has. `beams`: collision avoidance, also from the [`Scan`] of a real scanner.
 //! - `change`: changes by interruption handlers between steps. `external_body`: bodies that move in another world.
 //! - [`Floor`]: the combination of these modules. `state`: [`World`], a floor and the [mission](crate::mission) on it.
 //!
@@ -28,6 +28,7 @@
 
 mod bar;
 mod battery;
+mod beams;
 pub(crate) mod change;
 mod channel;
 mod component;
@@ -49,6 +50,7 @@ mod state;
 pub(crate) mod step_events;
 
 pub use bar::{Bar, Push};
+pub use beams::Scan;
 pub use change::ChangeError;
 pub use component::{Component, ComponentId, ObstacleId, Penetrability, Shape};
 pub use floor::{Floor, Impairment};

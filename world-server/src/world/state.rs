@@ -93,8 +93,10 @@ impl World {
     /// copy after many small writes causes a store-forwarding stall.
     pub fn write_readings(&self, robot: RobotId, readings: &mut Readings) {
         let validity = self.read_sensors(robot, readings);
-        // Energy changes without any event.
-        let lasts = validity == Validity::UntilChange && !self.floor.has_energy;
+        // Energy changes without any event. A scan of another world is of one step.
+        let lasts = validity == Validity::UntilChange
+            && !self.floor.has_energy
+            && self.floor.scan_of(robot).is_none();
         self.floor.set_readings_valid(robot, lasts);
     }
 

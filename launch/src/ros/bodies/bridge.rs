@@ -7,10 +7,10 @@ use std::time::Duration;
 use analysis::ros_messages::{MAP_FRAME, robot_names as ros_names};
 use anyhow::{Context, bail};
 use cluster::locator::Locator;
-use ros::messages::Odometry;
+use ros::messages::{LaserScan, Odometry};
 use ros::names::TEAM;
 use ros::rmw_zenoh::Node;
-use ros::{Message, Qos};
+use ros::{Message, MessageType, Qos};
 use scenario::{Problem, Setup};
 use terminal::stderr_line;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, Lines};
@@ -25,7 +25,7 @@ use zenoh::pubsub::Subscriber;
 use zenoh::{Session, Wait};
 
 use super::commands::CommandTopics;
-use super::received::ReceivedPoses;
+use super::received::Received;
 use super::{BridgeSettings, OPTION};
 use crate::follow::{self, EndRequests};
 use crate::ros::topics::{connect, declare_token};
@@ -100,7 +100,7 @@ async fn refuse(mut writer: OwnedWriteHalf, problem: anyhow::Error) -> anyhow::R
 }
 
 fn line(message: &BridgeMessage) -> String {
-    // Poses in the room are finite, so the encoding cannot fail.
+    // Poses in the room and beams are finite, so the encoding cannot fail.
     serde_json::to_string(message).unwrap_or_default() + "\n"
 }
 
@@ -113,22 +113,25 @@ impl BridgeSettings {
 /// The topics of the bodies.
 struct Bridge {
     commands: CommandTopics,
-    poses: Arc<Incoming>,
+    received: Arc<Incoming>,
     stall_after: Duration,
     started: Instant,
     _subscribers: Vec<(Subscriber<()>, LivelinessToken)>,
     _token: LivelinessToken,
 }
 
-/// The poses that wait to be forwarded.
+/// The poses and scans that wait to be forwarded.
 struct Incoming {
-    poses: Mutex<ReceivedPoses>,
+    received: Mutex<Received>,
     has_new: Notify,
 }
 
+/// Handles a message of the robot with a rank. Returns the reason if it is refused.
+type Receive = fn(&mut Received, usize, &[u8], Instant) -> Option<String>;
+
 impl Incoming {
-    fn lock(&self) -> MutexGuard<'_, ReceivedPoses> {
-        self.poses.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, Received> {
+        self.received.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -139,36 +142,42 @@ impl Bridge {
             session: session.zid().to_string(),
             name: TEAM,
         };
-        let topics = settings.robots.iter().map(|robot| format!("/{robot}/odom"));
-        let topics: Vec<String> = topics.collect();
-        let started = Instant::now();
-        let received = ReceivedPoses::new(&topics, settings.room, settings.stall_after(), started);
-        let poses = Arc::new(Incoming {
-            poses: Mutex::new(received),
+        let (robots, started) = (&settings.robots, Instant::now());
+        let received = Received::new(robots, settings.bodies, settings.stall_after(), started);
+        let received = Arc::new(Incoming {
+            received: Mutex::new(received),
             has_new: Notify::new(),
         });
-        let subscribers = topics.iter().enumerate().map(|(rank, topic)| {
-            let endpoint = node.subscriber(rank + 1, topic, Odometry::MESSAGE, Qos::Stream);
-            let incoming = Arc::clone(&poses);
-            let subscriber = session
-                .declare_subscriber(endpoint.key)
-                .callback(move |sample| {
-                    let message = sample.payload().to_bytes();
-                    let refused = incoming.lock().receive(rank, &message, Instant::now());
-                    if let Some(why) = refused {
-                        stderr_line!("{why}");
-                    }
-                    incoming.has_new.notify_one();
-                })
-                .wait()
-                .map_err(anyhow::Error::from_boxed)?;
-            Ok((subscriber, declare_token(session, &endpoint.token)?))
-        });
-        let subscribers = subscribers.collect::<anyhow::Result<Vec<_>>>()?;
+        let inputs: [(&str, &MessageType, Receive); 2] = [
+            ("odom", Odometry::MESSAGE, Received::receive_pose),
+            ("scan", LaserScan::MESSAGE, Received::receive_scan),
+        ];
+        let mut subscribers = Vec::new();
+        for (rank, robot) in robots.iter().enumerate() {
+            for (name, message, receive) in inputs {
+                let topic = format!("/{robot}/{name}");
+                let number = subscribers.len() + 1;
+                let endpoint = node.subscriber(number, &topic, message, Qos::Stream);
+                let incoming = Arc::clone(&received);
+                let subscriber = session
+                    .declare_subscriber(endpoint.key)
+                    .callback(move |sample| {
+                        let message = sample.payload().to_bytes();
+                        let refused = receive(&mut incoming.lock(), rank, &message, Instant::now());
+                        if let Some(why) = refused {
+                            stderr_line!("{why}");
+                        }
+                        incoming.has_new.notify_one();
+                    })
+                    .wait()
+                    .map_err(anyhow::Error::from_boxed)?;
+                subscribers.push((subscriber, declare_token(session, &endpoint.token)?));
+            }
+        }
         let step = Duration::from_millis(settings.step_ms);
         Ok(Self {
-            commands: CommandTopics::new(session, &node, &settings.robots, topics.len(), step)?,
-            poses,
+            commands: CommandTopics::new(session, &node, robots, subscribers.len(), step)?,
+            received,
             stall_after: settings.stall_after(),
             started,
             _subscribers: subscribers,
@@ -176,7 +185,7 @@ impl Bridge {
         })
     }
 
-    /// Passes poses to the world and commands to the bodies until the world closes the connection.
+    /// Passes poses and scans to the world and commands to the bodies until the world closes the connection.
     async fn pass_on(
         &mut self,
         lines: &mut Lines<BufReader<OwnedReadHalf>>,
@@ -194,17 +203,17 @@ impl Bridge {
                 _ = clock.tick() => {
                     let now = Instant::now();
                     self.commands.stop_if_overdue(now);
-                    let missing = self.poses.lock().missing();
+                    let missing = self.received.lock().missing();
                     if missing.is_empty() {
                         if let Some(writer) = writer.take() {
-                            tokio::spawn(forward(Arc::clone(&self.poses), writer));
+                            tokio::spawn(forward(Arc::clone(&self.received), writer));
                         }
                     } else if now.duration_since(self.started) > self.stall_after
                         && let Some(writer) = writer.take()
                     {
                         return refuse(writer, self.missing(&missing)).await;
                     }
-                    let lost = self.poses.lock().lost(now);
+                    let lost = self.received.lock().lost(now);
                     if let Some(topics) = lost {
                         bail!("the other world has stopped sending: {topics}");
                     }
@@ -213,16 +222,16 @@ impl Bridge {
         }
     }
 
-    /// Publishes commands. A body that has sent no pose for a long time stands still.
+    /// Publishes commands. A body that has sent no pose for a long time, or no more scans, stands still.
     fn publish(&mut self, mut commands: BodyCommands) {
         let now = Instant::now();
-        let poses = self.poses.lock();
+        let received = self.received.lock();
         for (rank, velocity) in commands.velocities.iter_mut().enumerate() {
-            if poses.is_silent(rank, now) {
+            if received.is_silent(rank, now) {
                 *velocity = Velocity::default();
             }
         }
-        drop(poses);
+        drop(received);
         self.commands.publish(&commands.velocities, now);
     }
 
@@ -236,7 +245,7 @@ impl Bridge {
     }
 }
 
-/// Forwards the newest poses. A world that does not read delays only this task.
+/// Forwards the newest poses and scans. A world that does not read delays only this task.
 async fn forward(incoming: Arc<Incoming>, mut writer: OwnedWriteHalf) {
     let mut text = line(&BridgeMessage::Ready);
     loop {
@@ -246,8 +255,8 @@ async fn forward(incoming: Arc<Incoming>, mut writer: OwnedWriteHalf) {
         text.clear();
         while text.is_empty() {
             let new = incoming.lock().take_new();
-            for pose in new {
-                text += &line(&BridgeMessage::Pose(pose));
+            for message in new {
+                text += &line(&message);
             }
             if text.is_empty() {
                 incoming.has_new.notified().await;

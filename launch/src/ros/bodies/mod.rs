@@ -1,9 +1,10 @@
-//! The bodies of a run in another world: a bridge process that receives their odometry and publishes their commands.
+//! The bodies of a run in another world: a bridge process that receives their odometry and their scans, and publishes
+//! their commands.
 //!
 //! The bridge has a zenoh session of its own, to the router of ROS. A socket connects it to the world of the run, which
-//! receives only poses. [`BodyBridge`] is the launcher's side.
+//! receives only poses and beams. [`BodyBridge`] is the launcher's side.
 //!
-//! - `bridge`: the process. `received`: the poses of the other world. `commands`: the topics of the commands.
+//! - `bridge`: the process. `received`: poses and scans of the other world. `commands`: the topics of the commands.
 
 #[cfg(feature = "ros")]
 mod bridge;
@@ -33,7 +34,7 @@ use crate::run::child_processes::{Ending, Process};
 pub use bridge::run;
 
 /// The command-line option, for error messages.
-const OPTION: &str = "--external";
+pub const OPTION: &str = "--external";
 
 /// The name of the process.
 const BRIDGE: &str = "bridge";
@@ -47,12 +48,23 @@ pub struct BridgeSettings {
     pub router: String,
     /// The ROS names of the robots, by rank.
     pub robots: Vec<String>,
-    /// The room that contains all poses.
-    pub room: Room,
+    /// The properties of the bodies.
+    pub bodies: BodySpec,
     /// The time of a step of the run, ms.
     pub step_ms: u64,
     /// The wall-clock time without a pose after which a body counts as lost, s.
     pub stall_after_s: f64,
+}
+
+/// The properties of bodies that poses and scans must fit.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct BodySpec {
+    /// The room that contains all poses.
+    pub room: Room,
+    /// The radius of each body, m.
+    pub radius_m: f32,
+    /// The range of collision avoidance from the edge of a body, m.
+    pub avoidance_range_m: f32,
 }
 
 /// A reason for which another world cannot supply the bodies. The run has not started.
@@ -106,12 +118,17 @@ impl BridgeSettings {
         router: String,
         stall_after_s: f64,
     ) -> Result<Self, Problem> {
+        let scenario = &setup.scenario;
         Ok(Self {
             domain,
             router,
             robots: bridge::robot_names(setup)?,
-            room: setup.scenario.room,
-            step_ms: setup.scenario.step_ms,
+            bodies: BodySpec {
+                room: scenario.room,
+                radius_m: scenario.body.radius_m,
+                avoidance_range_m: scenario.sensors.avoidance_range_m,
+            },
+            step_ms: scenario.step_ms,
             stall_after_s,
         })
     }

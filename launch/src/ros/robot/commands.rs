@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 use analysis::ros_messages::{body_frame, stamp_of};
 use missions::external::MissionAction;
 use ros::messages::{StringMessage, Time, Twist, TwistStamped, Vector3};
-use ros::rmw_zenoh::is_attachment;
+use ros::rmw_zenoh::publisher_of;
 use ros::{Message, decode};
 use scenario::time::SimTime;
 use serde::Deserialize;
@@ -164,7 +164,7 @@ impl Commands {
         attachment: &[u8],
         message: &[u8],
     ) -> Result<(), Dropped> {
-        if !is_attachment(attachment) {
+        if publisher_of(attachment).is_none() {
             let why = "it has no attachment of rmw_zenoh, with sequence number, time and publisher";
             return Err(Dropped::new("attachment", why));
         }

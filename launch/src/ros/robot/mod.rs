@@ -1,9 +1,10 @@
 //! The agent of a robot whose controller is a node of ROS.
 //!
 //! For the run, it is an external controller as any other. In each tick it publishes the readings of the robot, and
-//! answers with a command that it has received. `commands` selects the command, `node` is the connection to ROS, and
-//! `controller` is the robot's side.
+//! answers with a command that it has received. `commands` selects the command, `node` is the connection to ROS,
+//! `clock` decides which agent publishes the time, and `controller` is the robot's side.
 
+mod clock;
 mod commands;
 mod controller;
 mod node;

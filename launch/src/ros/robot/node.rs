@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use analysis::ros_messages::{RobotMessages, robot_names};
+use analysis::ros_messages::{CLOCK, RobotMessages, robot_names};
 use anyhow::Context;
 use proto::ignored::IgnoredMessages;
 use proto::readings::Readings;
@@ -22,14 +22,16 @@ use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
+use super::clock::ClockDuty;
 use super::commands::{Command, CommandTopic, Commands, Dropped};
+use crate::ros::OPTION;
 use crate::ros::topics::{RosTopics, declare_token};
-
-/// The option of the agent, for error messages.
-const OPTION: &str = "--ros";
 
 /// The number of the first subscriber in the node. Publishers have smaller numbers.
 const FIRST_SUBSCRIBER: usize = 100;
+
+/// The number of the subscription to the time.
+const CLOCK_SUBSCRIBER: usize = FIRST_SUBSCRIBER - 1;
 
 /// The connection of a robot to ROS, before the robot joins a run.
 pub struct Connection {
@@ -57,6 +59,7 @@ pub struct RosNode {
 struct Output {
     messages: RobotMessages,
     topics: RosTopics,
+    clock: ClockDuty,
 }
 
 /// The commands that arrive from ROS.
@@ -91,12 +94,10 @@ impl RosNode {
         let session = connection.session.clone();
         // The process has this node until its end.
         let node = format!("alliance_{name}").leak();
-        let mut topics = RosTopics::new(session, connection.domain, node)?;
-        // Only one robot publishes the time, so that the time never goes back.
-        let mut robots = setup.scenario.robots.iter();
-        let first = robots.position(|robot| robot.controller.is_some());
-        let has_clock = first == Some(rank);
-        let messages = RobotMessages::new(setup, robot, name, has_clock, &mut topics)?;
+        let mut topics = RosTopics::new(session.clone(), connection.domain, node)?;
+        let messages = RobotMessages::new(setup, robot, name, &mut topics)?;
+        let clock = topics.endpoint(CLOCK).context(CLOCK)?;
+        let clock = ClockDuty::new(&session, &topics, clock, CLOCK_SUBSCRIBER)?;
         let own = OwnBehavior::of_robot(robot, setup).into_iter();
         let sets = own.map(|own| setup.catalog.behavior_name(own.id).to_owned());
         let is_lockstep = connection.lockstep.is_some();
@@ -122,7 +123,11 @@ impl RosNode {
             robot: setup.roster.name(robot).to_owned(),
             wait: connection.lockstep.unwrap_or_default(),
             inbox,
-            output: Mutex::new(Output { messages, topics }),
+            output: Mutex::new(Output {
+                messages,
+                topics,
+                clock,
+            }),
             _subscribers: subscribers,
         })
     }
@@ -141,8 +146,13 @@ impl RosNode {
             }
             commands.begin(now);
         }
-        let Output { messages, topics } = &mut *lock(&self.output);
-        if let Err(error) = messages.write(topics, now, readings, received) {
+        let Output {
+            messages,
+            topics,
+            clock,
+        } = &mut *lock(&self.output);
+        let has_clock = clock.is_ours();
+        if let Err(error) = messages.write(topics, now, readings, received, has_clock) {
             let dropped = Dropped::new("reading", format!("{error:#}"));
             self.inbox.dropped.count(&dropped);
         }
