@@ -3,8 +3,10 @@
 //! problem, and each takes its own task from the solution.
 //!
 //! - `matrix`: the rows that a robot has, with their versions, and their exchange.
-//! - The assignment is that of the oracle, by shortest augmenting paths: `Plan`.
+//! - `assignment`: the part of the assignment that concerns the robot. The method is that of the oracle, shortest
+//!   augmenting paths: `Plan`.
 
+mod assignment;
 mod matrix;
 #[cfg(test)]
 mod tests;
@@ -14,7 +16,6 @@ use proto::allocation::ble::EligibleTask;
 use proto::allocation::dhba::{MatrixPart, ROW_ENTRIES_MAX, RowVersion};
 use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
-use proto::tick::TaskOffer;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
@@ -22,9 +23,9 @@ use serde::Deserialize;
 use smallvec::SmallVec;
 
 use super::offers::{Offers, weigh};
-use super::oracle::plan::Plan;
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use assignment::Assignment;
 use matrix::Matrix;
 
 /// The parameters in `[allocators.dhba]`.
@@ -48,9 +49,7 @@ pub struct Dhba {
     matrix: Matrix,
     /// The robot's offers at the latest change of its situation, the best first.
     offers: Offers,
-    plan: Plan,
-    /// The robots with a task in the solution, and their tasks.
-    assigned: Vec<(RobotId, TaskId)>,
+    assignment: Assignment,
     repeated: Option<SimTime>,
 }
 
@@ -74,8 +73,7 @@ impl Allocator for Dhba {
             unit: WorkUnit::default(),
             matrix: Matrix::default(),
             offers: SmallVec::new(),
-            plan: Plan::default(),
-            assigned: Vec::new(),
+            assignment: Assignment::new(me),
             repeated: None,
         }
     }
@@ -99,7 +97,7 @@ impl Allocator for Dhba {
             has_changed |= self.matrix.set_own(me, &entries, input.now);
         }
         if has_changed {
-            self.assign();
+            self.assignment.update(&self.matrix, &self.me.briefs);
         }
         if has_changed || must_decide {
             decision.active = self.behavior();
@@ -177,40 +175,15 @@ impl Dhba {
         weigh(&mut self.offers, robot, choices, most, utility_of);
     }
 
-    /// Solves the assignment problem of the matrix. Entries of an older round are void.
-    fn assign(&mut self) {
-        let entries = self.matrix.rows().flat_map(|(_, row)| &row.entries);
-        let mut rounds: Vec<SimTime> = vec![SimTime::ZERO; self.me.tasks];
-        for entry in entries {
-            let round = &mut rounds[entry.task.index()];
-            *round = entry.round.max(*round);
-        }
-        let offers = self.matrix.rows().flat_map(|(robot, row)| {
-            let current = row.entries.iter();
-            let current = current.filter(|entry| entry.round == rounds[entry.task.index()]);
-            current.map(move |entry| TaskOffer {
-                robot,
-                // The plan does not depend on the behavior.
-                behavior: BehaviorId(0),
-                task: entry.task,
-                utility: f64::from(entry.utility),
-            })
-        });
-        let offers: Vec<TaskOffer> = offers.collect();
-        self.plan.compute(&offers, &self.me.briefs);
-        let assigned = self.plan.assigned(&offers);
-        self.assigned = assigned.map(|offer| (offer.robot, offer.task)).collect();
-    }
-
     /// Returns the holder of a task; of several, the one of lowest rank.
     fn holder(&self, task: TaskId) -> Option<RobotId> {
-        let mut all = self.assigned.iter();
+        let mut all = self.assignment.assigned().iter();
         all.find(|(_, assigned)| *assigned == task)
             .map(|&(robot, _)| robot)
     }
 
     fn behavior(&self) -> Option<BehaviorId> {
-        let mut all = self.assigned.iter();
+        let mut all = self.assignment.assigned().iter();
         let &(_, task) = all.find(|(robot, _)| *robot == self.me.robot)?;
         let mut offers = self.offers.iter();
         offers
