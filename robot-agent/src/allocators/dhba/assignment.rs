@@ -4,6 +4,7 @@
 //! outside of the group does not depend on the other rows, except for the scale of the values. A robot therefore
 //! solves the problem of the group that competes for its own tasks, and only if that problem has changed.
 
+use proto::allocation::ble::EligibleTask;
 use proto::tick::TaskOffer;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -23,6 +24,8 @@ pub struct Assignment {
     next: Problem,
     /// The latest round of each task in the matrix.
     rounds: Vec<SimTime>,
+    /// True if an entry of the matrix is void.
+    has_void: bool,
     /// True for the tasks of the group.
     is_of_group: Vec<bool>,
     /// The robots of the group with a task in the solution, and their tasks.
@@ -44,9 +47,35 @@ impl Assignment {
             problem: Problem::default(),
             next: Problem::default(),
             rounds: vec![SimTime::ZERO; me.tasks],
+            has_void: false,
             is_of_group: vec![false; me.tasks],
             assigned: Vec::new(),
         }
+    }
+
+    /// Returns whether the problem can change if a teammate's row changes from `old` to `new`. Most rows of a large team
+    /// have no effect on it.
+    pub fn depends_on(
+        &self,
+        old: &[EligibleTask],
+        new: &[EligibleTask],
+        briefs: &[TaskBrief],
+    ) -> bool {
+        let scale = &self.problem.scale;
+        let is_foreign = |entry: &EligibleTask| {
+            !self.has_void && !self.is_of_group[entry.task.index()]
+        };
+        let can_go = |entry: &EligibleTask| scale.is_same_without(f64::from(entry.utility));
+        let can_come = |entry: &EligibleTask| {
+            let at = entry.task.index();
+            let priority = briefs.get(at).map(|brief| brief.priority);
+            entry.round == self.rounds[at]
+                && priority.is_some_and(|priority| {
+                    scale.is_same_with(f64::from(entry.utility), priority)
+                })
+        };
+        !old.iter().all(|entry| is_foreign(entry) && can_go(entry))
+            || !new.iter().all(|entry| is_foreign(entry) && can_come(entry))
     }
 
     /// Solves the assignment problem of the matrix. Entries of an older round are void.
@@ -62,9 +91,13 @@ impl Assignment {
         let Problem { offers, scale } = &mut self.next;
         offers.clear();
         scale.clear();
+        self.has_void = false;
         for (robot, row) in matrix.rows() {
-            let current = row.entries.iter();
-            for entry in current.filter(|entry| entry.round == self.rounds[entry.task.index()]) {
+            for entry in &row.entries {
+                if entry.round != self.rounds[entry.task.index()] {
+                    self.has_void = true;
+                    continue;
+                }
                 let offer = TaskOffer {
                     robot,
                     // The plan does not depend on the behavior.

@@ -1,6 +1,8 @@
 //! The matrix of the team's utilities, as one robot stores it: a row per robot, from the robot itself or through
 //! others.
 
+use std::ops::BitOrAssign;
+
 use proto::allocation::ble::EligibleTask;
 use proto::allocation::dhba::{
     MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,
@@ -38,8 +40,18 @@ pub struct Matrix {
 pub struct Update {
     /// True if entries have changed.
     pub has_changed: bool,
+    /// True if the change concerns the robot's assignment.
+    pub is_of_concern: bool,
     /// True if the robot of the row was not known before.
     pub is_newcomer: bool,
+}
+
+impl BitOrAssign for Update {
+    fn bitor_assign(&mut self, other: Self) {
+        self.has_changed |= other.has_changed;
+        self.is_of_concern |= other.is_of_concern;
+        self.is_newcomer |= other.is_newcomer;
+    }
 }
 
 impl Matrix {
@@ -83,12 +95,14 @@ impl Matrix {
     }
 
     /// Receives a teammate's row, and forwards it if it is newer than the one here. `direct` is the time of the message
-    /// if the teammate itself sent it. Such a message also corrects a row here that bit errors have damaged.
+    /// if the teammate itself sent it. Such a message also corrects a row here that bit errors have damaged. `concerns`
+    /// returns whether a change of the first entries to the second ones concerns the robot's assignment.
     pub fn receive_row(
         &mut self,
         version: &RowVersion,
         entries: impl Iterator<Item = EligibleTask>,
         direct: Option<SimTime>,
+        concerns: impl FnOnce(&[EligibleTask], &[EligibleTask]) -> bool,
     ) -> Update {
         let (place, mut update) = self.note_version(version);
         let row = self.rows.at_mut(place);
@@ -97,6 +111,7 @@ impl Matrix {
         if version.made > row.made || is_current {
             let entries: SmallVec<[EligibleTask; 6]> = entries.take(ROW_ENTRIES_MAX).collect();
             if version.made != row.made || entries != row.entries {
+                update.is_of_concern = concerns(&row.entries, &entries);
                 (row.made, row.entries, row.must_send) = (version.made, entries, true);
                 self.has_unsent = true;
                 update.has_changed = true;

@@ -26,7 +26,7 @@ use super::offers::{Offers, weigh};
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
 use assignment::Assignment;
-use matrix::Matrix;
+use matrix::{Matrix, Update};
 
 /// The parameters in `[allocators.dhba]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -86,27 +86,28 @@ impl Allocator for Dhba {
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let (before, me) = (decision.active, self.me.robot);
         let must_decide = self.unit.update(&self.me, input, before);
-        let (mut has_changed, has_newcomer) = self.receive(input);
-        has_changed |= self
+        let received = self.receive(input);
+        let mut must_assign = received.is_of_concern;
+        must_assign |= self
             .matrix
             .remove_silent(me, input.now, self.me.ceased_after);
         if must_decide {
             self.weigh(input);
             let entries: SmallVec<[EligibleTask; 6]> =
                 self.offers.iter().map(|offer| offer.entry).collect();
-            has_changed |= self.matrix.set_own(me, &entries, input.now);
+            must_assign |= self.matrix.set_own(me, &entries, input.now);
         }
-        if has_changed {
+        if must_assign {
             self.assignment.update(&self.matrix, &self.me.briefs);
         }
-        if has_changed || must_decide {
+        if received.has_changed || must_assign || must_decide {
             decision.active = self.behavior();
         }
         if decision.active != before {
             decision.reason = Some(self.reason(before));
         }
         let is_late = |repeated| input.now.since(repeated) >= self.refresh;
-        if has_newcomer || self.repeated.is_none_or(is_late) {
+        if received.is_newcomer || self.repeated.is_none_or(is_late) {
             self.matrix.repeat(me);
             self.repeated = Some(input.now);
         }
@@ -123,9 +124,9 @@ impl Allocator for Dhba {
 }
 
 impl Dhba {
-    /// Receives rows and versions. Returns whether the matrix changed, and whether a robot was added to it.
-    fn receive(&mut self, input: &Input<'_>) -> (bool, bool) {
-        let (mut has_changed, mut has_newcomer) = (false, false);
+    /// Receives rows and versions. Returns all effects on the matrix together.
+    fn receive(&mut self, input: &Input<'_>) -> Update {
+        let mut all = Update::default();
         let (now, tau) = (input.now, self.me.ceased_after);
         let is_fresh = |sent: SimTime| sent <= now && now.since(sent) < tau;
         for broadcast in input.received {
@@ -150,17 +151,19 @@ impl Dhba {
                             && entry.utility >= 0.0
                     });
                     let direct = (row.version.robot == sender).then_some(sent);
-                    let update = self.matrix.receive_row(&row.version, entries, direct);
-                    has_changed |= update.has_changed;
-                    has_newcomer |= update.is_newcomer;
+                    let concerns = |old: &[EligibleTask], new: &[EligibleTask]| {
+                        self.assignment.depends_on(old, new, &self.me.briefs)
+                    };
+                    let version = &row.version;
+                    all |= self.matrix.receive_row(version, entries, direct, concerns);
                 }
                 for version in versions.iter().filter(|version| is_sound(version)) {
-                    has_newcomer |= self.matrix.receive_version(version).is_newcomer;
+                    all |= self.matrix.receive_version(version);
                 }
             }
             self.matrix.note_seen(sender, sent);
         }
-        (has_changed, has_newcomer)
+        all
     }
 
     /// Updates the offers. With n robots, one of the n best tasks of a robot is always free for it, so that more entries

@@ -229,7 +229,7 @@ fn a_matrix_is_sent_in_parts_below_the_limit() {
             seen: latest,
         };
         let entries = vec![entry; usize::from(robot) % (ROW_ENTRIES_MAX + 1)];
-        matrix.receive_row(&version, entries.into_iter(), None);
+        matrix.receive_row(&version, entries.into_iter(), None, |_, _| true);
     }
     matrix.repeat(RobotId(60_000));
     let (mut rows, mut versions) = (0, 0);
@@ -265,7 +265,7 @@ fn a_later_row_replaces_an_earlier_one() {
     assert!(matrix.receive_version(&version(None)).is_newcomer);
     for (made, utility, is_newer) in [(0, 0.1, true), (20, 0.2, true), (10, 0.3, false)] {
         let MatrixRow { version, entries } = row(made, utility);
-        let update = matrix.receive_row(&version, entries.into_iter(), None);
+        let update = matrix.receive_row(&version, entries.into_iter(), None, |_, _| true);
         assert_eq!(update.has_changed, is_newer, "{made}");
     }
     let utilities: Vec<f32> = matrix
@@ -354,12 +354,12 @@ fn whole_assignment(matrix: &Matrix, briefs: &[TaskBrief]) -> Vec<(RobotId, Task
 fn the_assignment_of_a_group_is_that_of_the_whole() {
     const ROBOTS: u16 = 9;
     const TASKS: u16 = 12;
-    let mut smaller = 0;
+    let (mut smaller, mut skipped) = (0, 0);
     for seed in 0..300 {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let briefs = (0..TASKS).map(|_| TaskBrief {
             max_robots: chance.random_range(1..=2),
-            priority: chance.random_range(0..2),
+            priority: chance.random_range(0..=i32::from(seed % 3 == 0)),
             ..fixtures::brief(usize::from(ROBOTS), 60.0)
         });
         let briefs: Vec<TaskBrief> = briefs.collect();
@@ -377,7 +377,7 @@ fn the_assignment_of_a_group_is_that_of_the_whole() {
                 if chance.random_bool(0.5) {
                     entries.push(EligibleTask {
                         task: TaskId(task),
-                        round: SimTime(chance.random_range(0..2)),
+                        round: SimTime(chance.random_range(0..=u64::from(seed % 2 == 0))),
                         utility: [0.25, 0.5, 0.7, 1.0][chance.random_range(0..4)],
                     });
                 }
@@ -387,9 +387,15 @@ fn the_assignment_of_a_group_is_that_of_the_whole() {
                 made: Some(now),
                 seen: now,
             };
-            matrix.receive_row(&version, entries.into_iter(), None);
-            matrix.remove_silent(*robot, now, SimTime(1_000));
-            assignment.update(&matrix, briefs);
+            let concerns = |old: &[EligibleTask], new: &[EligibleTask]| {
+                assignment.depends_on(old, new, briefs)
+            };
+            let update = matrix.receive_row(&version, entries.into_iter(), None, concerns);
+            if matrix.remove_silent(*robot, now, SimTime(1_000)) || update.is_of_concern {
+                assignment.update(&matrix, briefs);
+            } else {
+                skipped += 1;
+            }
             let whole = whole_assignment(&matrix, briefs);
             let part = assignment.assigned();
             assert!(part.iter().all(|pair| whole.contains(pair)), "seed {seed}");
@@ -403,5 +409,5 @@ fn the_assignment_of_a_group_is_that_of_the_whole() {
             smaller += u32::from(part.len() < whole.len());
         }
     }
-    assert!(smaller > 1_000, "{smaller}");
+    assert!(smaller > 1_000 && skipped > 500, "{smaller}, {skipped}");
 }

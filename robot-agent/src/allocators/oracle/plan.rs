@@ -47,6 +47,18 @@ impl Scale {
         }
     }
 
+    /// Returns whether an offer of the utility `old` can be removed without a change of the scale, apart from the number of
+    /// offers, which has no effect on offers of one priority.
+    pub fn is_same_without(&self, old: f64) -> bool {
+        self.priorities.len() == 1 && old < self.largest
+    }
+
+    /// Returns whether an offer can be added without a change of the scale, apart from the number of offers, which has no
+    /// effect on offers of one priority.
+    pub fn is_same_with(&self, new: f64, priority: i32) -> bool {
+        self.priorities[..] == [priority] && new <= self.largest
+    }
+
     pub fn sort(&mut self) {
         self.priorities.sort_unstable();
     }
