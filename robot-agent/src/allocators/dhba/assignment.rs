@@ -62,17 +62,15 @@ impl Assignment {
         briefs: &[TaskBrief],
     ) -> bool {
         let scale = &self.problem.scale;
-        let is_foreign = |entry: &EligibleTask| {
-            !self.has_void && !self.is_of_group[entry.task.index()]
-        };
+        let is_foreign =
+            |entry: &EligibleTask| !self.has_void && !self.is_of_group[entry.task.index()];
         let can_go = |entry: &EligibleTask| scale.is_same_without(f64::from(entry.utility));
         let can_come = |entry: &EligibleTask| {
             let at = entry.task.index();
             let priority = briefs.get(at).map(|brief| brief.priority);
             entry.round == self.rounds[at]
-                && priority.is_some_and(|priority| {
-                    scale.is_same_with(f64::from(entry.utility), priority)
-                })
+                && priority
+                    .is_some_and(|priority| scale.is_same_with(f64::from(entry.utility), priority))
         };
         !old.iter().all(|entry| is_foreign(entry) && can_go(entry))
             || !new.iter().all(|entry| is_foreign(entry) && can_come(entry))

@@ -175,7 +175,9 @@ fn a_restarted_teammate_loses_its_old_costs() {
         message((1, 1), 900, costs(1, &[LAST])),
     ];
     let restarted = message((2, 0), 950, costs(0, &[]));
-    let mut choices: Vec<Choice> = (0..=LAST).map(|task| fixtures::choice(task, 30.0)).collect();
+    let mut choices: Vec<Choice> = (0..=LAST)
+        .map(|task| fixtures::choice(task, 30.0))
+        .collect();
     let mut applicable = vec![false; choices.len()];
     applicable[usize::from(LAST)] = true;
     for (choice, applicable) in choices.iter_mut().zip(&applicable) {
