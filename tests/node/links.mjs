@@ -140,12 +140,12 @@ export class Links {
         const payload = encode("BroadcastContent", message.broadcast.body);
         let words = [];
         let flips = 0;
-        for (let bit = 0; bit < 8 * payload.length; bit += 1) {
-            if (bit % 16 === 0) words = chacha8(this.seed, stream, firstBlock + BigInt(bit / 16));
-            if (words[bit % 16] < link.corrupt) {
-                payload[bit >> 3] ^= 1 << (bit & 7);
-                flips += 1;
-            }
+        for (let bit = 0; ; bit += 1) {
+            if (flips % 16 === 0) words = chacha8(this.seed, stream, firstBlock + BigInt(flips / 16));
+            bit += intactBits(words[flips % 16], link.corrupt);
+            if (bit >= 8 * payload.length) break;
+            payload[bit >> 3] ^= 1 << (bit & 7);
+            flips += 1;
         }
         if (!flips) return true;
         try {
@@ -156,4 +156,16 @@ export class Links {
         message.isDamaged = true;
         return !link.checksum;
     }
+}
+
+/** Returns the number of intact bits before the next flip, for a word of the stream and the probability of a flip. */
+function intactBits(word, flip) {
+    const powers = [((1n << 32n) - BigInt(flip)) << 32n];
+    while (powers.length < 22) powers.push(powers.at(-1) ** 2n >> 64n);
+    let [length, probability] = [0, 1n << 64n];
+    for (const [level, power] of [...powers.entries()].reverse()) {
+        const longer = (probability * power) >> 64n;
+        if (BigInt(word) << 32n < longer) [length, probability] = [length + 2 ** level, longer];
+    }
+    return length;
 }

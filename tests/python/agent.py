@@ -463,16 +463,18 @@ class Links:
         return "Pending", wait, due, twice, passed
 
     def corrupted(self, link, broadcast, block):
-        """Returns the message with its bit errors, or `None` if the receiver drops it. A bit flips by its word of the stream."""
+        """Returns the message with its bit errors, or `None` if the receiver drops it."""
         if not link["corrupt"]:
             return broadcast
-        payload, flips = bytearray(encode("BroadcastContent", broadcast["body"])), 0
-        for bit in range(8 * len(payload)):
-            if bit % 16 == 0:
-                words = chacha8(self.seed, 10 << 32 | broadcast["sender"] << 16 | self.rank, (block << 17) + bit // 16)
-            if words[bit % 16] < link["corrupt"]:
-                payload[bit // 8] ^= 1 << bit % 8
-                flips += 1
+        payload, flips, bit = bytearray(encode("BroadcastContent", broadcast["body"])), 0, 0
+        for draw in range(8 * len(payload)):
+            if draw % 16 == 0:
+                words = chacha8(self.seed, 10 << 32 | broadcast["sender"] << 16 | self.rank, (block << 17) + draw // 16)
+            bit += intact_bits(words[draw % 16], link["corrupt"])
+            if bit >= 8 * len(payload):
+                break
+            payload[bit // 8] ^= 1 << bit % 8
+            flips, bit = flips + 1, bit + 1
         if not flips:
             return broadcast
         try:
@@ -488,6 +490,18 @@ class Links:
     def reception(self, of, tick, delivery, at, broadcast=None):
         sent = {"sender": of["sender"], "incarnation": of["incarnation"], "sent": tick * self.step_ms}
         return sent | {"at": at, "delivery": (delivery, None), "content": broadcast and logged_part(broadcast)}
+
+
+def intact_bits(word, flip):
+    """Returns the number of intact bits before the next flip, for a word of the stream and the probability of a flip."""
+    powers = [2**32 - flip << 32]
+    while len(powers) < 22:
+        powers.append(powers[-1] ** 2 >> 64)
+    length, probability = 0, 1 << 64
+    for level, power in reversed(list(enumerate(powers))):
+        if word << 32 < probability * power >> 64:
+            length, probability = length + 2**level, probability * power >> 64
+    return length
 
 
 def order(broadcast):

@@ -1,14 +1,15 @@
 //! Bit errors: each bit of a message's payload flips with the same probability, independently of the others.
 //!
 //! The payload is the encoded [`BroadcastContent`]. The header, which identifies the message in manifests, stays intact.
-//! The flips are a function of seed, link and message: one word per bit of the link's stream of [`Purpose::Corruption`],
-//! from the position
+//! The flips are a function of seed, link and message. One word of the link's stream of [`Purpose::Corruption`] gives the
+//! number of intact bits before the next flip, which has a geometric distribution. The words start at the position
 //!
 //! ```text
 //! (sent tick · 2¹⁹ + kind · 2¹⁶ + index) · 2²¹
 //! ```
 //!
-//! The bits of a byte follow each other from the lowest. A block of 2²¹ words has room for the longest message.
+//! The bits of a byte follow each other from the lowest. A block of 2²¹ words has room for a flip of each bit of the
+//! longest message.
 //! Bits are flipped after the seal was checked, as by a radio whose frames reach the program.
 
 use std::sync::Arc;
@@ -63,15 +64,61 @@ pub(super) fn transmit(
 
 /// Flips each bit with the probability `flip` and returns the number of flips.
 fn flip_bits(payload: &mut [u8], flip: Probability, rng: &mut impl Rng) -> u32 {
-    let mut flips = 0;
-    for byte in payload {
-        for bit in 0..8 {
-            let is_flipped = flip.hits(rng.next_u32());
-            *byte ^= u8::from(is_flipped) << bit;
-            flips += u32::from(is_flipped);
+    if flip == Probability::NEVER {
+        return 0;
+    }
+    let gaps = Gaps::new(flip);
+    let bits = 8 * payload.len();
+    let (mut flips, mut bit) = (0, 0);
+    while bit < bits {
+        bit += gaps.length(rng.next_u32());
+        if let Some(byte) = payload.get_mut(bit / 8) {
+            *byte ^= 1 << (bit % 8);
+            flips += 1;
         }
+        bit += 1;
     }
     flips
+}
+
+/// The lengths of the runs of intact bits between flips, with a geometric distribution: n or more bits stay intact with
+/// the probability (1 - p)ⁿ. Integers give the same lengths on every machine and in every language.
+struct Gaps {
+    /// (1 - p) to the power of 2⁰, 2¹, 2² and so on, in units of 2⁻⁶⁴, rounded down.
+    powers: [u64; LEVELS],
+}
+
+/// The number of binary digits of a length. The longest length is more than the bits of the longest message.
+const LEVELS: usize = 22;
+
+impl Gaps {
+    /// Creates the lengths for a probability above 0.
+    fn new(flip: Probability) -> Self {
+        let mut powers = [((1 << 32) - flip.0) << 32; LEVELS];
+        for level in 1..LEVELS {
+            powers[level] = product(powers[level - 1].into(), powers[level - 1]) as u64;
+        }
+        Self { powers }
+    }
+
+    /// Returns the length for a draw of 32 random bits: the largest n whose probability (1 - p)ⁿ exceeds the draw. Its
+    /// digits are determined from the highest.
+    fn length(&self, draw: u32) -> usize {
+        let draw = u128::from(draw) << 32;
+        let (mut length, mut probability) = (0, 1 << 64);
+        for level in (0..LEVELS).rev() {
+            let longer = product(probability, self.powers[level]);
+            if draw < longer {
+                (length, probability) = (length + (1 << level), longer);
+            }
+        }
+        length
+    }
+}
+
+/// Returns the product of two probabilities in units of 2⁻⁶⁴, rounded down.
+fn product(one: u128, other: u64) -> u128 {
+    (one * u128::from(other)) >> 64
 }
 
 #[cfg(test)]

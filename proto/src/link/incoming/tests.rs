@@ -344,10 +344,15 @@ fn the_flipped_bits_are_those_of_the_specification() {
         damaged.push((tick - 1, bulletin.payload.clone()));
     }
     let payloads = [
-        (13, [5, 3, 7, 7]),
-        (39, [7, 7, 39, 7]),
-        (44, [3, 167, 6, 5]),
-        (54, [7, 7, 7, 6]),
+        (1, [7, 71, 7, 7]),
+        (7, [7, 7, 7, 71]),
+        (8, [7, 7, 6, 7]),
+        (9, [7, 231, 3, 7]),
+        (15, [5, 7, 7, 7]),
+        (24, [79, 7, 7, 7]),
+        (28, [7, 7, 23, 7]),
+        (39, [7, 71, 39, 7]),
+        (49, [7, 79, 7, 23]),
     ];
     let payloads = payloads.map(|(tick, bytes)| (tick, Payload::Open(bytes.to_vec())));
     assert_eq!(damaged, payloads);

@@ -1,6 +1,8 @@
 //! The matrix of the team's utilities, as one robot stores it: a row per robot, from the robot itself or through
 //! others.
 
+use std::ops::BitOrAssign;
+
 use proto::allocation::ble::EligibleTask;
 use proto::allocation::dhba::{
     MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,
@@ -25,6 +27,10 @@ pub struct Row {
 #[derive(Clone, Debug, Default)]
 pub struct Matrix {
     rows: ByRank<Row>,
+    /// A time before which no sign of life of a teammate in `rows` lies.
+    oldest: SimTime,
+    /// True if a row must be sent.
+    has_unsent: bool,
     /// The index of the next row whose version must be sent; `None` if all have been sent.
     next_version: Option<usize>,
 }
@@ -34,8 +40,18 @@ pub struct Matrix {
 pub struct Update {
     /// True if entries have changed.
     pub has_changed: bool,
+    /// True if the change concerns the robot's assignment.
+    pub is_of_concern: bool,
     /// True if the robot of the row was not known before.
     pub is_newcomer: bool,
+}
+
+impl BitOrAssign for Update {
+    fn bitor_assign(&mut self, other: Self) {
+        self.has_changed |= other.has_changed;
+        self.is_of_concern |= other.is_of_concern;
+        self.is_newcomer |= other.is_newcomer;
+    }
 }
 
 impl Matrix {
@@ -51,39 +67,55 @@ impl Matrix {
         }
         (row.made, row.seen, row.must_send) = (Some(now), now, true);
         row.entries = entries.into();
+        self.has_unsent = true;
         true
     }
 
     /// Receives the version of a teammate's row. An older version than the one here is answered with the row.
     pub fn receive_version(&mut self, version: &RowVersion) -> Update {
-        let place = self.rows.place(version.robot);
-        let is_newcomer = place.is_err();
-        let row = self.rows.get_or_insert_with(version.robot, Row::default);
+        self.note_version(version).1
+    }
+
+    /// Receives a version, and returns the index of its row.
+    fn note_version(&mut self, version: &RowVersion) -> (usize, Update) {
+        let mut update = Update::default();
+        let place = self.rows.place(version.robot).unwrap_or_else(|place| {
+            self.rows.insert(place, version.robot, Row::default());
+            self.oldest = self.oldest.min(version.seen);
+            update.is_newcomer = true;
+            place
+        });
+        let row = self.rows.at_mut(place);
         row.seen = row.seen.max(version.seen);
-        row.must_send |= version.made < row.made;
-        Update {
-            has_changed: false,
-            is_newcomer,
+        if version.made < row.made {
+            row.must_send = true;
+            self.has_unsent = true;
         }
+        (place, update)
     }
 
     /// Receives a teammate's row, and forwards it if it is newer than the one here. `direct` is the time of the message
-    /// if the teammate itself sent it. Such a message also corrects a row here that bit errors have damaged.
+    /// if the teammate itself sent it. Such a message also corrects a row here that bit errors have damaged. `concerns`
+    /// returns whether a change of the first entries to the second ones concerns the robot's assignment.
     pub fn receive_row(
         &mut self,
         version: &RowVersion,
         entries: impl Iterator<Item = EligibleTask>,
         direct: Option<SimTime>,
+        concerns: impl FnOnce(&[EligibleTask], &[EligibleTask]) -> bool,
     ) -> Update {
-        let mut update = self.receive_version(version);
-        let row = self.rows.get_or_insert_with(version.robot, Row::default);
-        let entries: SmallVec<[EligibleTask; 6]> = entries.take(ROW_ENTRIES_MAX).collect();
+        let (place, mut update) = self.note_version(version);
+        let row = self.rows.at_mut(place);
         // A message from before the row here may contain an earlier row.
         let is_current = direct.is_some() && direct >= row.made && version.made.is_some();
-        let differs = version.made != row.made || entries != row.entries;
-        if version.made > row.made || (is_current && differs) {
-            (row.made, row.entries, row.must_send) = (version.made, entries, true);
-            update.has_changed = true;
+        if version.made > row.made || is_current {
+            let entries: SmallVec<[EligibleTask; 6]> = entries.take(ROW_ENTRIES_MAX).collect();
+            if version.made != row.made || entries != row.entries {
+                update.is_of_concern = concerns(&row.entries, &entries);
+                (row.made, row.entries, row.must_send) = (version.made, entries, true);
+                self.has_unsent = true;
+                update.has_changed = true;
+            }
         }
         update
     }
@@ -97,6 +129,7 @@ impl Matrix {
         let differs = received.entries.as_slice() != row.entries.as_slice();
         if made <= Some(now) && (made > row.made || (made == row.made && differs)) {
             (row.made, row.must_send) = (Some(now), true);
+            self.has_unsent = true;
         }
     }
 
@@ -110,14 +143,24 @@ impl Matrix {
 
     /// Removes the teammates' rows without a sign of life for `tau`. Returns whether there were any.
     pub fn remove_silent(&mut self, me: RobotId, now: SimTime, tau: SimTime) -> bool {
+        if now.since(self.oldest) < tau {
+            return false;
+        }
         let mut has_removed = false;
+        self.oldest = now;
         for place in self.rows.places().rev() {
             let (robot, row) = self.rows.entry_mut(place);
-            if robot != me && now.since(row.seen) >= tau {
+            if robot == me {
+                continue;
+            }
+            if now.since(row.seen) >= tau {
                 self.rows.remove(place);
                 has_removed = true;
+            } else {
+                self.oldest = self.oldest.min(row.seen);
             }
         }
+        self.has_unsent = self.rows.iter().any(|(_, row)| row.must_send);
         has_removed
     }
 
@@ -125,13 +168,14 @@ impl Matrix {
     pub fn repeat(&mut self, me: RobotId) {
         if let Ok(at) = self.rows.place(me) {
             self.rows.at_mut(at).must_send = true;
+            self.has_unsent = true;
         }
         self.next_version = Some(0);
     }
 
     /// Returns whether a row or a version must be sent.
     pub fn must_send(&self) -> bool {
-        self.next_version.is_some() || self.rows.iter().any(|(_, row)| row.must_send)
+        self.next_version.is_some() || self.has_unsent
     }
 
     /// Returns the next message: rows that must be sent, and versions as far as they fit.
@@ -141,9 +185,12 @@ impl Matrix {
         }
         let mut part = MatrixPart::default();
         let mut weight = 0;
-        for place in self.rows.places() {
+        let has_unsent = std::mem::take(&mut self.has_unsent);
+        for place in self.rows.places().filter(|_| has_unsent) {
             let (robot, row) = self.rows.entry_mut(place);
-            if row.must_send && weight + 2 + row.entries.len() <= PART_WEIGHT_MAX {
+            if row.must_send && weight + 2 + row.entries.len() > PART_WEIGHT_MAX {
+                self.has_unsent = true;
+            } else if row.must_send {
                 weight += 2 + row.entries.len();
                 row.must_send = false;
                 part.rows.push(MatrixRow {

@@ -3,8 +3,10 @@
 //! problem, and each takes its own task from the solution.
 //!
 //! - `matrix`: the rows that a robot has, with their versions, and their exchange.
-//! - The assignment is that of the oracle, by shortest augmenting paths: `Plan`.
+//! - `assignment`: the part of the assignment that concerns the robot. The method is that of the oracle, shortest
+//!   augmenting paths: `Plan`.
 
+mod assignment;
 mod matrix;
 #[cfg(test)]
 mod tests;
@@ -14,7 +16,6 @@ use proto::allocation::ble::EligibleTask;
 use proto::allocation::dhba::{MatrixPart, ROW_ENTRIES_MAX, RowVersion};
 use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
-use proto::tick::TaskOffer;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
@@ -22,10 +23,10 @@ use serde::Deserialize;
 use smallvec::SmallVec;
 
 use super::offers::{Offers, weigh};
-use super::oracle::plan::Plan;
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
-use matrix::Matrix;
+use assignment::Assignment;
+use matrix::{Matrix, Update};
 
 /// The parameters in `[allocators.dhba]`.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -48,9 +49,7 @@ pub struct Dhba {
     matrix: Matrix,
     /// The robot's offers at the latest change of its situation, the best first.
     offers: Offers,
-    plan: Plan,
-    /// The robots with a task in the solution, and their tasks.
-    assigned: Vec<(RobotId, TaskId)>,
+    assignment: Assignment,
     repeated: Option<SimTime>,
 }
 
@@ -74,8 +73,7 @@ impl Allocator for Dhba {
             unit: WorkUnit::default(),
             matrix: Matrix::default(),
             offers: SmallVec::new(),
-            plan: Plan::default(),
-            assigned: Vec::new(),
+            assignment: Assignment::new(me),
             repeated: None,
         }
     }
@@ -88,27 +86,28 @@ impl Allocator for Dhba {
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let (before, me) = (decision.active, self.me.robot);
         let must_decide = self.unit.update(&self.me, input, before);
-        let (mut has_changed, has_newcomer) = self.receive(input);
-        has_changed |= self
+        let received = self.receive(input);
+        let mut must_assign = received.is_of_concern;
+        must_assign |= self
             .matrix
             .remove_silent(me, input.now, self.me.ceased_after);
         if must_decide {
             self.weigh(input);
             let entries: SmallVec<[EligibleTask; 6]> =
                 self.offers.iter().map(|offer| offer.entry).collect();
-            has_changed |= self.matrix.set_own(me, &entries, input.now);
+            must_assign |= self.matrix.set_own(me, &entries, input.now);
         }
-        if has_changed {
-            self.assign();
+        if must_assign {
+            self.assignment.update(&self.matrix, &self.me.briefs);
         }
-        if has_changed || must_decide {
+        if received.has_changed || must_assign || must_decide {
             decision.active = self.behavior();
         }
         if decision.active != before {
             decision.reason = Some(self.reason(before));
         }
         let is_late = |repeated| input.now.since(repeated) >= self.refresh;
-        if has_newcomer || self.repeated.is_none_or(is_late) {
+        if received.is_newcomer || self.repeated.is_none_or(is_late) {
             self.matrix.repeat(me);
             self.repeated = Some(input.now);
         }
@@ -125,9 +124,9 @@ impl Allocator for Dhba {
 }
 
 impl Dhba {
-    /// Receives rows and versions. Returns whether the matrix changed, and whether a robot was added to it.
-    fn receive(&mut self, input: &Input<'_>) -> (bool, bool) {
-        let (mut has_changed, mut has_newcomer) = (false, false);
+    /// Receives rows and versions. Returns all effects on the matrix together.
+    fn receive(&mut self, input: &Input<'_>) -> Update {
+        let mut all = Update::default();
         let (now, tau) = (input.now, self.me.ceased_after);
         let is_fresh = |sent: SimTime| sent <= now && now.since(sent) < tau;
         for broadcast in input.received {
@@ -152,17 +151,19 @@ impl Dhba {
                             && entry.utility >= 0.0
                     });
                     let direct = (row.version.robot == sender).then_some(sent);
-                    let update = self.matrix.receive_row(&row.version, entries, direct);
-                    has_changed |= update.has_changed;
-                    has_newcomer |= update.is_newcomer;
+                    let concerns = |old: &[EligibleTask], new: &[EligibleTask]| {
+                        self.assignment.depends_on(old, new, &self.me.briefs)
+                    };
+                    let version = &row.version;
+                    all |= self.matrix.receive_row(version, entries, direct, concerns);
                 }
                 for version in versions.iter().filter(|version| is_sound(version)) {
-                    has_newcomer |= self.matrix.receive_version(version).is_newcomer;
+                    all |= self.matrix.receive_version(version);
                 }
             }
             self.matrix.note_seen(sender, sent);
         }
-        (has_changed, has_newcomer)
+        all
     }
 
     /// Updates the offers. With n robots, one of the n best tasks of a robot is always free for it, so that more entries
@@ -177,40 +178,15 @@ impl Dhba {
         weigh(&mut self.offers, robot, choices, most, utility_of);
     }
 
-    /// Solves the assignment problem of the matrix. Entries of an older round are void.
-    fn assign(&mut self) {
-        let entries = self.matrix.rows().flat_map(|(_, row)| &row.entries);
-        let mut rounds: Vec<SimTime> = vec![SimTime::ZERO; self.me.tasks];
-        for entry in entries {
-            let round = &mut rounds[entry.task.index()];
-            *round = entry.round.max(*round);
-        }
-        let offers = self.matrix.rows().flat_map(|(robot, row)| {
-            let current = row.entries.iter();
-            let current = current.filter(|entry| entry.round == rounds[entry.task.index()]);
-            current.map(move |entry| TaskOffer {
-                robot,
-                // The plan does not depend on the behavior.
-                behavior: BehaviorId(0),
-                task: entry.task,
-                utility: f64::from(entry.utility),
-            })
-        });
-        let offers: Vec<TaskOffer> = offers.collect();
-        self.plan.compute(&offers, &self.me.briefs);
-        let assigned = self.plan.assigned(&offers);
-        self.assigned = assigned.map(|offer| (offer.robot, offer.task)).collect();
-    }
-
     /// Returns the holder of a task; of several, the one of lowest rank.
     fn holder(&self, task: TaskId) -> Option<RobotId> {
-        let mut all = self.assigned.iter();
+        let mut all = self.assignment.assigned().iter();
         all.find(|(_, assigned)| *assigned == task)
             .map(|&(robot, _)| robot)
     }
 
     fn behavior(&self) -> Option<BehaviorId> {
-        let mut all = self.assigned.iter();
+        let mut all = self.assignment.assigned().iter();
         let &(_, task) = all.find(|(robot, _)| *robot == self.me.robot)?;
         let mut offers = self.offers.iter();
         offers

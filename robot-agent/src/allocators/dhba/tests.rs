@@ -6,16 +6,20 @@ use proto::allocation::dhba::{
     MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,
 };
 use proto::codec::encoded_len;
+use proto::tick::TaskOffer;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use scenario::ids::{RobotId, TaskId};
+use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
+use super::assignment::Assignment;
 use super::matrix::Matrix;
 use super::{Config, Dhba};
+use crate::allocator::{OwnBehavior, SelfState, TaskBrief};
+use crate::allocators::oracle::plan::Plan;
 use crate::allocators::team::{STEP, Situation, TAU, Team, allocator_messages};
-use crate::testkit;
+use crate::{fixtures, testkit};
 
 const NEVER: SimTime = SimTime(1_000_000_000);
 
@@ -225,7 +229,7 @@ fn a_matrix_is_sent_in_parts_below_the_limit() {
             seen: latest,
         };
         let entries = vec![entry; usize::from(robot) % (ROW_ENTRIES_MAX + 1)];
-        matrix.receive_row(&version, entries.into_iter(), None);
+        matrix.receive_row(&version, entries.into_iter(), None, |_, _| true);
     }
     matrix.repeat(RobotId(60_000));
     let (mut rows, mut versions) = (0, 0);
@@ -261,7 +265,7 @@ fn a_later_row_replaces_an_earlier_one() {
     assert!(matrix.receive_version(&version(None)).is_newcomer);
     for (made, utility, is_newer) in [(0, 0.1, true), (20, 0.2, true), (10, 0.3, false)] {
         let MatrixRow { version, entries } = row(made, utility);
-        let update = matrix.receive_row(&version, entries.into_iter(), None);
+        let update = matrix.receive_row(&version, entries.into_iter(), None, |_, _| true);
         assert_eq!(update.has_changed, is_newer, "{made}");
     }
     let utilities: Vec<f32> = matrix
@@ -317,4 +321,93 @@ fn a_damaged_row_is_corrected() {
         }
         assert_eq!(team.executors(0), [0]);
     }
+}
+
+/// Returns the assignment of the whole matrix, without the entries of older rounds.
+fn whole_assignment(matrix: &Matrix, briefs: &[TaskBrief]) -> Vec<(RobotId, TaskId)> {
+    let entries = || {
+        let rows = matrix.rows();
+        rows.flat_map(|(robot, row)| row.entries.iter().map(move |entry| (robot, entry)))
+    };
+    let round = |task| {
+        let of_task = entries().filter(|(_, entry)| entry.task == task);
+        of_task.map(|(_, entry)| entry.round).max()
+    };
+    let current = entries().filter(|(_, entry)| Some(entry.round) == round(entry.task));
+    let offers: Vec<TaskOffer> = current
+        .map(|(robot, entry)| TaskOffer {
+            robot,
+            behavior: BehaviorId(0),
+            task: entry.task,
+            utility: f64::from(entry.utility),
+        })
+        .collect();
+    let mut plan = Plan::default();
+    plan.compute(&offers, briefs);
+    let assigned = plan.assigned(&offers);
+    assigned.map(|offer| (offer.robot, offer.task)).collect()
+}
+
+/// A robot solves only the problem of the robots that compete for its tasks. The result is that of the whole matrix, with
+/// equal utilities, priorities, rounds and robots that come and go.
+#[test]
+fn the_assignment_of_a_group_is_that_of_the_whole() {
+    const ROBOTS: u16 = 9;
+    const TASKS: u16 = 12;
+    let (mut smaller, mut skipped) = (0, 0);
+    for seed in 0..300 {
+        let mut chance = ChaCha8Rng::seed_from_u64(seed);
+        let briefs = (0..TASKS).map(|_| TaskBrief {
+            max_robots: chance.random_range(1..=2),
+            priority: chance.random_range(0..=i32::from(seed % 3 == 0)),
+            ..fixtures::brief(usize::from(ROBOTS), 60.0)
+        });
+        let briefs: Vec<TaskBrief> = briefs.collect();
+        let mut me = fixtures::self_state(RobotId(4), usize::from(ROBOTS), briefs.into());
+        let is_own = |own: &OwnBehavior| (4..8).contains(&own.task.0);
+        me.behaviors = me.behaviors.iter().copied().filter(is_own).collect();
+        let SelfState { robot, briefs, .. } = &me;
+        let (mut matrix, mut assignment) = (Matrix::default(), Assignment::new(&me));
+        for tick in 1..60 {
+            let now = SimTime(50 * tick);
+            let sender = RobotId(chance.random_range(0..ROBOTS));
+            let mut entries = Vec::new();
+            // A robot has entries for the tasks near its number, so that there are several groups.
+            for task in sender.0..(sender.0 + 4).min(TASKS) {
+                if chance.random_bool(0.5) {
+                    entries.push(EligibleTask {
+                        task: TaskId(task),
+                        round: SimTime(chance.random_range(0..=u64::from(seed % 2 == 0))),
+                        utility: [0.25, 0.5, 0.7, 1.0][chance.random_range(0..4)],
+                    });
+                }
+            }
+            let version = RowVersion {
+                robot: sender,
+                made: Some(now),
+                seen: now,
+            };
+            let concerns = |old: &[EligibleTask], new: &[EligibleTask]| {
+                assignment.depends_on(old, new, briefs)
+            };
+            let update = matrix.receive_row(&version, entries.into_iter(), None, concerns);
+            if matrix.remove_silent(*robot, now, SimTime(1_000)) || update.is_of_concern {
+                assignment.update(&matrix, briefs);
+            } else {
+                skipped += 1;
+            }
+            let whole = whole_assignment(&matrix, briefs);
+            let part = assignment.assigned();
+            assert!(part.iter().all(|pair| whole.contains(pair)), "seed {seed}");
+            let is_of_me = |pair: &&(RobotId, TaskId)| {
+                pair.0 == *robot || me.behaviors.iter().any(|own| own.task == pair.1)
+            };
+            let of_me = |pairs: &[(RobotId, TaskId)]| -> Vec<(RobotId, TaskId)> {
+                pairs.iter().filter(is_of_me).copied().collect()
+            };
+            assert_eq!(of_me(part), of_me(&whole), "seed {seed}, tick {tick}");
+            smaller += u32::from(part.len() < whole.len());
+        }
+    }
+    assert!(smaller > 1_000 && skipped > 500, "{smaller}, {skipped}");
 }

@@ -16,10 +16,63 @@ pub(in crate::allocators) struct Plan {
     robots: Vec<Robot>,
     tasks: Vec<Task>,
     worth: Vec<i64>,
-    /// The priorities of the offered tasks, in ascending order.
-    priorities: SmallVec<[i32; 4]>,
+    scale: Scale,
     seen: Vec<(usize, i64)>,
     touched: Vec<usize>,
+}
+
+/// The scale on which offers are compared. It depends on all offers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(in crate::allocators) struct Scale {
+    largest: f64,
+    offers: usize,
+    /// The priorities of the offered tasks, in ascending order.
+    priorities: SmallVec<[i32; 4]>,
+}
+
+impl Scale {
+    pub fn clear(&mut self) {
+        (self.largest, self.offers) = (0.0, 0);
+        self.priorities.clear();
+    }
+
+    /// Adds an offer. [`Scale::sort`] must follow the last one.
+    pub fn add(&mut self, offer: &TaskOffer, briefs: &[TaskBrief]) {
+        self.largest = self.largest.max(offer.utility);
+        self.offers += 1;
+        if let Some(brief) = briefs.get(offer.task.index())
+            && !self.priorities.contains(&brief.priority)
+        {
+            self.priorities.push(brief.priority);
+        }
+    }
+
+    /// Returns whether an offer of the utility `old` can be removed without a change of the scale, apart from the number of
+    /// offers, which has no effect on offers of one priority.
+    pub fn is_same_without(&self, old: f64) -> bool {
+        self.priorities.len() == 1 && old < self.largest
+    }
+
+    /// Returns whether an offer can be added without a change of the scale, apart from the number of offers, which has no
+    /// effect on offers of one priority.
+    pub fn is_same_with(&self, new: f64, priority: i32) -> bool {
+        self.priorities[..] == [priority] && new <= self.largest
+    }
+
+    pub fn sort(&mut self) {
+        self.priorities.sort_unstable();
+    }
+
+    /// Returns the value of an offer; 0 for an unknown task.
+    fn worth(&self, offer: &TaskOffer, briefs: &[TaskBrief]) -> i64 {
+        let Some(TaskBrief { priority, .. }) = briefs.get(offer.task.index()) else {
+            return 0;
+        };
+        // One priority level outweighs all utilities together, and any work outweighs none.
+        let rank = self.priorities.partition_point(|lower| lower < priority) as i64;
+        let shares = (offer.utility / self.largest * SHARES) as i64;
+        rank * SHARES as i64 * (self.offers as i64 + 1) + shares.max(1)
+    }
 }
 
 /// A robot and the range of its offers.
@@ -58,7 +111,22 @@ impl Plan {
     /// Computes the best plan: first by the higher priorities, then by the sum of utilities. The offers are sorted by
     /// robot.
     pub fn compute(&mut self, offers: &[TaskOffer], briefs: &[TaskBrief]) {
-        self.weigh(offers, briefs);
+        let mut scale = std::mem::take(&mut self.scale);
+        scale.clear();
+        for offer in offers {
+            scale.add(offer, briefs);
+        }
+        scale.sort();
+        self.compute_part(offers, &scale, briefs);
+        self.scale = scale;
+    }
+
+    /// Computes the part of the plan of all offers that consists of `offers`. No other offer is for a task or from a robot
+    /// of the part. `scale` is that of all offers.
+    pub fn compute_part(&mut self, offers: &[TaskOffer], scale: &Scale, briefs: &[TaskBrief]) {
+        self.worth.clear();
+        let worth = offers.iter().map(|offer| scale.worth(offer, briefs));
+        self.worth.extend(worth);
         self.tasks.resize_with(briefs.len(), Task::default);
         for task in &mut self.tasks {
             task.holders.clear();
@@ -81,33 +149,6 @@ impl Plan {
     pub fn assigned<'a>(&'a self, offers: &'a [TaskOffer]) -> impl Iterator<Item = &'a TaskOffer> {
         let taken = self.robots.iter().filter_map(|robot| robot.assigned);
         taken.map(|offer| &offers[offer])
-    }
-
-    /// Computes the value of each offer; 0 for an unknown task.
-    fn weigh(&mut self, offers: &[TaskOffer], briefs: &[TaskBrief]) {
-        let brief = |offer: &TaskOffer| briefs.get(offer.task.index());
-        self.priorities.clear();
-        let mut largest = 0.0_f64;
-        for offer in offers {
-            largest = largest.max(offer.utility);
-            if let Some(brief) = brief(offer)
-                && !self.priorities.contains(&brief.priority)
-            {
-                self.priorities.push(brief.priority);
-            }
-        }
-        self.priorities.sort_unstable();
-        let worth = |offer| {
-            let Some(TaskBrief { priority, .. }) = brief(offer) else {
-                return 0;
-            };
-            // One priority level outweighs all utilities together, and any work outweighs none.
-            let rank = self.priorities.partition_point(|lower| lower < priority) as i64;
-            let shares = (offer.utility / largest * SHARES) as i64;
-            rank * SHARES as i64 * (offers.len() as i64 + 1) + shares.max(1)
-        };
-        self.worth.clear();
-        self.worth.extend(offers.iter().map(worth));
     }
 
     /// Adds one robot. It takes its best task, and displaced robots change tasks along the path with the least loss.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use proto::allocation::AllocationMessage;
 use proto::allocation::awareness::{Awareness, TaskCost};
+use proto::allocation::consensus::BLOCK_TASKS;
 use proto::team::BroadcastContent;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +13,7 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::{Hipc, HipcConfig};
-use crate::allocator::{Allocator, Decision, Input, TaskBrief};
+use crate::allocator::{Allocator, Choice, Decision, Input, TaskBrief};
 use crate::allocators::cbba::Cbba;
 use crate::allocators::cbba::bundle::Bundle;
 use crate::allocators::cbba::tests::laws::{
@@ -139,6 +140,64 @@ fn a_wrong_prediction_delays_the_bid_by_the_wait() {
         robot.step(&input, &mut decision);
         let is_taken = decision.active == Some(BehaviorId(0));
         assert_eq!(is_taken, ms == 1200, "{ms}");
+    }
+}
+
+/// A teammate has sent the costs of its tasks in two blocks, and restarts. Its first message contains the costs of the first
+/// block alone. The robot does not leave the task of the other block to it.
+#[test]
+fn a_restarted_teammate_loses_its_old_costs() {
+    const LAST: u16 = BLOCK_TASKS;
+    let briefs = vec![fixtures::brief(2, 60.0); usize::from(LAST) + 1];
+    let me = fixtures::self_state(RobotId(0), 2, briefs.into());
+    let costs = |block, tasks: &[u16]| {
+        let cost = |&task| TaskCost {
+            task: TaskId(task),
+            cost_s: 1.0,
+            worth: 0.98,
+        };
+        AllocationMessage::Awareness(Awareness {
+            block,
+            costs: tasks.iter().map(cost).collect(),
+        })
+    };
+    let message = |number, ms, content| {
+        let content = BroadcastContent::Allocation(content);
+        Arc::new(fixtures::broadcast(
+            RobotId(1),
+            number,
+            SimTime(ms),
+            content,
+        ))
+    };
+    let before = [
+        message((1, 0), 850, costs(0, &[])),
+        message((1, 1), 900, costs(1, &[LAST])),
+    ];
+    let restarted = message((2, 0), 950, costs(0, &[]));
+    let mut choices: Vec<Choice> = (0..=LAST)
+        .map(|task| fixtures::choice(task, 30.0))
+        .collect();
+    let mut applicable = vec![false; choices.len()];
+    applicable[usize::from(LAST)] = true;
+    for (choice, applicable) in choices.iter_mut().zip(&applicable) {
+        choice.applicable = *applicable;
+    }
+    for is_restarted in [false, true] {
+        let mut robot = Hipc::new(&me, &HipcConfig::default());
+        let mut received = before.to_vec();
+        received.extend(is_restarted.then(|| Arc::clone(&restarted)));
+        let input = Input {
+            applicable: &applicable,
+            choices: &choices,
+            seconds: &|_, _| Some(30.0),
+            received: &received,
+            ..fixtures::input(SimTime(1000), RobotId(0))
+        };
+        let mut decision = Decision::default();
+        robot.step(&input, &mut decision);
+        let is_taken = decision.active == Some(BehaviorId(LAST));
+        assert_eq!(is_taken, is_restarted);
     }
 }
 
