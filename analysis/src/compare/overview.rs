@@ -70,7 +70,7 @@ fn measure(data: &ComparisonData) -> String {
             1 => String::new(),
             _ => format!(" in {}", listed(&missions)),
         };
-        format!("{}{missions}, {direction} is better", metric.heading())
+        format!("{} ({direction} is better){missions}", metric.heading())
     });
     let mut text = parts.collect::<Vec<_>>().join("; ") + ".";
     if metrics.contains(&&Metric::Par2) {
@@ -343,7 +343,7 @@ mod tests {
             "alliance, oracle and nearest in 4 blocks (2 missions × 2 classes of faults), with 12 seeds each: 144 runs. \
              The same seed gives each allocator the same world and the same random numbers of the radio."
         );
-        assert!(fact(&facts, "Measure").starts_with("PAR2 in s, less is better. PAR2 is"));
+        assert!(fact(&facts, "Measure").starts_with("PAR2 in s (less is better). PAR2 is"));
         let effect = fact(&facts, "Effect");
         // Ranks of alliance: 2, 3, 2, 2; of nearest: 3, 2, 3, 3.
         assert!(effect.contains("alliance 2.25 (2.00 to 2.75), then nearest 2.75 (2.25 to 3.00). The difference is 0.50, p = "), "{effect}");
