@@ -31,12 +31,12 @@ test("a takeover stands after the events of its own time, although it arrives la
     model.events.map(({ kind, group }) => `${kind} ${group}`),
     ["gone robots", "activated tasks", "took-over takeovers", "found mission"],
   );
-  assert.equal(model.recentTakeover(1, 1000)?.reason, "gold");
-  assert.equal(model.recentTakeover(0, 1000), undefined);
+  assert.equal(model.recentTakeovers(1000).get(1)?.reason, "gold");
+  assert.equal(model.recentTakeovers(1000).get(0), undefined);
   model.addEvents([event(860, "detected", "green", "dig", "gold"), event(870, "detected", "gold", "dig", "green")]);
-  assert.equal(model.recentTakeover(1, 1000)?.kind, "took-over");
-  assert.equal(model.recentTakeover(0, 1000)?.kind, "detected");
-  assert.equal(model.recentTakeover(1, 30), undefined);
+  assert.equal(model.recentTakeovers(1000).get(1)?.kind, "took-over");
+  assert.equal(model.recentTakeovers(1000).get(0)?.kind, "detected");
+  assert.equal(model.recentTakeovers(30).get(1), undefined);
 });
 
 test("takeovers, detections and the end have words", () => {

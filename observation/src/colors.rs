@@ -34,15 +34,15 @@ const ROBOTS: [(&str, Rgb); 14] = [
     ("black", Rgb(96, 96, 96)),
 ];
 
-/// The hues of tasks and kinds of marks: the color-blind safe palette of Okabe and Ito, without yellow, which is too
-/// light for lines. Gray and black have other meanings in task figures.
+/// The hues of tasks and kinds of marks: muted, so that no task looks like a robot. They differ in hue and in lightness, and
+/// are legible as thin lines on white and on the dark panels of the page.
 pub const TASKS: [Rgb; 6] = [
-    Rgb(0, 114, 178),
-    Rgb(213, 94, 0),
-    Rgb(0, 158, 115),
-    Rgb(204, 121, 167),
-    Rgb(86, 180, 233),
-    Rgb(230, 159, 0),
+    Rgb(86, 107, 134),
+    Rgb(162, 116, 96),
+    Rgb(85, 124, 103),
+    Rgb(133, 106, 134),
+    Rgb(118, 157, 167),
+    Rgb(146, 143, 96),
 ];
 
 /// Returns the hues of tasks by catalog index, in turn, as in CSS.
@@ -143,6 +143,27 @@ mod tests {
         };
         let (one, other) = (light(one), light(other));
         one.max(other) / one.min(other)
+    }
+
+    /// Robots are vivid, tasks are muted.
+    #[test]
+    fn no_task_has_the_color_of_a_robot() {
+        let saturation = |Rgb(red, green, blue)| {
+            let (least, most) = (red.min(green).min(blue), red.max(green).max(blue));
+            f64::from(most - least) / f64::from(most)
+        };
+        let mut robots = ROBOTS.iter();
+        assert!(
+            robots
+                .all(|(name, color)| ["gray", "black"].contains(name) || saturation(*color) > 0.46)
+        );
+        assert!(TASKS.into_iter().all(|color| saturation(color) < 0.42));
+        for color in TASKS {
+            for floor in [Rgb(255, 255, 255), Rgb(29, 32, 38)] {
+                let ratio = contrast(color, floor);
+                assert!(ratio >= 2.9, "{color:?} on {floor:?}: {ratio:.2}");
+            }
+        }
     }
 
     #[test]

@@ -111,8 +111,12 @@ pub struct Ranking {
     /// The meaning of rank 1: best, most or least.
     pub first: &'static str,
     pub friedman: Friedman,
+    /// The interval of each mean rank, from resamples of the blocks.
+    pub intervals: Vec<Interval>,
     /// The critical difference of mean ranks.
     pub critical: f64,
+    /// The indices of the ranked blocks.
+    pub blocks: Vec<usize>,
     /// The indices of the omitted blocks: an allocator has no data, or all allocators are equal.
     pub omitted_blocks: Vec<usize>,
 }
@@ -125,6 +129,21 @@ impl Ranking {
         let mut order: Vec<usize> = (0..ranks.len()).collect();
         order.sort_by(|a, b| ranks[*a].total_cmp(&ranks[*b]));
         order
+    }
+
+    /// Returns the mean ranks over the blocks that `counts` selects, or `None` if it selects none.
+    #[must_use]
+    pub fn mean_ranks_over(&self, counts: impl Fn(usize) -> bool) -> Option<Vec<f64>> {
+        let blocks = self.blocks.iter().zip(&self.friedman.ranks);
+        let ranks: Vec<&Vec<f64>> = blocks
+            .filter_map(|(block, ranks)| counts(*block).then_some(ranks))
+            .collect();
+        let places = 0..self.friedman.mean_ranks.len();
+        let means = places.map(|place| {
+            let column: Vec<f64> = ranks.iter().map(|ranks| ranks[place]).collect();
+            mean(&column)
+        });
+        means.collect()
     }
 
     /// Returns the p value of two allocators by Nemenyi's test.
@@ -362,22 +381,32 @@ fn rankings(data: &ComparisonData) -> Vec<Ranking> {
 /// Ranks the allocators in each block. `values` returns their values, less is better, or `None` if an allocator has no data
 /// or all are equal.
 fn ranking(data: &ComparisonData, values: impl Fn(usize) -> Option<Vec<f64>>) -> Option<Ranking> {
-    let mut left_out = Vec::new();
-    let mut blocks = Vec::new();
+    let (mut blocks, mut omitted_blocks, mut ranked) = (Vec::new(), Vec::new(), Vec::new());
     for number in 0..data.blocks.len() {
         match values(number) {
-            Some(values) => blocks.push(values),
-            None => left_out.push(number),
+            Some(values) => {
+                blocks.push(number);
+                ranked.push(values);
+            }
+            None => omitted_blocks.push(number),
         }
     }
-    let friedman = friedman(&blocks)?;
+    let friedman = friedman(&ranked)?;
+    let places = 0..data.allocators.len();
+    let columns = places.map(|place| friedman.ranks.iter().map(|ranks| ranks[place]).collect());
+    let columns: Vec<Vec<f64>> = columns.collect();
+    let intervals = means(&columns).into_iter();
     Some(Ranking {
         name: String::new(),
         is_primary: false,
         first: "",
         critical: critical_difference(SIGNIFICANT, data.allocators.len(), friedman.blocks),
+        intervals: intervals
+            .filter_map(|resampled| resampled.interval(LEVEL))
+            .collect(),
         friedman,
-        omitted_blocks: left_out,
+        blocks,
+        omitted_blocks,
     })
 }
 

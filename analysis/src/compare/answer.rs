@@ -77,7 +77,8 @@ fn best_of_all(data: &ComparisonData, analysis: &Analysis) -> String {
 }
 
 /// Returns the allocators that compete, best first.
-fn rivals(data: &ComparisonData, ranking: &Ranking) -> Vec<usize> {
+#[must_use]
+pub fn rivals(data: &ComparisonData, ranking: &Ranking) -> Vec<usize> {
     let mut order = ranking.order();
     order.retain(|place| Some(*place) != data.reference);
     order
@@ -258,6 +259,26 @@ pub fn best(data: &ComparisonData, block: usize) -> Option<usize> {
     let rivals = order.filter(|(place, _)| Some(*place) != data.reference);
     let places = rivals.filter_map(|(place, before)| Some((before?, place)));
     places.min().map(|(_, place)| place)
+}
+
+/// Returns the allocator that follows the best one in a block, except the reference.
+#[must_use]
+pub fn next_best(data: &ComparisonData, block: usize, best: usize) -> Option<usize> {
+    let order = data.order(block);
+    let others = others(data, best).into_iter();
+    others
+        .filter(|place| order[*place].is_some())
+        .min_by_key(|place| order[*place])
+}
+
+/// Joins names, at most [`LISTED`] of them, and states the number of the others.
+#[must_use]
+pub fn named(names: &[String]) -> String {
+    let shown = names[..names.len().min(LISTED)].join("; ");
+    match names.len() - names.len().min(LISTED) {
+        0 => shown,
+        more => format!("{shown}; and {more} more"),
+    }
 }
 
 /// Returns the allocators with data that are not significantly worse than the best.

@@ -4,7 +4,7 @@
 //!   such as a mission under a class of faults. A *cell* is one allocator in a block. Runs of a block with the same seed are a pair:
 //!   they have the same world and the same random numbers of the radio.
 //! - `metrics` defines the metrics, `primary` selects the one that ranks the runs of a scenario, `data` sorts the rows, `analysis` compares them with `statistics`, `hypotheses` judges the claims,
-//!   and `answer` formulates the result. These modules do no I/O and do not depend on the order in which runs ended.
+//!   `answer` formulates the result, and `overview` states how it was found and what would change it. These modules do no I/O and do not depend on the order in which runs ended.
 //! - `tables`, `figures` and `page` present the result; `memory` checks the memory and `power` the number of seeds beforehand;
 //!   `command` is the command line.
 //!
@@ -21,6 +21,7 @@ mod figures;
 mod hypotheses;
 mod memory;
 pub(crate) mod metrics;
+mod overview;
 pub(crate) mod page;
 mod power;
 pub(crate) mod primary;

@@ -9,6 +9,7 @@ use super::answer::{Answer, best, p_value};
 use super::data::ComparisonData;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
+use super::overview::overview;
 use super::tables::{LATEX, NamedTable};
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
@@ -17,15 +18,15 @@ use crate::page::{
     table,
 };
 use crate::shell::shell_quoted;
-use crate::sweep::execution::counted;
 use crate::sweep::statistics::Interval;
 
 /// The columns of the tables by block after the primary metric: heading, metric and number of decimals.
-const SHOWN: [(&str, Metric, usize); 15] = [
+const SHOWN: [(&str, Metric, usize); 16] = [
     ("PAR2, s", Metric::Par2, 1),
     ("makespan, s", Metric::Makespan, 1),
     ("done", Metric::Done, 1),
     ("expired", Metric::Expired, 1),
+    ("lateness, s", Metric::Lateness, 1),
     ("regret, s", Metric::Regret, 1),
     ("gap, %", Metric::Gap, 2),
     ("messages", Metric::Messages, 0),
@@ -55,7 +56,6 @@ pub struct Page<'c> {
 impl Page<'_> {
     #[must_use]
     pub fn html(&self) -> String {
-        let (runs, failed) = self.runs;
         let title = format!("Comparison {}", self.name);
         let body = html! {
             h1 { (title) }
@@ -63,12 +63,8 @@ impl Page<'_> {
                 (self.question.unwrap_or("Which allocation rule copes best with which faults, and is the difference real?"))
             }
             ul.answer { @for sentence in &self.answer.sentences { li { (sentence) } } }
+            dl.facts { @for (heading, text) in overview(self.data, self.analysis, self.runs) { dt { (heading) } dd { (text) } } }
             @for figure in self.figures.iter().take(1) { (drawing(figure)) }
-            p.note {
-                (counted(runs, "run")) " of " (counted(self.data.allocators.len(), "allocator")) " in " (counted(self.data.blocks.len(), "block"))
-                @if failed > 0 { ", " (failed) " failed" }
-                ". For each allocator, the same seed gives the same world and the same random numbers of the radio. All intervals are 95 %."
-            }
             @if !self.answer.details.is_empty() {
                 h2 { "Details" }
                 ul.answer { @for detail in &self.answer.details { li { (detail) } } }
@@ -83,7 +79,7 @@ impl Page<'_> {
                 "Means over the seeds with their intervals. Less is better, except for completion, finished work (done) and some missions' own "
                 "figures. Columns in which all allocators are equal are left out. The last columns compare with the best allocator of the block "
                 "(except the oracle), which is highlighted. In the other columns the best value is highlighted, with its interval; the pointer shows "
-                "the interval of any value. A heading sorts its table. The effect is the matched-pairs rank-biserial correlation, from -1 (always less than that of the best) to 1 (always more); "
+                "the interval of any value. \"in 7 of 10\" marks the mean of the runs that have the value, such as the makespan of complete runs or a takeover. A heading sorts its table. The effect is the matched-pairs rank-biserial correlation, from -1 (always less than that of the best) to 1 (always more); "
                 "p comes from Wilcoxon's signed-rank test with Holm's correction over all pairs of the block."
             }
             @for block in 0..self.data.blocks.len() { (self.block(block)) }
@@ -190,9 +186,15 @@ impl Page<'_> {
             Metric::Gap => 0.01,
             _ => 1.0,
         };
-        let Some((mean, interval)) = self.estimate(block, rival, metric) else {
+        let Some(summary) = self.summary(block, rival, self.data.metric_index(metric)) else {
             return html! { td { "–" } };
         };
+        let (mean, interval) = (summary.mean, summary.interval);
+        // Runs without a value, such as the makespan of an incomplete run, make the mean one of a selection.
+        let cell = &self.data.blocks[block].cells[rival];
+        let counted = cell.counted();
+        let selected = (!cell.is_constant && summary.n < counted)
+            .then(|| format!("in {} of {counted}", summary.n));
         let shown = |value: f64| format!("{:.digits$}", value / scale);
         let interval = format!("{} – {}", shown(interval.0), shown(interval.1));
         let rivals = 0..self.data.allocators.len();
@@ -202,7 +204,7 @@ impl Page<'_> {
         let is_best = best.is_some_and(|best| metric.sign() * mean <= best);
         html! {
             td.least[is_best] title={ "95 %: " (interval) } {
-                (shown(mean)) @if is_best { " " small { (interval) } }
+                (shown(mean)) @if is_best { " " small { (interval) } } @if let Some(selected) = &selected { " " small { (selected) } }
             }
         }
     }
@@ -263,9 +265,12 @@ impl Page<'_> {
                     @if !matches!(metric, Metric::MessagesOf(_) | Metric::BytesOf(_)) { dt { (metric.name()) } dd { (metric.meaning()) } }
                 }
                 dt { "primary" } dd { "The measure that ranks the runs of a mission: the one that the plan states, or that the mission declares for its scenario: PAR2, finished work (done), or an own figure. If all allocators of a block are equal by it, the first measure of the outcome in which they differ decides, and PAR2 decides between equal ones." }
+                dt { "censored" } dd { "A run that reaches its limit before the mission is complete is censored: its makespan is at least the limit, and not known. PAR2 (penalized average runtime) counts it as twice the limit, so no run is left out. A mean of makespans has only the complete runs." }
+                dt { "effect" } dd { "The matched-pairs rank-biserial correlation: the share of rank sums in favor of one side, less that of the other. 1 or -1: one allocator is better with every seed; 0: neither. Unlike p, it does not grow with the number of seeds." }
+                dt { "correction" } dd { "Of 20 tests without any difference, one is below 0.05 by chance. Holm's correction raises the p values of a block so that this risk holds for all pairs together." }
                 dt { "no data" } dd { "A run whose faults had no effect does not count, and its seed is omitted from pairs. A cell without counted runs has no data." }
                 dt { "equal" } dd { "The seed has no effect: all runs of the cell have the same figures and count as one run. The difference of two such cells is exact, and no test applies." }
-                dt { "intervals" } dd { "Percentiles of 10,000 bootstrap resamples of the paired seeds; for completion Wilson's interval." }
+                dt { "intervals" } dd { "95 % intervals: percentiles of 10,000 bootstrap resamples of the paired seeds; for completion Wilson's interval; for mean ranks resamples of the blocks." }
                 dt { "ranks" } dd { "Ranks of the allocators' means within each block. The sample consists of blocks, so more seeds do not enlarge it." }
             }
         }

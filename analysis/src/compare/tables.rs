@@ -188,6 +188,8 @@ fn ranks(data: &ComparisonData, analysis: &Analysis) -> Table {
                 ("chi_squared", Entry::number(ranking.friedman.statistic)),
                 ("p", Entry::number(ranking.friedman.p)),
                 ("critical_difference", Entry::number(ranking.critical)),
+                ("mean_rank_from", Entry::number(ranking.intervals[place].0)),
+                ("mean_rank_to", Entry::number(ranking.intervals[place].1)),
             ]);
         }
     }

@@ -34,12 +34,24 @@ pub fn document(title: &str, style: &str, body: &Markup) -> String {
 pub fn drawing(figure: &Figure) -> Markup {
     html! {
         figure id=(figure.name) data-about=[about(&figure.about)] {
-            (PreEscaped(&figure.svg))
+            (scrolled(&figure.svg))
             figcaption {
                 (figure.caption) " "
                 span.files { @for (format, file) in files::names(figure) { a href=(file) download { (format) } " " } }
             }
         }
+    }
+}
+
+/// Returns a drawing that scrolls where the page is too narrow for legible letters, also by keys.
+#[must_use]
+pub fn scrolled(svg: &str) -> Markup {
+    let width = svg
+        .split_once("width=\"")
+        .and_then(|(_, rest)| rest.split_once('"'));
+    let width = width.map(|(width, _)| format!("--drawn: {width}px"));
+    html! {
+        div.drawing style=[width] tabindex="0" role="group" aria-label="Drawing" { (PreEscaped(svg)) }
     }
 }
 
@@ -117,6 +129,15 @@ mod tests {
         let attribute = about(&keys).unwrap();
         assert_eq!(attribute, r#"{"faults":"none","mission":"a \"b\""}"#);
         assert_eq!(about(&[]), None);
+    }
+
+    #[test]
+    fn a_drawing_is_not_enlarged_beyond_its_size() {
+        let markup = scrolled("<svg width=\"350\" height=\"10\"></svg>").into_string();
+        assert!(
+            markup.contains("style=\"--drawn: 350px\" tabindex=\"0\""),
+            "{markup}"
+        );
     }
 
     #[test]

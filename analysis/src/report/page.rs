@@ -1,6 +1,6 @@
 //! The page of a report, as one file that needs no other.
 
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 use run_log::{RunFile, RunOutcome};
 use scenario::mission::columns::{display_name, format_value, short_summary};
 use scenario::time::SimTime;
@@ -15,7 +15,7 @@ use super::metrics::{Metrics, Recurring};
 use super::verdict::verdict;
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
-use crate::page::{document, table};
+use crate::page::{document, scrolled, table};
 use crate::sweep::execution::counted;
 use crate::table::figure;
 use observation::stints::Loss;
@@ -86,7 +86,7 @@ impl InlineFigures {
         let id = format!("{folder}{name}").replace('/', "-");
         let drawing = if svg.len() <= self.room {
             self.room -= svg.len();
-            html! { (PreEscaped(svg)) }
+            scrolled(svg)
         } else {
             self.left_out += 1;
             let file = format!("{folder}{name}.svg");

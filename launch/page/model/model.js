@@ -183,11 +183,16 @@ export class Model {
     this.#changed();
   }
 
-  /** Returns the latest takeover by a robot up to now, or else its latest detection, not older than a time; or undefined. */
-  recentTakeover(rank, age_ms) {
-    const isRecent = ({ robot, t_ms }) => robot === this.names[rank] && t_ms <= this.now && t_ms > this.now - age_ms;
-    const latest = (wanted) => this.events.findLast((event) => event.kind === wanted && isRecent(event));
-    return latest(TOOK_OVER) ?? latest(DETECTED);
+  /** Returns the latest takeover of each robot in the last `age_ms`, or else its latest detection, by rank. */
+  recentTakeovers(age_ms) {
+    const found = new Map();
+    for (const event of this.events) {
+      if (event.t_ms > this.now) break;
+      if (event.t_ms <= this.now - age_ms || (event.kind !== TOOK_OVER && event.kind !== DETECTED)) continue;
+      const rank = this.names.indexOf(event.robot);
+      if (event.kind === TOOK_OVER || found.get(rank)?.kind !== TOOK_OVER) found.set(rank, event);
+    }
+    return found;
   }
 
   addMissed(count) {

@@ -10,11 +10,12 @@ const MANY_TASKS = 24;
 
 /** The minimum and maximum size of a cell, px. */
 const CELL_PX = { width: [2, 30], height: [4, 16] };
-/** The least distance of two names, px. */
+/** The least distance of two names, px: of robots, and of tasks, which slope. */
 const LINE_PX = 11;
+const SLOPING_LINE_PX = 16;
 /** The space for the names of robots and of tasks, px. */
 const NAMES_PX = 64;
-const HEAD_PX = 66;
+const HEAD_PX = 80;
 /** The slope of the tasks' names. */
 const SLOPE = -Math.PI / 3;
 
@@ -23,6 +24,8 @@ export class Matrix {
   #choices;
   #canvas = byId("matrix-canvas");
   #layout = null;
+  // The cell under the pointer, or null.
+  #pointed = null;
 
   constructor(model, choices, changed) {
     this.#model = model;
@@ -30,8 +33,14 @@ export class Matrix {
     const kind = byId("chart-kind");
     if (model.names.length > MANY_ROBOTS || model.tasks.length > MANY_TASKS) kind.value = "matrix";
     kind.addEventListener("change", changed);
-    this.#canvas.addEventListener("pointermove", (event) => this.#point(event));
-    this.#canvas.addEventListener("pointerleave", () => text(byId("matrix-cell"), ""));
+    this.#canvas.addEventListener("pointermove", (event) => {
+      this.#pointed = this.#under(event);
+      changed();
+    });
+    this.#canvas.addEventListener("pointerleave", () => {
+      this.#pointed = null;
+      changed();
+    });
     this.#canvas.addEventListener("click", (event) => {
       const cell = this.#under(event);
       if (cell) choices.set({ selected: cell.rank });
@@ -57,7 +66,6 @@ export class Matrix {
     const width = fit(place.clientWidth - NAMES_PX - HEAD_PX / 2, tasks.length, CELL_PX.width);
     this.#layout = { width, height, robotsPerRow };
     const c = this.#size(NAMES_PX + width * tasks.length + HEAD_PX / 2, HEAD_PX + height * rows);
-    c.font = "10px system-ui, sans-serif";
     c.textBaseline = "middle";
     const ink = themeColor("--ink");
     this.#drawTaskNames(c, ink);
@@ -81,9 +89,14 @@ export class Matrix {
       }
       c.globalAlpha = 1;
       c.fillStyle = ink;
-      if (row % Math.ceil(LINE_PX / height) === 0) {
-        const name = present === robots.length || robotsPerRow > 1 ? names[first] : `${names[first]} ✗`;
-        c.fillText(name, 2, top + Math.max(height, LINE_PX) / 2, NAMES_PX - 6);
+      const isPointed = this.#pointed !== null && Math.floor(this.#pointed.rank / robotsPerRow) === row;
+      const pointedAway = this.#pointed === null ? Infinity : Math.abs(Math.floor(this.#pointed.rank / robotsPerRow) - row) * height;
+      if (isPointed || (row % Math.ceil(LINE_PX / height) === 0 && pointedAway >= LINE_PX)) {
+        const last = names[Math.min(first + robotsPerRow, names.length) - 1];
+        const name = isPointed ? names[this.#pointed.rank] : robotsPerRow > 1 ? `${names[first]} – ${last}` : names[first];
+        c.font = font(isPointed);
+        const mark = present === robots.length || robotsPerRow > 1 ? "" : " ✗";
+        c.fillText(cut(c, name, NAMES_PX - 6 - c.measureText(mark).width) + mark, 2, top + Math.max(height, LINE_PX) / 2);
       }
       for (const [task, { state, level }] of this.#cells(robots)) {
         const style = styles[state] ?? { color: ink, share: 1 };
@@ -95,23 +108,39 @@ export class Matrix {
       }
     }
     c.globalAlpha = 1;
+    this.#drawPointer(c);
     const busy = view.robots.filter(({ active }) => active !== null).length;
     attribute(this.#canvas, "aria-label", `${names.length} robots by ${tasks.length} tasks: ${busy} robots are at work`);
   }
 
-  /** Writes the names of tasks, as many as have room. */
+  /** Writes the names of tasks, as many as have room, and the one under the pointer. */
   #drawTaskNames(c, ink) {
     const { tasks } = this.#model;
     const { width } = this.#layout;
-    const every = Math.ceil(LINE_PX / width);
+    const every = Math.ceil(SLOPING_LINE_PX / width);
+    const pointed = this.#pointed?.task ?? null;
+    const isShown = (task) => task % every === 0 && (pointed === null || Math.abs(task - pointed) * width >= SLOPING_LINE_PX);
     c.fillStyle = ink;
-    for (let task = 0; task < tasks.length; task += every) {
+    for (let task = 0; task < tasks.length; task += 1) {
+      if (task !== pointed && !isShown(task)) continue;
       c.save();
       c.translate(NAMES_PX + (task + 0.5) * width, HEAD_PX - 4);
       c.rotate(SLOPE);
-      c.fillText(tasks[task].name, 0, 0, (HEAD_PX - 6) / Math.sin(-SLOPE));
+      c.font = font(task === pointed);
+      c.fillText(cut(c, tasks[task].name, (HEAD_PX - 6) / Math.sin(-SLOPE)), 0, 0);
       c.restore();
     }
+  }
+
+  /** Frames the cell under the pointer, and states its content in words. */
+  #drawPointer(c) {
+    text(byId("matrix-cell"), this.#pointed ? this.#inWords(this.#pointed) : "");
+    if (!this.#pointed) return;
+    const { width, height, robotsPerRow } = this.#layout;
+    const [x, y] = [NAMES_PX + this.#pointed.task * width, HEAD_PX + Math.floor(this.#pointed.rank / robotsPerRow) * height];
+    c.strokeStyle = themeColor("--ink");
+    c.lineWidth = 1;
+    c.strokeRect(x - 1.5, y - 1.5, width + 2, height + 2);
   }
 
   /** Returns the state and the level of each task for a row of robots: the busiest state and the highest level of all. */
@@ -163,12 +192,21 @@ export class Matrix {
     return row >= 0 && rank < this.#model.names.length && task < this.#model.tasks.length ? { rank, task: Math.max(0, task) } : null;
   }
 
-  #point(event) {
-    const cell = this.#under(event);
-    if (!cell || !this.#model.view) return;
+  #inWords({ rank, task }) {
     const { names, tasks, sets, view } = this.#model;
-    const found = view.robots[cell.rank].sets.filter(({ motivation }) => sets[motivation.set].task === cell.task);
+    const found = view.robots[rank].sets.filter(({ motivation }) => sets[motivation.set].task === task);
     const states = found.map(({ motivation }) => `${motivation.state.toLowerCase()}, ${motivation.motivation.toFixed(1)}`);
-    text(byId("matrix-cell"), `${names[cell.rank]} × ${tasks[cell.task].name}: ${states.join("; ") || "nothing"}`);
+    return `${names[rank]} × ${tasks[task].name}: ${states.join("; ") || "nothing"}`;
   }
+}
+
+const font = (isBold) => `${isBold ? "600 " : ""}10px system-ui, sans-serif`;
+
+/** Shortens a text to a width, px, in the middle: names often differ only at the end. */
+function cut(c, words, width) {
+  const shortened = (length) => `${words.slice(0, Math.ceil(length / 2))}…${words.slice(words.length - Math.floor(length / 2))}`;
+  if (c.measureText(words).width <= width) return words;
+  let length = words.length - 1;
+  while (length > 1 && c.measureText(shortened(length)).width > width) length -= 1;
+  return shortened(length);
 }

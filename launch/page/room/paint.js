@@ -53,7 +53,10 @@ const RING_BELOW_PX = 24;
 /** Above this number of marks only large ones have labels. */
 const MAX_LABELS = 60;
 
-/** Draws the mission's marks in the color of their kind or role, filled from below by the share of work left, with labels. */
+/**
+ * Draws the mission's marks in the color of their kind or role, filled from below by the share of work left, with labels.
+ * Returns the extents of the labels.
+ */
 export function paintMarks(c, p, marks, palette) {
   const isSmall = ({ outline: { disc } }) => disc && p.scale * disc.radius_m < RING_BELOW_PX;
   for (const mark of marks) {
@@ -105,6 +108,7 @@ export function paintMarks(c, p, marks, palette) {
     taken.push(box(label));
     words(c, label, box(label).left, y - 8, { ...style, align: "left" });
   }
+  return taken;
 }
 
 /** Returns the color of a mark's work that is left. */
@@ -260,14 +264,20 @@ function hatch(c, [x, y, width, height], kind, color) {
   c.stroke();
 }
 
+/** Below this radius of a body, px, items are small and have no edge. */
+const SMALL_BODY_PX = 3;
+
 /** Draws the items on the floor, and the carried ones in front of their carriers. */
 export function paintItems(c, p, view, body_m, palette) {
   c.fillStyle = palette.item;
   c.strokeStyle = palette.ink;
   c.lineWidth = 0.8;
   c.beginPath();
+  // In a large room the edges of items would be a black heap.
+  const isLarge = p.scale * body_m < SMALL_BODY_PX;
+  const least = isLarge ? 1.5 : 2.5;
   for (const { position, carrier, radius_m } of view.items) {
-    const size = Math.max(2.5, p.scale * radius_m);
+    const size = Math.max(least, p.scale * radius_m);
     const front_m = body_m + radius_m;
     const { pose } = carrier === null ? {} : view.robots[carrier];
     const x = p.x(pose ? pose.position[0] + front_m * Math.cos(pose.heading_rad) : position[0]);
@@ -280,7 +290,7 @@ export function paintItems(c, p, view, body_m, palette) {
     c.lineTo(x, y - size);
   }
   c.fill();
-  c.stroke();
+  if (!isLarge) c.stroke();
 }
 
 /** Draws the trails of robots over the last `span_ms`. */
@@ -381,7 +391,7 @@ export function paintRadio(c, { a, b }, { count, loss, isCut, expected }, isDist
 /** Draws a robot's body with heading, color and sign. A dead one is crossed out, a silent one hatched, a joining one dashed. */
 export function paintBody(c, p, robot, style, palette) {
   const [x, y] = [p.x(robot.pose.position[0]), p.y(robot.pose.position[1])];
-  const radius = Math.max(5, p.scale * style.radius_m);
+  const radius = Math.max(style.least_px, p.scale * style.radius_m);
   const isDead = robot.state === "dead";
   if (style.isSelected) {
     c.strokeStyle = palette.select;
@@ -396,7 +406,7 @@ export function paintBody(c, p, robot, style, palette) {
   c.rotate(-robot.pose.heading_rad);
   c.fillStyle = isDead ? palette["ink-2"] : style.color;
   c.strokeStyle = palette.ink;
-  c.lineWidth = 1.5;
+  c.lineWidth = radius < 5 ? 1 : 1.5;
   // The nose shows the heading.
   c.beginPath();
   c.moveTo(radius * 1.55, 0);
@@ -445,46 +455,63 @@ export function paintBody(c, p, robot, style, palette) {
   c.restore();
 }
 
+/** The size of labels, px, and the space around a label that was not in the previous frame, so that labels do not flicker. */
+const LABEL_PX = 11;
+const NEW_LABEL_PX = 3;
+
 /**
- * Draws lines of text next to a robot, on the first of four sides without another label. `side`, the one of the
- * previous frame, has priority, so that labels do not jump. Without a free side the label is left out unless it
- * `mustShow`. Returns the side used.
+ * Draws a label next to a robot, on the first of four sides without another label or body. `texts` are the wanted lines and
+ * the shorter ones that may replace them. `side`, the one of the previous frame, has priority, so that labels do not jump;
+ * null: there was no label. Without a free side the label is left out, unless it `mustShow`: then it has a plate. Returns the
+ * side used, or null.
  */
-export function paintLabel(c, p, room, x, y, gap, { lines, side, mustShow }, taken, palette) {
-  const size = 11;
-  const height = lines.length * (size + 2) + 2;
-  const width = Math.max(...lines.map((line, index) => measure(c, line, size, index === 0))) + 6;
-  const canvas = c.canvas;
+export function paintLabel(c, p, room, { x, y, gap }, { texts, side, mustShow }, taken, palette) {
   // Labels stay within the walls, because text across a wall is illegible.
+  const { canvas } = c;
   const [fromX, fromY] = lowerLeft(room);
   const [west, east] = [Math.max(0, p.x(fromX)), Math.min(canvas.clientWidth, p.x(fromX + room.width_m))];
   const [north, south] = [Math.max(0, p.y(fromY + room.height_m)), Math.min(canvas.clientHeight, p.y(fromY))];
-  const most = { left: east - width, top: south - height };
-  const inside = Math.max(west, Math.min(x - width / 2, most.left));
-  const boxes = [
-    [inside, y + gap],
-    [inside, y - gap - height],
-    [x + gap, y - height / 2],
-    [x - gap - width, y - height / 2],
-  ];
-  const isFree = ([left, top]) =>
-    left >= west &&
-    top >= north &&
-    left <= most.left &&
-    top <= most.top &&
-    !taken.some((box) => overlaps(box, { left, right: left + width, top, bottom: top + height }));
-  const order = [side, 0, 1, 2, 3];
-  const free = order.find((each) => isFree(boxes[each]));
-  if (free === undefined && !mustShow) return side;
-  const chosen = free ?? side;
-  const [left, top] = boxes[chosen];
-  taken.push({ left, top, right: left + width, bottom: top + height });
-  // An outline of the letters hides less than a plate.
-  lines.forEach((line, index) => {
-    const style = { color: palette.ink, bold: index === 0, size, outline: palette.floor };
-    words(c, line, left + width / 2, top + 2 + (size + 2) * (index + 0.5), style);
-  });
-  return chosen;
+  const around = side === null ? NEW_LABEL_PX : 0;
+  const sides = [...new Set([side ?? 0, 0, 1, 2, 3])];
+  for (const lines of texts) {
+    const height = lines.length * (LABEL_PX + 2) + 2;
+    const width = Math.max(...lines.map((line, index) => measure(c, line, LABEL_PX, index === 0))) + 6;
+    const inside = Math.max(west, Math.min(x - width / 2, east - width));
+    const corners = [
+      [inside, y + gap],
+      [inside, y - gap - height],
+      [x + gap, y - height / 2],
+      [x - gap - width, y - height / 2],
+    ];
+    const box = (each) => {
+      const [left, top] = corners[each];
+      return { left, top, right: left + width, bottom: top + height };
+    };
+    const isFree = (each) => {
+      const { left, top, right, bottom } = box(each);
+      if (left < west || top < north || right > east || bottom > south) return false;
+      const wanted = { left: left - around, top: top - around, right: right + around, bottom: bottom + around };
+      return !taken.some((other) => overlaps(other, wanted));
+    };
+    const free = sides.find(isFree);
+    const chosen = free ?? (mustShow && lines === texts.at(-1) ? sides[0] : undefined);
+    if (chosen === undefined) continue;
+    const { left, top } = box(chosen);
+    taken.push(box(chosen));
+    if (mustShow) {
+      c.fillStyle = palette.label;
+      c.beginPath();
+      c.roundRect(left, top, width, height, 3);
+      c.fill();
+    }
+    // An outline of the letters hides less than a plate.
+    lines.forEach((line, index) => {
+      const style = { color: palette.ink, bold: index === 0, size: LABEL_PX, outline: palette.floor };
+      words(c, line, left + width / 2, top + 2 + (LABEL_PX + 2) * (index + 0.5), style);
+    });
+    return chosen;
+  }
+  return null;
 }
 
 /** Draws the rectangle in progress, with its size. */
@@ -494,9 +521,17 @@ export function paintDraft(c, p, draft, palette) {
   badge(c, label, p.x(draft.x_m + draft.width_m / 2), p.y(draft.y_m + draft.height_m) - 10, palette);
 }
 
+/** The widths of lines by font and text, because hundreds of names are measured for each picture. */
+const widths = new Map();
+
 function measure(c, line, size, bold) {
-  c.font = font(size, bold);
-  return c.measureText(line).width;
+  const key = `${font(size, bold)} ${line}`;
+  if (!widths.has(key)) {
+    if (widths.size > 10_000) widths.clear();
+    c.font = font(size, bold);
+    widths.set(key, c.measureText(line).width);
+  }
+  return widths.get(key);
 }
 
 const font = (size, bold) => `${bold ? "600 " : ""}${size}px system-ui, sans-serif`;

@@ -14,10 +14,13 @@ const MARGIN_PX = 10;
 const TAKEOVER_MS = 15_000;
 /** The length of trails, ms of simulated time. */
 const TRAIL_MS = 60_000;
-/** Above this team size labels have the name only, and only where shown is space. */
+/** Above this team size labels have the name only. */
 const FULL_LABELS = 12;
-/** Above this team size, without magnification, only lost and selected robots have a label and only the selected one a trail. */
+/** Above this team size, without magnification, only robots that stand out have a label, and only the selected one a trail. */
 const ALL_LABELS = 60;
+/** The least radius of a robot, px, also in a crowd. */
+const LEAST_PX = 5;
+const CROWDED_PX = 3.5;
 /** The number of robots in the text alternative of the picture. */
 const MAX_NAMED = 40;
 /** Above this team size only the selected robot's radio lines are drawn. */
@@ -31,12 +34,15 @@ export class Room {
   lens;
   /** Keeps the selected robot in the middle. */
   follows = false;
+  /** The rank of the robot under the pointer, or null. */
+  hovered = null;
 
   #canvas;
   #model;
   #choices;
   #palette;
   #projection;
+  // The side of each robot's label in the previous picture.
   #sides = new Map();
   #signs;
   #size = "";
@@ -147,12 +153,13 @@ export class Room {
     c.fillStyle = palette.outside;
     c.fillRect(0, 0, this.#canvas.width, this.#canvas.height);
     paint.paintFloor(c, p, scenario.room, palette);
+    // The extents of labels, which other labels do not cover.
+    let taken = [];
     if (view) {
-      paint.paintMarks(c, p, view.marks, palette);
+      taken = paint.paintMarks(c, p, view.marks, palette);
       for (const obstacle of view.obstacles) paint.paintObstacle(c, p, obstacle, this.faultBehind(obstacle)?.id ?? "", palette);
     }
     paint.paintBorder(c, p, scenario.room, palette);
-    paint.paintScale(c, p, scenario.room, palette);
     if (!view) return;
     if (choices.trails) {
       const ranks = this.#model.names.map((_, rank) => rank);
@@ -166,7 +173,8 @@ export class Room {
       });
     }
     this.#drawRadio(c);
-    this.#drawRobots(c);
+    this.#drawRobots(c, taken);
+    paint.paintScale(c, p, scenario.room, palette);
     if (this.draft) paint.paintDraft(c, p, this.draft, palette);
     this.#describe();
   }
@@ -184,38 +192,48 @@ export class Room {
     }
   }
 
-  #drawRobots(c) {
-    const { names, colors, picture: view, run } = this.#model;
+  #drawRobots(c, taken) {
+    const { colors, picture: view, run } = this.#model;
     const { radius_m } = run.scenario.body;
+    const least_px = this.#isCrowded ? CROWDED_PX : LEAST_PX;
     const shown = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state !== "absent");
     for (const { robot, rank } of shown) {
-      const style = { radius_m, color: colors[rank], sign: this.#signs[rank], isSelected: rank === this.#choices.selected };
+      const style = { radius_m, least_px, color: colors[rank], sign: this.#signs[rank], isSelected: rank === this.#choices.selected };
       paint.paintBody(c, this.#projection, robot, style, this.#palette);
     }
-    // Labels must not cover bodies.
-    const gap = Math.max(5, this.#projection.scale * radius_m) + 6;
-    const taken = shown.map(({ robot }) => {
-      const { x, y } = this.toScreen(...robot.pose.position);
-      return { left: x - gap + 4, right: x + gap - 4, top: y - gap + 4, bottom: y + gap - 4 };
-    });
-    const labeled = shown.filter(({ robot, rank }) => !this.#isCrowded || robot.state !== "present" || rank === this.#choices.selected);
-    for (const { robot, rank } of labeled) {
-      const { x, y } = this.toScreen(...robot.pose.position);
-      const mustShow = names.length <= FULL_LABELS || rank === this.#choices.selected;
-      const label = { lines: this.#label(robot, rank), side: this.#sides.get(rank) ?? 0, mustShow };
-      this.#sides.set(rank, paint.paintLabel(c, this.#projection, run.scenario.room, x, y, gap, label, taken, this.#palette));
+    const gap = Math.max(least_px, this.#projection.scale * radius_m) + 6;
+    const reach = gap - 4;
+    const places = new Map(shown.map(({ robot, rank }) => [rank, this.toScreen(...robot.pose.position)]));
+    for (const { x, y } of places.values()) taken.push({ left: x - reach, right: x + reach, top: y - reach, bottom: y + reach });
+    // As on a map, a name is written where it has space: first those that matter, then those of the previous picture.
+    const isPointed = (rank) => rank === this.#choices.selected || rank === this.hovered;
+    const takeovers = this.#takeovers();
+    const standsOut = ({ robot, rank }) => isPointed(rank) || robot.state !== "present" || takeovers.has(rank);
+    const weight = (each) => (isPointed(each.rank) ? 0 : standsOut(each) ? 1 : this.#sides.has(each.rank) ? 2 : 3);
+    const labeled = shown.filter((each) => !this.#isCrowded || standsOut(each));
+    const sides = new Map();
+    for (const { rank, robot } of labeled.sort((a, b) => weight(a) - weight(b))) {
+      const texts = this.#texts(robot, rank, takeovers.get(rank) ?? null, isPointed(rank));
+      const label = { texts, side: this.#sides.get(rank) ?? null, mustShow: isPointed(rank) };
+      const side = paint.paintLabel(c, this.#projection, run.scenario.room, { ...places.get(rank), gap }, label, taken, this.#palette);
+      if (side !== null) sides.set(rank, side);
     }
+    this.#sides = sides;
   }
 
-  #label(robot, rank) {
+  /** Returns the recent takeovers and detections in words, by rank. */
+  #takeovers() {
+    const words = ({ kind, reason }) => (kind === TOOK_OVER ? `◆ took over from ${reason}` : `◇ noticed the loss of ${reason}`);
+    return new Map([...this.#model.recentTakeovers(TAKEOVER_MS)].map(([rank, event]) => [rank, words(event)]));
+  }
+
+  /** Returns the lines of a robot's label, then the shorter ones for little space. */
+  #texts(robot, rank, takeover, isPointed) {
     const { names } = this.#model;
-    const lines = [robot.state === "present" ? names[rank] : `${names[rank]}: ${robot.state}`];
-    const doing = this.#model.doingInWords(robot);
-    if (doing && doing !== "idle" && (names.length <= FULL_LABELS || rank === this.#choices.selected)) lines.push(doing);
-    const takeover = this.#model.recentTakeover(rank, TAKEOVER_MS);
-    if (takeover?.kind === TOOK_OVER) lines.push(`◆ took over from ${takeover.reason}`);
-    else if (takeover) lines.push(`◇ noticed the loss of ${takeover.reason}`);
-    return lines;
+    const name = robot.state === "present" ? names[rank] : `${names[rank]}: ${robot.state}`;
+    const doing = names.length <= FULL_LABELS || isPointed ? this.#model.doingInWords(robot) : "";
+    const wanted = [doing === "idle" ? "" : doing, takeover].filter(Boolean);
+    return wanted.length === 0 ? [[name]] : [[name, ...wanted], [name, takeover].filter(Boolean), [name]];
   }
 
   /** Sets the text alternative of the picture. */

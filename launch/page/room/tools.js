@@ -65,7 +65,10 @@ export class Tools {
     byId("zoom-all").addEventListener("click", () => this.magnify(0));
     byId("follow").addEventListener("click", () => this.follow());
     canvas.addEventListener("pointercancel", () => this.#cancel());
-    canvas.addEventListener("pointerleave", () => showPoint(byId("pointer"), null));
+    canvas.addEventListener("pointerleave", () => {
+      showPoint(byId("pointer"), null);
+      this.#hover(null);
+    });
     for (const button of document.querySelectorAll("[data-tool-button]")) {
       button.addEventListener("click", () => this.take(button.dataset.toolButton));
     }
@@ -150,10 +153,19 @@ export class Tools {
       this.#room.draft = this.#rectangle(point);
       this.#choices.set({});
     } else if (this.#choices.tool === "look") {
-      this.#canvas.style.cursor = this.#room.pick(event) ? "pointer" : "";
+      const found = this.#room.pick(event);
+      this.#canvas.style.cursor = found ? "pointer" : "";
+      this.#hover(found?.robot ?? null);
     } else {
       this.#canvas.style.cursor = "crosshair";
     }
+  }
+
+  /** Shows the label of the robot under the pointer. */
+  #hover(rank) {
+    if (rank === this.#room.hovered) return;
+    this.#room.hovered = rank;
+    this.#choices.set({});
   }
 
   /** Pans the picture with the pointer. */

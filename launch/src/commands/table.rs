@@ -318,6 +318,7 @@ pub(super) const ENTRIES: &[Entry] = &[
         "list",
         &[
             "alliance list # everything",
+            "alliance list cbba # the parameters of an allocator",
             "alliance list scenarios reference > mine.toml # a start for your own",
             "alliance list runs # live and recorded runs",
         ],

@@ -43,22 +43,18 @@ fn with_names(command: Command, vocabulary: &Vocabulary) -> Command {
     command.mut_subcommands(|part| with_names(part, vocabulary))
 }
 
-/// Returns the known values of an argument with this value name.
+/// Returns the known values of an argument with this value name, which may be several joined by `|`.
 fn names(value: &str, vocabulary: &Vocabulary) -> Vec<String> {
     let names = |all: &mut dyn Iterator<Item = &'static str>| all.map(str::to_owned).collect();
-    match value {
-        "SCENARIO" | SCENARIO_OR_FILE => {
-            names(&mut vocabulary.builtins().map(|built_in| built_in.name))
-        }
+    let parts = value.split('|').flat_map(|part| match part {
+        "SCENARIO" => names(&mut vocabulary.builtins().map(|built_in| built_in.name)),
         "ALLOCATOR" => names(&mut vocabulary.allocators.iter().map(|spec| spec.name)),
         "MISSION" => names(&mut vocabulary.missions.iter().map(|mission| mission.name())),
         "ROBOT" => robots(vocabulary).into_iter().collect(),
-        "ROBOT|all" => robots(vocabulary)
-            .into_iter()
-            .chain(["all".to_owned()])
-            .collect(),
+        "all" => vec!["all".to_owned()],
         _ => Vec::new(),
-    }
+    });
+    parts.collect()
 }
 
 /// Returns the robots of all built-in scenarios.

@@ -8,17 +8,26 @@ mod scenarios;
 
 use std::process::ExitCode;
 
+use ::missions::Registry;
 use clap::{Args, Subcommand};
+use scenario::{Problem, name_remedy};
 use terminal::fail;
 use world_server::size::SizeArgs;
 
 use runs::RunsCommand;
 
+/// The names of the subcommands.
+const LISTS: [&str; 4] = ["scenarios", "allocators", "missions", "runs"];
+
 /// List scenarios, allocators, missions and runs, or describe one
 #[derive(Args, Clone, Debug)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct ListCommand {
     #[command(subcommand)]
     what: Option<What>,
+    /// Scenario to print, or allocator or mission whose parameters to list
+    #[arg(value_name = "SCENARIO|ALLOCATOR|MISSION")]
+    name: Option<String>,
 }
 
 #[derive(Subcommand, Clone, Debug)]
@@ -49,7 +58,10 @@ impl ListCommand {
     #[must_use]
     pub fn run(&self) -> ExitCode {
         let (name, text, status) = match &self.what {
-            None => ("list", everything(), 3),
+            None => match &self.name {
+                None => ("list", everything(), 3),
+                Some(name) => ("list", described(name), 2),
+            },
             Some(What::Scenarios { scenario, size }) => {
                 let text = scenarios::text(scenario.as_deref(), size);
                 ("list scenarios", text, 2)
@@ -88,5 +100,31 @@ fn everything() -> anyhow::Result<String> {
         ("Runs: alliance watch RUN", RunsCommand::default().text()?),
     ];
     let lists = lists.map(|(heading, list)| format!("{heading}\n\n{list}"));
-    Ok(lists.join("\n"))
+    Ok(lists.join("\n") + "\nOne of them: alliance list NAME\n")
+}
+
+/// Returns the description of the scenario, allocator or mission with this name.
+fn described(name: &str) -> anyhow::Result<String> {
+    let vocabulary = Registry::current().vocabulary();
+    let scenarios = vocabulary.builtins().map(|scenario| scenario.name);
+    let allocators = vocabulary.allocators.iter().map(|spec| spec.name);
+    let missions = vocabulary.missions.iter().map(|mission| mission.name());
+    let [scenarios, allocators, missions]: [Vec<&str>; 3] = [
+        scenarios.collect(),
+        allocators.collect(),
+        missions.collect(),
+    ];
+    if scenarios.contains(&name) {
+        return scenarios::text(Some(name), &SizeArgs::default());
+    }
+    if allocators.contains(&name) {
+        return allocators::text(Some(name));
+    }
+    if missions.contains(&name) {
+        return missions::text(Some(name));
+    }
+    let known = [&scenarios[..], &allocators, &missions, &LISTS].concat();
+    let remedy = name_remedy(name, known);
+    let what = format!("there is no scenario, allocator or mission '{name}'");
+    Err(Problem::at((), what, remedy).into())
 }

@@ -157,8 +157,11 @@ mod tests {
             name: "par2_s".to_owned(),
             is_primary: true,
             first: "best",
+            intervals: Vec::new(),
+            blocks: Vec::new(),
             friedman: Friedman {
                 blocks: 9,
+                ranks: Vec::new(),
                 mean_ranks,
                 statistic: 1.0,
                 p: 0.1,

@@ -7,6 +7,8 @@ use super::ranks::{ranks, ties};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Friedman {
     pub blocks: usize,
+    /// The ranks of the treatments in each block.
+    pub ranks: Vec<Vec<f64>>,
     /// The mean rank of each treatment; the least value has rank 1.
     pub mean_ranks: Vec<f64>,
     /// χ², with one degree of freedom less than the number of treatments.
@@ -22,8 +24,9 @@ pub fn friedman(blocks: &[Vec<f64>]) -> Option<Friedman> {
         return None;
     }
     let mut sums = vec![0.0; k];
-    for block in blocks {
-        for (sum, rank) in sums.iter_mut().zip(ranks(block)) {
+    let ranked: Vec<Vec<f64>> = blocks.iter().map(|block| ranks(block)).collect();
+    for block in &ranked {
+        for (sum, rank) in sums.iter_mut().zip(block) {
             *sum += rank;
         }
     }
@@ -40,6 +43,7 @@ pub fn friedman(blocks: &[Vec<f64>]) -> Option<Friedman> {
     };
     Some(Friedman {
         blocks: blocks.len(),
+        ranks: ranked,
         mean_ranks: sums.into_iter().map(|sum| sum / n).collect(),
         statistic,
         p: ChiSquared::new(count - 1.0).ok()?.sf(statistic),

@@ -191,7 +191,7 @@ fn more_robots_than_rows_are_drawn_together() {
         let cell = format!("opacity=\"{opacity}\" fill=\"{color}\"");
         gantt.matches(&cell).count()
     };
-    assert!(cells("0.5", "#0072B2") + cells("0.6", "#0072B2") > 90);
+    assert!(cells("0.5", "#566B86") + cells("0.6", "#566B86") > 90);
     assert_eq!(cells("0.1", "#222222"), 1);
     assert!(gantt.contains("some of the robots active"));
     assert!(gantt.contains(" … "));

@@ -143,8 +143,8 @@ impl MissionData for Service {
                     Column::count("started"),
                     Column::done("done", "done"),
                     Column::expired("expired"),
-                    Column::real("work_left_s"),
-                    Column::count("pending"),
+                    Column::real("work_left_s").with_label("work at open points"),
+                    Column::count("pending").with_label("still to arrive"),
                 ]
             },
             ..MissionVocabulary::NONE
