@@ -2,21 +2,25 @@
 
 use proto::team::Broadcast;
 use robot_agent::agent::{Agent, Workspace};
+use scenario::StepOrder;
 use scenario::ids::{RobotId, Tick};
 use world_server::barrier::Verdict;
 
 use crate::inputs::TickInputs;
-use crate::run::{Run, Seat, Workspaces};
-
-/// The number of robots that run through sensing, perception, thinking, acting and reporting together. Each of these steps runs a
-/// lot of code, which stays in the cache for the whole group.
-pub(super) const TOGETHER: usize = 32;
+use crate::pool::{Chunk, WorkerPool};
+use crate::run::Run;
+use crate::seat::{Seat, TOGETHER, Workspaces};
 
 impl Run {
     /// Steps the next group of robots, or the whole team on several threads. Returns `false` if no robot is left.
     pub(super) fn step_group(&mut self, inputs: &TickInputs) -> bool {
         if let Some(mut pool) = self.take_pool(inputs) {
-            let any = self.step_team(&mut pool);
+            let simulation = &mut self.simulation;
+            let chunks = pool.step(simulation, &mut self.seats, &self.broadcasts, &self.driven);
+            let any = chunks.is_some();
+            for chunk in chunks.into_iter().flatten() {
+                self.count(chunk);
+            }
             self.pool = Some(pool);
             return any;
         }
@@ -38,6 +42,35 @@ impl Run {
             self.answer_in_order(inputs);
         }
         true
+    }
+
+    /// Returns the threads if they can step the team in this tick. They cannot if the inputs of the tick or the step order
+    /// prescribe an order of robots, or if external controllers answer.
+    fn take_pool(&mut self, inputs: &TickInputs) -> Option<WorkerPool> {
+        let is_free = inputs.leave_reports_alone()
+            && self.answer_source.is_none()
+            && self.simulation.setup().step_order != StepOrder::InOrder;
+        if is_free { self.pool.take() } else { None }
+    }
+
+    /// Passes the broadcasts and reports of a chunk to the team and to the world.
+    fn count(&mut self, chunk: &mut Chunk) {
+        let mut broadcasts = chunk.broadcasts.drain(..);
+        let mut own = Vec::new();
+        let mut dismissed = Vec::new();
+        for sent in chunk.sent.drain(..) {
+            own.extend(broadcasts.by_ref().take(sent.broadcasts));
+            self.send(sent.robot, &mut own, &mut chunk.used);
+            if sent.is_valid {
+                self.simulation.count_stored(sent.robot);
+            } else {
+                dismissed.push(sent.robot);
+            }
+        }
+        // As in a group, agents end after all reports.
+        for robot in dismissed {
+            self.end_agent(robot);
+        }
     }
 
     /// Steps the robots of the group one by one, in the order that the inputs of the tick require.
@@ -153,12 +186,7 @@ impl Run {
     /// Passes a robot's broadcasts of the tick to the team, and to the world if it records them. Broadcasts that can no longer
     /// be received move to `used`.
     #[inline]
-    pub(super) fn send(
-        &mut self,
-        robot: RobotId,
-        broadcasts: &mut Vec<Broadcast>,
-        used: &mut Vec<Broadcast>,
-    ) {
+    fn send(&mut self, robot: RobotId, broadcasts: &mut Vec<Broadcast>, used: &mut Vec<Broadcast>) {
         if let Some(traffic) = &mut self.traffic {
             traffic.add(broadcasts);
         }

@@ -18,6 +18,7 @@ mod group;
 mod inputs;
 mod pool;
 mod run;
+mod seat;
 mod threads;
 mod traffic;
 
@@ -43,7 +44,7 @@ use pool::WorkerPool;
 pub use pool::threads_for;
 pub use robot_agent::agent::AgentSnapshot;
 use run::Run;
-pub use run::Workspaces;
+pub use seat::Workspaces;
 pub use traffic::{BroadcastCount, BroadcastCounts};
 
 /// An error that prevents a run in one process from starting.

@@ -6,15 +6,12 @@ use proto::tick::TickMessage;
 use rayon::ThreadPoolBuildError;
 use robot_agent::agent::{Agent, Workspace};
 use run_log::recorder::{Answer, SectionHash};
-use scenario::StepOrder;
 use scenario::ids::RobotId;
-use world_server::simulation::TickContext;
+use world_server::simulation::{Simulation, TickContext};
 
 use crate::broadcast_store::BroadcastStore;
 use crate::external_command::BodyCommand;
-use crate::group::TOGETHER;
-use crate::inputs::TickInputs;
-use crate::run::{Run, Seat};
+use crate::seat::{Seat, TOGETHER};
 use crate::threads::Threads;
 
 /// The least number of robots for each thread. With fewer robots, waking the threads takes longer than they save.
@@ -43,21 +40,23 @@ struct Worker {
 
 /// Robots with adjacent ranks that one thread steps together.
 #[derive(Default)]
-struct Chunk {
+pub(super) struct Chunk {
     /// The robots that were sent the tick.
     asked: Vec<RobotId>,
     /// The answers of these robots.
-    sent: Vec<Sent>,
+    pub sent: Vec<Sent>,
     /// The broadcasts of these robots, in order.
-    broadcasts: Vec<Broadcast>,
+    pub broadcasts: Vec<Broadcast>,
     /// Used broadcasts, whose buffers the robots reuse.
-    used: Vec<Broadcast>,
+    pub used: Vec<Broadcast>,
 }
 
-struct Sent {
-    robot: RobotId,
-    broadcasts: usize,
-    is_valid: bool,
+/// The answer of a robot.
+pub(super) struct Sent {
+    pub robot: RobotId,
+    /// The number of its broadcasts.
+    pub broadcasts: usize,
+    pub is_valid: bool,
 }
 
 /// The data that all chunks of a tick read.
@@ -90,45 +89,40 @@ impl WorkerPool {
             chunks: chunks.map(|_| Chunk::default()).collect(),
         })
     }
-}
 
-impl Run {
-    /// Returns the threads if they can step the team in this tick. They cannot if the inputs of the tick or the step order
-    /// prescribe an order of robots, or if external controllers answer.
-    pub(super) fn take_pool(&mut self, inputs: &TickInputs) -> Option<WorkerPool> {
-        let is_free = inputs.leave_reports_alone()
-            && self.answer_source.is_none()
-            && self.simulation.setup().step_order != StepOrder::InOrder;
-        if is_free { self.pool.take() } else { None }
-    }
-
-    /// Steps all robots that wait for the tick. Returns `false` if there are none.
-    pub(super) fn step_team(&mut self, pool: &mut WorkerPool) -> bool {
+    /// Steps all robots that wait for the tick. Returns their answers, in order of rank; `None` if there are no such robots.
+    pub fn step(
+        &mut self,
+        simulation: &mut Simulation,
+        seats: &mut [Seat],
+        broadcasts: &BroadcastStore,
+        driven: &[Option<BodyCommand>],
+    ) -> Option<&mut [Chunk]> {
         let WorkerPool {
             threads,
             workers,
             chunks,
-        } = pool;
+        } = self;
         for chunk in &mut *chunks {
             chunk.asked.clear();
         }
         let mut any = false;
-        while let Some(robot) = self.simulation.next_unprepared() {
+        while let Some(robot) = simulation.next_unprepared() {
             chunks[robot.index() / TOGETHER].asked.push(robot);
             any = true;
         }
         if !any {
-            return false;
+            return None;
         }
-        let is_prepared = !self.simulation.readings_are_intact();
-        let (context, messages, answers) = self.simulation.split();
+        let is_prepared = !simulation.readings_are_intact();
+        let (context, messages, answers) = simulation.split();
         let shared = Shared {
             context,
             is_prepared,
-            broadcasts: &self.broadcasts,
-            driven: &self.driven,
+            broadcasts,
+            driven,
         };
-        let robots = (chunks.iter_mut().zip(self.seats.chunks_mut(TOGETHER)))
+        let robots = (chunks.iter_mut().zip(seats.chunks_mut(TOGETHER)))
             .zip(messages.chunks_mut(TOGETHER))
             .zip(answers.chunks_mut(TOGETHER))
             .enumerate()
@@ -142,30 +136,7 @@ impl Run {
         threads.share(workers, robots, |worker, robots| {
             robots.step(worker, &shared)
         });
-        for chunk in chunks {
-            self.count(chunk);
-        }
-        true
-    }
-
-    /// Passes the broadcasts and reports of a chunk to the team and to the world.
-    fn count(&mut self, chunk: &mut Chunk) {
-        let mut broadcasts = chunk.broadcasts.drain(..);
-        let mut own = Vec::new();
-        let mut dismissed = Vec::new();
-        for sent in chunk.sent.drain(..) {
-            own.extend(broadcasts.by_ref().take(sent.broadcasts));
-            self.send(sent.robot, &mut own, &mut chunk.used);
-            if sent.is_valid {
-                self.simulation.count_stored(sent.robot);
-            } else {
-                dismissed.push(sent.robot);
-            }
-        }
-        // As in a group, agents end after all reports.
-        for robot in dismissed {
-            self.end_agent(robot);
-        }
+        Some(chunks)
     }
 }
 

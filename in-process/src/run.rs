@@ -3,7 +3,7 @@
 use missions::Registry;
 use proto::process::ProcessAction;
 use proto::tick::Outcome;
-use robot_agent::agent::{Agent, TeamConfig, Workspace};
+use robot_agent::agent::{Agent, TeamConfig};
 use robot_agent::registry::AgentRegistry;
 use run_log::recorder::Record;
 use run_log::{Branch, Input, InputLine};
@@ -18,21 +18,8 @@ use crate::external_command::BodyCommand;
 use crate::external_controllers::{AnswerError, AnswerSource, TickError};
 use crate::inputs::{LoggedInputs, TickInputs};
 use crate::pool::WorkerPool;
+use crate::seat::{Seat, Workspaces};
 use crate::traffic::BroadcastCounts;
-
-/// The controller of a robot's current incarnation.
-#[derive(Clone)]
-pub(super) enum Seat {
-    Empty,
-    Agent(Agent),
-    /// A controller outside this program.
-    Foreign,
-}
-
-/// The workspaces of the robots of a group. Several teams that are stepped in turn can share one set, which then stays in the
-/// cache.
-#[derive(Default)]
-pub struct Workspaces(pub(super) Vec<Workspace>);
 
 /// A run without its log.
 pub(super) struct Run {

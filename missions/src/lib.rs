@@ -6,6 +6,16 @@
 //!   targets.
 //! - [`external`]: readings and actions in a form for controllers in other languages.
 
+/// Lists built-in scenarios of a mission: the files of these names in the folder `scenarios` beside the one of the caller.
+macro_rules! builtin_scenarios {
+    ($($name:literal),* $(,)?) => {
+        [$(scenario::mission::data::BuiltinScenario {
+            name: $name,
+            text: include_str!(concat!("../scenarios/", $name, ".toml")),
+        }),*]
+    };
+}
+
 mod coverage;
 mod districts;
 pub mod external;

@@ -6,9 +6,6 @@ use scenario::ids::Tick;
 use scenario::limits::{TIME, check_known};
 use scenario::{Problem, Scenario, Setup};
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
-
-use crate::gallery::gallery;
 
 /// A run that a person chooses.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -155,60 +152,11 @@ impl Choice {
     }
 }
 
-/// Returns the built-in scenarios, with the number of their robots, the allocators, and the gallery.
-#[must_use]
-pub fn choices() -> Value {
-    let vocabulary = Registry::current().vocabulary();
-    let scenarios = vocabulary.builtins().filter_map(|builtin| {
-        // A test reads all of them.
-        let scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary).ok()?;
-        Some(json!({
-            "name": builtin.name,
-            "about": scenario.description,
-            "robots": scenario.robots.len(),
-        }))
-    });
-    let allocators = vocabulary.allocators.iter();
-    let allocators = allocators.map(|spec| json!({"name": spec.name, "about": spec.about}));
-    json!({
-        "scenarios": scenarios.collect::<Vec<_>>(),
-        "allocators": allocators.collect::<Vec<_>>(),
-        "gallery": gallery(),
-    })
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use serde_json::{Value, json};
 
-    #[test]
-    fn every_listed_scenario_and_allocator_can_be_chosen() {
-        let list = choices();
-        let names = |kind: &str| -> Vec<String> {
-            let all = list[kind].as_array().unwrap().iter();
-            all.map(|entry| entry["name"].as_str().unwrap().to_owned())
-                .collect()
-        };
-        let vocabulary = Registry::current().vocabulary();
-        assert_eq!(names("scenarios").len(), vocabulary.builtins().count());
-        for name in names("scenarios") {
-            let scenario = Some(name);
-            let choice = Choice {
-                scenario,
-                ..Choice::default()
-            };
-            assert!(choice.setup().is_ok(), "{:?}", choice.scenario);
-        }
-        for name in names("allocators") {
-            let allocator = Some(name);
-            let choice = Choice {
-                allocator,
-                ..Choice::default()
-            };
-            let setup = choice.setup().unwrap();
-            assert_eq!(setup.scenario.allocator, choice.allocator);
-        }
-    }
+    use super::*;
 
     #[test]
     fn mistakes_are_refused_in_one_line() {

@@ -15,8 +15,8 @@ use proto::control::{ControlCommand, Reply};
 use serde::Serialize;
 use serde_json::json;
 
-use crate::choice::choices;
 use crate::engine::Engine;
+use crate::gallery::choices;
 
 thread_local! {
     /// The buffer. No function keeps it borrowed while the run works, so a panic can write into it.

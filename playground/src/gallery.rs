@@ -1,7 +1,10 @@
 //! The gallery: runs worth watching, from `gallery.toml`. The page and the book list them, and a test checks what each
 //! promises.
 
+use missions::Registry;
+use scenario::Scenario;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 use crate::choice::Choice;
 
@@ -50,6 +53,28 @@ pub struct Expectation {
 pub fn gallery() -> Vec<Entry> {
     // A test reads the file.
     toml::from_str::<Gallery>(FILE).map_or_else(|_| Vec::new(), |gallery| gallery.run)
+}
+
+/// Returns the built-in scenarios, with the number of their robots, the allocators, and the gallery.
+#[must_use]
+pub fn choices() -> Value {
+    let vocabulary = Registry::current().vocabulary();
+    let scenarios = vocabulary.builtins().filter_map(|builtin| {
+        // A test reads all of them.
+        let scenario = Scenario::parse(builtin.name, builtin.text, &vocabulary).ok()?;
+        Some(json!({
+            "name": builtin.name,
+            "about": scenario.description,
+            "robots": scenario.robots.len(),
+        }))
+    });
+    let allocators = vocabulary.allocators.iter();
+    let allocators = allocators.map(|spec| json!({"name": spec.name, "about": spec.about}));
+    json!({
+        "scenarios": scenarios.collect::<Vec<_>>(),
+        "allocators": allocators.collect::<Vec<_>>(),
+        "gallery": gallery(),
+    })
 }
 
 #[cfg(test)]

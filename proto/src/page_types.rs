@@ -1,6 +1,7 @@
 //! TypeScript declarations of the data that the page receives, for type checks of its code:
 //! `launch/page-tests/types.d.ts`, generated from the Rust types.
 
+use scenario::testkit::check_generated;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value};
 
@@ -125,21 +126,10 @@ fn object(schema: &Value, indent: &str) -> String {
     format!("{{\n{}{indent}}}", lines.collect::<String>())
 }
 
-/// With ALLIANCE_WRITE_TYPES=1 the test updates the file.
 #[test]
 fn the_page_types_are_up_to_date() {
-    let file =
-        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../launch/page-tests/types.d.ts");
     let made = declarations();
-    if std::env::var_os("ALLIANCE_WRITE_TYPES").is_some_and(|value| value == "1") {
-        std::fs::write(&file, &made).unwrap();
-    }
-    let there = std::fs::read_to_string(&file).unwrap();
-    assert!(
-        there == made,
-        "{} is out of date: run this test with ALLIANCE_WRITE_TYPES=1",
-        file.display()
-    );
+    check_generated("launch/page-tests/types.d.ts", &made);
     // Declarations that the page depends on.
     for line in [
         "now: SimTime;",

@@ -1,7 +1,5 @@
 //! Encoding of messages: the Common Data Representation, version 1, little-endian (OMG formal/02-06-51, section 15.3).
 
-use crate::field::Message;
-
 /// The encapsulation header: plain CDR, little-endian.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
@@ -11,17 +9,20 @@ pub struct CdrWriter {
     bytes: Vec<u8>,
 }
 
-/// Encodes a message, with its encapsulation header.
-#[must_use]
-pub fn encode(message: &impl Message) -> Vec<u8> {
-    let mut writer = CdrWriter {
-        bytes: HEADER.to_vec(),
-    };
-    message.write(&mut writer);
-    writer.bytes
+impl Default for CdrWriter {
+    fn default() -> Self {
+        let bytes = HEADER.to_vec();
+        Self { bytes }
+    }
 }
 
 impl CdrWriter {
+    /// Returns the message with its encapsulation header.
+    #[must_use]
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+
     /// Appends a number of `N` bytes at a multiple of its size, counted from the end of the header.
     pub fn put<const N: usize>(&mut self, number: [u8; N]) {
         while !(self.bytes.len() - HEADER.len()).is_multiple_of(N) {
@@ -46,7 +47,7 @@ impl CdrWriter {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::encode;
     use crate::messages::{
         Clock, DiagnosticArray, DiagnosticStatus, Header, KeyValue, Odometry, StringMessage, Time,
     };

@@ -39,7 +39,7 @@ fn own_definition(message: &MessageType) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Message;
+    use crate::message::Message;
     use crate::messages::{DiagnosticArray, PoseWithCovariance};
 
     #[test]

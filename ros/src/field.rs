@@ -1,14 +1,8 @@
 //! Values of fields: their types and their encoding.
 
 use crate::cdr::CdrWriter;
-use crate::description::{BaseType, FieldType, MessageType, Shape};
+use crate::description::{BaseType, FieldType, Shape};
 use crate::read::{CdrReader, ReadError};
-
-/// A message of a type that ROS 2 defines.
-pub trait Message: Field {
-    /// The type of the message.
-    const MESSAGE: &'static MessageType;
-}
 
 /// A value that a field of a message can contain.
 pub trait Field: Sized {

@@ -63,7 +63,7 @@ fn field(field: &FieldSpec) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Message;
+    use crate::message::Message;
     use crate::messages::{
         DiagnosticArray, LaserScan, MarkerArray, OccupancyGrid, Odometry, PointCloud2,
         StringMessage, TfMessage, Twist, TwistStamped,

@@ -5,7 +5,8 @@
 
 use crate::cdr::CdrWriter;
 use crate::description::{BaseType, Constant, FieldSpec, FieldType, MessageType, Shape};
-use crate::field::{Byte, Element, Field, Message};
+use crate::field::{Byte, Element, Field};
+use crate::message::Message;
 use crate::read::{CdrReader, ReadError};
 
 /// The covariance of six coordinates, row by row: x, y, z, and the rotations about x, y and z. A matrix of zeros means

@@ -1,7 +1,5 @@
 //! Decoding of messages that other programs sent. The counterpart of `cdr`.
 
-use crate::field::Message;
-
 /// The encapsulation headers of plain CDR. The two octets of options after them have no meaning.
 const LITTLE_ENDIAN: [u8; 2] = [0, 1];
 const BIG_ENDIAN: [u8; 2] = [0, 0];
@@ -36,22 +34,6 @@ pub struct CdrReader<'b> {
     is_little_endian: bool,
 }
 
-/// Decodes a message, with its encapsulation header.
-///
-/// # Errors
-/// Returns an error if the bytes are not exactly one message of the type.
-pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, ReadError> {
-    let mut reader = CdrReader::new(bytes)?;
-    if !reader.is_little_endian {
-        return Err(ReadError::Encapsulation);
-    }
-    let message = M::read(&mut reader)?;
-    if reader.bytes.len() - reader.place > MAX_PADDING {
-        return Err(ReadError::Rest);
-    }
-    Ok(message)
-}
-
 impl<'b> CdrReader<'b> {
     /// Creates the reader of a message with its encapsulation header, in either byte order.
     ///
@@ -69,6 +51,29 @@ impl<'b> CdrReader<'b> {
             place: 0,
             is_little_endian,
         })
+    }
+
+    /// Creates the reader of a message that must be little-endian.
+    ///
+    /// # Errors
+    /// Returns an error if the message is not in plain little-endian CDR.
+    pub fn little_endian(message: &'b [u8]) -> Result<Self, ReadError> {
+        let reader = Self::new(message)?;
+        let is_little_endian = reader.is_little_endian;
+        is_little_endian
+            .then_some(reader)
+            .ok_or(ReadError::Encapsulation)
+    }
+
+    /// Checks that the message ends here, except for padding.
+    ///
+    /// # Errors
+    /// Returns an error if it is longer.
+    pub fn finish(&self) -> Result<(), ReadError> {
+        match self.bytes.len() - self.place {
+            ..=MAX_PADDING => Ok(()),
+            _ => Err(ReadError::Rest),
+        }
     }
 
     /// Reads a number of `N` bytes at a multiple of its size. The result is little-endian.
@@ -120,10 +125,10 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::encode;
     use crate::messages::{
         Header, LaserScan, MarkerArray, Odometry, StringMessage, Time, TwistStamped,
     };
+    use crate::{decode, encode};
 
     fn command(frame: &str, speed: f64) -> TwistStamped {
         let mut command = TwistStamped {

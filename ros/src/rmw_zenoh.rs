@@ -154,7 +154,7 @@ fn policies(qos: Qos) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Message;
+    use crate::message::Message;
     use crate::messages::{StringMessage, TfMessage};
 
     const NODE: Node = Node {

@@ -6,32 +6,52 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A robot's rank: its index in the scenario's list of robots, from 0.
-///
-/// The rank also fixes every order of robots: commands, claims in the same tick, and stepping in order.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Serialize,
-    Deserialize,
-    JsonSchema,
-)]
-pub struct RobotId(pub u16);
+/// Declares an identifier: a number with an order.
+macro_rules! id {
+    ($(#[$about:meta])* $name:ident($number:ty)) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Serialize, Deserialize, JsonSchema)]
+        pub struct $name(pub $number);
+    };
+}
 
-impl RobotId {
-    /// Returns the rank as an index into a list with one entry per robot.
-    #[inline]
-    #[must_use]
-    pub fn index(self) -> usize {
-        usize::from(self.0)
-    }
+/// Declares an identifier that is an index into a list.
+macro_rules! index {
+    ($(#[$about:meta])* $name:ident) => {
+        id! { $(#[$about])* $name(u16) }
+
+        impl $name {
+            /// Returns the index into a list with one entry for each of them.
+            #[inline]
+            #[must_use]
+            pub fn index(self) -> usize {
+                usize::from(self.0)
+            }
+        }
+    };
+}
+
+index! {
+    /// A robot's rank: its index in the scenario's list of robots, from 0.
+    ///
+    /// The rank also fixes every order of robots: commands, claims in the same tick, and stepping in order.
+    RobotId
+}
+
+index! {
+    /// A task of the mission: its index in [`crate::Catalog::tasks`].
+    TaskId
+}
+
+index! {
+    /// A behavior set: its index in [`crate::Catalog::sets`], the same for every robot that has the set.
+    BehaviorId
+}
+
+id! {
+    /// An item that robots can carry, numbered from 0.
+    ItemId(u32)
 }
 
 impl fmt::Display for RobotId {
@@ -39,53 +59,6 @@ impl fmt::Display for RobotId {
         write!(f, "robot#{}", self.0)
     }
 }
-
-/// A task of the mission: its index in [`crate::Catalog::tasks`].
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
-pub struct TaskId(pub u16);
-
-/// A behavior set: its index in [`crate::Catalog::sets`], the same for every robot that has the set.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Serialize,
-    Deserialize,
-    JsonSchema,
-)]
-pub struct BehaviorId(pub u16);
-
-impl TaskId {
-    /// Returns the index into the catalog's tasks.
-    #[inline]
-    #[must_use]
-    pub fn index(self) -> usize {
-        usize::from(self.0)
-    }
-}
-
-impl BehaviorId {
-    /// Returns the index into the catalog's behavior sets.
-    #[inline]
-    #[must_use]
-    pub fn index(self) -> usize {
-        usize::from(self.0)
-    }
-}
-
-/// An item that robots can carry, numbered from 0.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
-pub struct ItemId(pub u32);
 
 /// Formats the id as in the log: `item-7`.
 impl fmt::Display for ItemId {

@@ -42,6 +42,24 @@ pub enum ParameterDefault {
     Words(&'static str),
 }
 
+impl From<f64> for ParameterDefault {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl From<usize> for ParameterDefault {
+    fn from(whole: usize) -> Self {
+        Self::Whole(whole as i64)
+    }
+}
+
+impl From<bool> for ParameterDefault {
+    fn from(flag: bool) -> Self {
+        Self::Flag(flag)
+    }
+}
+
 /// The values that a parameter may have.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParameterRange {

@@ -156,3 +156,19 @@ fn documents_are_plain_technical_english() {
     at_most(persons, total, 3.0);
     at_most(vague, total, 0.3);
 }
+
+/// Tables, code, pictures and comments may be longer.
+#[test]
+fn lines_of_documents_have_at_most_120_characters() {
+    let is_free = |line: &str| {
+        ["|", "![", "<!--"]
+            .iter()
+            .any(|start| line.trim().starts_with(start))
+    };
+    for text in files("*.md") {
+        let prose = text.split("\n```").step_by(2).flat_map(str::lines);
+        for line in prose.filter(|line| !is_free(line)) {
+            assert!(line.chars().count() <= 120, "{line}");
+        }
+    }
+}

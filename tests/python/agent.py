@@ -374,7 +374,7 @@ CONTROLLERS = {"still": Still, "listener": Listener, "worker": Worker}
 
 
 class Links:
-    """The effects of the links on the messages of a manifest, as in proto/src/links.rs. A copy of it is a checkpoint."""
+    """The effects of the links on the messages of a manifest, as in proto/src/link/. A copy of it is a checkpoint."""
 
     #: The maximum number of messages in flight. Further messages are dropped.
     CAPACITY = 4096

@@ -1,21 +1,15 @@
-//! The connection to the bridge of another world, in which the bodies move: poses and scans come in, commands go out.
+//! The messages of the bridge to another world, in which the bodies move: poses and scans come in, commands go out.
 //!
 //! The world's standard input is a socket to the bridge, which the launcher creates. Each message is one line of JSON.
 
 use std::io;
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream as StdUnixStream;
-use std::sync::{Arc, Mutex};
 
 use proto::readings::Proximity;
 use scenario::ids::{RobotId, Tick};
 use serde::{Deserialize, Serialize};
-use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::net::UnixStream;
-use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
-use tokio::sync::watch;
-
-use crate::server::{Server, lock};
 
 /// A message of the bridge.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,37 +73,4 @@ pub fn inherited() -> io::Result<UnixStream> {
     let socket = StdUnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
     socket.set_nonblocking(true)?;
     UnixStream::from_std(socket)
-}
-
-/// Connects a run to the bridge. The run ends if the bridge ends.
-///
-/// # Errors
-/// If the standard input is no socket.
-pub fn connect(server: &Arc<Mutex<Server>>) -> io::Result<()> {
-    let (reader, writer) = inherited()?.into_split();
-    let (sender, commands) = watch::channel(BodyCommands::default());
-    lock(server).connect_bodies(sender);
-    tokio::spawn(write(commands, writer));
-    tokio::spawn(read(reader, Arc::clone(server)));
-    Ok(())
-}
-
-/// Writes the newest commands. A bridge that does not read delays only this task. The socket is closed when the run is over.
-async fn write(mut commands: watch::Receiver<BodyCommands>, mut writer: OwnedWriteHalf) {
-    while commands.changed().await.is_ok() {
-        let line = serde_json::to_string(&*commands.borrow_and_update());
-        // Commands are finite numbers, so the encoding cannot fail.
-        let line = line.unwrap_or_default() + "\n";
-        if writer.write_all(line.as_bytes()).await.is_err() {
-            return;
-        }
-    }
-}
-
-async fn read(reader: OwnedReadHalf, server: Arc<Mutex<Server>>) {
-    let mut lines = BufReader::new(reader).lines();
-    while let Ok(Some(line)) = lines.next_line().await {
-        lock(&server).bridge_message(serde_json::from_str(&line));
-    }
-    lock(&server).lose_bodies();
 }

@@ -9,8 +9,8 @@
 //!
 //! Modules with side effects: [`server`] is a run behind one lock. [`process`] connects it to the bus and the disk.
 //! [`latest`] links to it. [`args`] and [`size`] are its command line, and [`mission_args`] the arguments of a mission. [`weights`]
-//! reads the files that a scenario names. [`gateway`] is a separate process that operators connect to. [`external_bodies`] is the
-//! connection to another world in which the bodies move.
+//! reads the files that a scenario names. [`gateway`] is a separate process that operators connect to. [`external_bodies`]: the
+//! messages of the bridge to another world in which the bodies move; `bridge` connects a run to it.
 
 // `println!` panics if the output is closed; `terminal` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -18,6 +18,8 @@
 #[cfg(feature = "bus")]
 pub mod args;
 pub mod barrier;
+#[cfg(feature = "bus")]
+mod bridge;
 #[cfg(test)]
 mod drill;
 #[cfg(feature = "bus")]

@@ -25,8 +25,8 @@ use zenoh::qos::Priority;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
+use crate::bridge;
 use crate::error::WorldError;
-use crate::external_bodies;
 use crate::gateway::supervisor::{Gateway, StartedGateway};
 use crate::interruption::InterruptionHandler;
 use crate::invocation;
@@ -164,7 +164,7 @@ pub async fn serve_from(start: RunState, options: &Options) -> Result<RunResult,
     )?;
     let server = Server::shared(server);
     if options.external_bodies {
-        external_bodies::connect(&server)?;
+        bridge::connect(&server)?;
     }
     subscribe(&session, &keys, &seals, &server).await?;
     let _token = session

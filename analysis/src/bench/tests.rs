@@ -1,10 +1,10 @@
 //! The suites stay as they are, and a forged result is refuted.
 
 use std::num::NonZeroUsize;
-use std::path::Path;
 use std::sync::OnceLock;
 
 use missions::Registry;
+use scenario::testkit::check_generated;
 use world_server::mission_args::Known;
 
 use super::check::{check_content, check_program, refuted, sample};
@@ -298,20 +298,9 @@ fn the_table_ranks_allocators_by_the_means_of_their_conditions() {
     assert_eq!(insert(&with_new, "tiny", "new\n"), Some(with_new));
 }
 
-/// With ALLIANCE_WRITE_TYPES=1 the test updates the file.
 #[test]
 fn the_published_schema_is_up_to_date() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/bench.schema.json");
     let mut schema = schemars::schema_for!(BenchResult).to_value();
     schema["title"] = "Result of alliance bench".into();
-    let expected = format!("{schema:#}\n");
-    if std::env::var_os("ALLIANCE_WRITE_TYPES").is_some_and(|value| value == "1") {
-        std::fs::write(&path, &expected).unwrap();
-    }
-    let found = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(
-        found == expected,
-        "{} is out of date: run this test with ALLIANCE_WRITE_TYPES=1",
-        path.display()
-    );
+    check_generated("docs/bench.schema.json", &format!("{schema:#}\n"));
 }

@@ -1,7 +1,8 @@
 //! The result in words: three sentences, and details.
 
 use super::analysis::{Analysis, Ranking};
-use super::data::{AllocatorCell, ComparisonData};
+use super::cell::AllocatorCell;
+use super::data::ComparisonData;
 use super::hypotheses::{Outcome, Verdict};
 use super::metrics::Metric;
 use super::power::seeds_needed;

@@ -13,7 +13,8 @@ use world_server::mission_args::Known;
 
 use super::analysis::Analysis;
 use super::answer::answer;
-use super::data::{ALLOCATOR, ComparisonData, allocators, blocks, first_run, names};
+use super::blocks::{ALLOCATOR, allocators, blocks, first_run, names};
+use super::data::ComparisonData;
 use super::figures::figures;
 use super::hypotheses::{check, judge};
 use super::memory;

@@ -4,17 +4,16 @@ use std::collections::BTreeSet;
 
 use missions::service::data::{DEADLOCKS, VALUE_COLLECTED, VALUE_LOST};
 
+use super::blocks::{allocators, block_of, blocks, first_run, names, settings};
+use super::cell::AllocatorCell;
 use super::metrics::Metric;
 use crate::distinct;
 use crate::sweep::best_known::BestKnown;
 use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
-use crate::sweep::design::{Design, FAULTS, Factor, MISSION};
+use crate::sweep::design::{Design, FAULTS, MISSION};
 use crate::sweep::results::figures_of;
-use crate::sweep::run::{Figures, Row};
+use crate::sweep::run::Row;
 use crate::sweep::statistics::mean;
-
-/// The column of the compared allocator.
-pub const ALLOCATOR: &str = "allocator";
 
 /// The allocator with access to the ground truth. It does not compete; regret is measured against it.
 pub const REFERENCE: &str = "oracle";
@@ -44,20 +43,6 @@ pub struct Block {
     pub cells: Vec<AllocatorCell>,
 }
 
-/// The runs of an allocator in a block; they differ only in the seed.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AllocatorCell {
-    /// The cell's number, for the option --cell.
-    pub number: usize,
-    pub runs: usize,
-    pub failed: usize,
-    pub without_effect: usize,
-    /// True if all runs have equal values: the seed has no effect, so the runs count as one.
-    pub is_constant: bool,
-    /// Values of the counted runs by metric and seed; `None` for a missing value.
-    pub values: Vec<Vec<Option<f64>>>,
-}
-
 impl Block {
     #[must_use]
     pub fn name(&self) -> String {
@@ -66,38 +51,6 @@ impl Block {
             ("", only) | (only, "") => only.to_owned(),
             (mission, faults) => format!("{mission}, {faults}"),
         }
-    }
-}
-
-impl AllocatorCell {
-    #[must_use]
-    pub fn counted(&self) -> usize {
-        self.runs - self.failed - self.without_effect
-    }
-
-    /// Returns the existing values of a metric: one value if the seed has no effect.
-    #[must_use]
-    pub fn values_of(&self, metric: usize) -> Vec<f64> {
-        let most = if self.is_constant { 1 } else { usize::MAX };
-        let values_of = self.values[metric].iter().flatten().copied();
-        values_of.take(most).collect()
-    }
-
-    /// Returns the values of both cells for the seeds that both have: one pair if the seed has no effect on either.
-    #[must_use]
-    pub fn paired(&self, other: &Self, metric: usize) -> (Vec<f64>, Vec<f64>) {
-        let are_constant = self.is_constant && other.is_constant;
-        let most = if are_constant { 1 } else { usize::MAX };
-        let both = self.values[metric].iter().zip(&other.values[metric]);
-        let both = both.filter_map(|(first, second)| Some(((*first)?, (*second)?)));
-        both.take(most).unzip()
-    }
-
-    /// Sets [`is_constant`](Self::is_constant) after all runs are added.
-    fn find_constant(&mut self) {
-        let are_equal = |values: &Vec<Option<f64>>| values.iter().all(|value| *value == values[0]);
-        self.is_constant =
-            self.runs > 1 && self.counted() == self.runs && self.values.iter().all(are_equal);
     }
 }
 
@@ -258,9 +211,7 @@ impl ComparisonData {
             }
         }
     }
-}
 
-impl ComparisonData {
     /// Sets the gaps to the best known values, for these seeds.
     fn find_gaps(&mut self, best_known: &[BestKnown], seeds: &[u64]) {
         let Some(gap) = self.metrics.iter().position(|known| *known == Metric::Gap) else {
@@ -293,25 +244,6 @@ impl ComparisonData {
     }
 }
 
-impl AllocatorCell {
-    fn add(&mut self, metrics: &[Metric], row: &Row, seed: usize) {
-        self.runs += 1;
-        let Some(figures) = figures_of(row) else {
-            self.failed += 1;
-            return;
-        };
-        if !is_hit(figures) {
-            self.without_effect += 1;
-            return;
-        }
-        if let Some(measures) = &figures.measures {
-            for (values, metric) in self.values.iter_mut().zip(metrics) {
-                values[seed] = metric.of(figures, measures);
-            }
-        }
-    }
-}
-
 /// Returns the further figures of missions with values and teams, if a run has them.
 fn further_figures(rows: &[Row]) -> impl Iterator<Item = OwnFigure> {
     let figures = [
@@ -334,63 +266,6 @@ fn further_figures(rows: &[Row]) -> impl Iterator<Item = OwnFigure> {
         more_is_better,
         meaning: meaning.to_owned(),
     })
-}
-
-/// Checks whether a run has no faults, or at least one of them had an effect.
-fn is_hit(figures: &Figures) -> bool {
-    let faults = figures.all_faults();
-    faults.armed == 0 || faults.hit > 0
-}
-
-/// Returns the index of the factor that varies the allocator.
-#[must_use]
-pub fn allocators(design: &Design) -> Option<usize> {
-    let mut factors = design.factors.iter();
-    factors.position(|factor| factor.columns.iter().any(|column| column == ALLOCATOR))
-}
-
-#[must_use]
-pub fn names(factor: &Factor) -> Vec<String> {
-    let names = factor.levels.iter().map(|level| {
-        let cells: Vec<String> = level.cells.iter().map(ToString::to_string).collect();
-        cells.join(" ")
-    });
-    names.collect()
-}
-
-/// Returns the factors of blocks, which are all except allocator and seed, with their indices.
-fn settings(design: &Design) -> impl Iterator<Item = (usize, &Factor)> {
-    let rivals = allocators(design);
-    let seeds = design.factors.len().saturating_sub(1);
-    let factors = design.factors.iter().enumerate();
-    factors.filter(move |(place, _)| Some(*place) != rivals && *place != seeds)
-}
-
-#[must_use]
-pub fn blocks(design: &Design) -> usize {
-    settings(design)
-        .map(|(_, factor)| factor.levels.len())
-        .product()
-}
-
-/// Returns the index of the block that contains a run.
-fn block_of(design: &Design, places: &[usize]) -> usize {
-    settings(design).fold(0, |number, (place, factor)| {
-        number * factor.levels.len() + places[place]
-    })
-}
-
-#[must_use]
-pub fn first_run(design: &Design, block: usize) -> usize {
-    let mut rest = block;
-    let mut places = vec![0; design.factors.len()];
-    let factors: Vec<(usize, &Factor)> = settings(design).collect();
-    for (place, factor) in factors.into_iter().rev() {
-        places[place] = rest % factor.levels.len();
-        rest /= factor.levels.len();
-    }
-    let factors = design.factors.iter().zip(places);
-    factors.fold(0, |run, (factor, place)| run * factor.levels.len() + place)
 }
 
 fn block(design: &Design, number: usize, comparison: &Comparison, metrics: &[Metric]) -> Block {
@@ -681,16 +556,5 @@ pub(super) mod tests {
             [None, Some(100.0), None]
         );
         assert_eq!(found(far[0]), Some(300.0));
-    }
-
-    #[test]
-    fn the_first_run_of_each_block_does_not_depend_on_the_column_order() {
-        let design = design(
-            "seeds = 2\n[grid]\nroom.width_m = [12.0, 14.0]\nallocator = ['alliance', 'nearest']\nbody.speed_m_s = [0.4, 0.5]\n",
-        );
-        let found = [0, 1, 2, 3].map(|block| first_run(&design, block));
-        assert_eq!((blocks(&design), found), (4, [0, 2, 8, 10]));
-        let blocks = found.map(|run| block_of(&design, &design.level_indices(run)));
-        assert_eq!(blocks, [0, 1, 2, 3]);
     }
 }

@@ -26,6 +26,10 @@ use crate::progress::Progress;
 use crate::replay_views::retrace_into;
 use crate::{LATEST, exit_status, open_undamaged};
 
+const LEFT_OUT: &str = "only in separate files because the page would be too large";
+const UNDRAWN: &str =
+    "not on the page because it would be too large; --only NAME draws one, --svg draws all";
+
 /// Create a page with figures and metrics of one or two runs
 #[derive(Args, Clone, Debug)]
 pub struct ReportCommand {
@@ -162,8 +166,8 @@ pub fn report(folder: &Path, out: &Path, look: &FigureOptions) -> anyhow::Result
     let end = shown.history.end;
     let part = shown.part(folder, out, look, end)?;
     let (text, left_out) = page(&part);
-    note_left_out(left_out, &mut notes);
-    note_undrawn(part.undrawn.len(), &mut notes);
+    note_figures(left_out, LEFT_OUT, &mut notes);
+    note_figures(part.undrawn.len(), UNDRAWN, &mut notes);
     write_figures(out, &part.figures, look)?;
     files::write(out, part.history, part.metrics)?;
     write_atomically(&out.join("report.html"), text.as_bytes())?;
@@ -188,9 +192,9 @@ fn report_of_two(
     ];
     let names = folders.map(|folder| folder.display().to_string());
     let (text, left_out) = page_of_two(&names, &parts, &difference.to_string());
-    note_left_out(left_out, &mut notes);
+    note_figures(left_out, LEFT_OUT, &mut notes);
     for (part, side) in parts.iter().zip(SIDES) {
-        note_undrawn(part.undrawn.len(), &mut notes);
+        note_figures(part.undrawn.len(), UNDRAWN, &mut notes);
         write_figures(&out.join(side), &part.figures, look)?;
         files::write(&out.join(side), part.history, part.metrics)?;
     }
@@ -199,27 +203,12 @@ fn report_of_two(
     Ok(notes)
 }
 
-fn note_left_out(figures: usize, notes: &mut Vec<String>) {
-    if figures > 0 {
-        let subject = match figures {
-            1 => "1 figure is".to_owned(),
-            _ => format!("{figures} figures are"),
-        };
-        notes.push(format!(
-            "{subject} only in separate files because the page would be too large"
-        ));
-    }
-}
-
-fn note_undrawn(figures: usize, notes: &mut Vec<String>) {
-    if figures > 0 {
-        let subject = match figures {
-            1 => "1 figure is".to_owned(),
-            _ => format!("{figures} figures are"),
-        };
-        notes.push(format!(
-            "{subject} not on the page because it would be too large; --only NAME draws one, --svg draws all"
-        ));
+/// Adds a note about figures that are not on the page, if there are any.
+fn note_figures(number: usize, what: &str, notes: &mut Vec<String>) {
+    match number {
+        0 => {}
+        1 => notes.push(format!("1 figure is {what}")),
+        _ => notes.push(format!("{number} figures are {what}")),
     }
 }
 

@@ -4,8 +4,6 @@
 mod trace;
 mod vectors;
 
-use std::path::Path;
-
 use proto::allocation::OPEN_MESSAGE_MAX;
 use proto::codec::LIMIT_BYTES;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
@@ -14,6 +12,7 @@ use proto::mission::{MAX_ACTION_BYTES, MAX_KNOWLEDGE_BYTES, MAX_READING_BYTES};
 use proto::telemetry::NoteKind;
 use proto::tick::{Report, ToAgent};
 use scenario::mission::data::MissionVocabulary;
+use scenario::testkit::check_generated;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
@@ -127,26 +126,9 @@ fn lines(object: &Value) -> String {
     Vec::from_iter(lines).join(",\n")
 }
 
-/// Compares a generated file. With ALLIANCE_WRITE_TYPES=1 it writes the file.
-#[track_caller]
-fn check_file(name: &str, made: &str) {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../docs")
-        .join(name);
-    if std::env::var_os("ALLIANCE_WRITE_TYPES").is_some_and(|value| value == "1") {
-        std::fs::write(&file, made).unwrap();
-    }
-    let stored = std::fs::read_to_string(&file).unwrap_or_default();
-    let file = file.display();
-    assert!(
-        stored == made,
-        "{file} is out of date: run this test with ALLIANCE_WRITE_TYPES=1"
-    );
-}
-
 #[test]
 fn the_schema_of_the_bus_is_up_to_date() {
-    check_file("wire.schema.json", &schema());
+    check_generated("docs/wire.schema.json", &schema());
 }
 
 /// The bytes stand at the beginning of the lines of the block.
@@ -162,5 +144,5 @@ fn the_tick_in_bytes_on_the_page_is_a_test_vector() {
 
 #[test]
 fn the_test_vectors_of_the_bus_are_up_to_date() {
-    check_file("wire.vectors.json", &vectors::file());
+    check_generated("docs/wire.vectors.json", &vectors::file());
 }

@@ -169,7 +169,7 @@ fn blocks_of_several_robots_are_one_item() {
 
 #[test]
 fn every_builtin_scenario_is_drawn_and_each_item_can_be_set_to_its_own_place() {
-    let list = crate::choice::choices();
+    let list = crate::gallery::choices();
     for name in list["scenarios"].as_array().unwrap() {
         let choice = json!({"scenario": name["name"]});
         let answer = ask(&json!({"choice": choice}));

@@ -2,7 +2,6 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use proto::tick::Outcome;
-use serde_json::Value;
 
 use super::*;
 use crate::engine::Engine;
@@ -127,4 +126,33 @@ fn the_book_lists_the_gallery() {
     }
     let page = include_str!("../../../docs/book/playground.md");
     assert!(page.contains(&table), "{table}");
+}
+
+#[test]
+fn every_listed_scenario_and_allocator_can_be_chosen() {
+    let list = choices();
+    let names = |kind: &str| -> Vec<String> {
+        let all = list[kind].as_array().unwrap().iter();
+        all.map(|entry| entry["name"].as_str().unwrap().to_owned())
+            .collect()
+    };
+    let vocabulary = Registry::current().vocabulary();
+    assert_eq!(names("scenarios").len(), vocabulary.builtins().count());
+    for name in names("scenarios") {
+        let scenario = Some(name);
+        let choice = Choice {
+            scenario,
+            ..Choice::default()
+        };
+        assert!(choice.setup().is_ok(), "{:?}", choice.scenario);
+    }
+    for name in names("allocators") {
+        let allocator = Some(name);
+        let choice = Choice {
+            allocator,
+            ..Choice::default()
+        };
+        let setup = choice.setup().unwrap();
+        assert_eq!(setup.scenario.allocator, choice.allocator);
+    }
 }

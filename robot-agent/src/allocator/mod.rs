@@ -26,6 +26,7 @@
 pub mod assignment;
 mod framed;
 mod kind;
+mod parameter_list;
 #[cfg(test)]
 mod tests;
 pub mod unit;
@@ -51,6 +52,7 @@ use serde::Deserialize;
 pub(crate) use framed::AllocatorRunner;
 pub use kind::{AllocatorKind, ConfigError};
 pub(crate) use kind::{ConfiguredAllocator, read_config};
+pub(crate) use parameter_list::parameters;
 
 /// A task allocation algorithm for one robot; a pure function of its inputs.
 ///

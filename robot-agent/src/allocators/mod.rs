@@ -1,23 +1,9 @@
 //! The task allocation algorithms, one folder or file each. They implement [`crate::allocator`] and do not depend on a
-//! mission. A new one is added here: its module, its line in this comment and its entry in the list.
+//! mission. A new one is added here: its module and its entry in the list.
 //!
-//! - [`alliance`]: motivational behaviors (Parker 1998).
-//! - [`lalliance`]: motivational behaviors with learned times (Parker 1995).
-//! - [`ble`]: broadcast of local eligibility (Werger and Matarić 2000).
-//! - [`murdoch`]: auctions and contracts (Gerkey and Matarić 2002).
-//! - [`cbba`]: consensus-based auctions: CBAA, CBBA and the asynchronous ACBBA (Choi, Brunet, How 2009; Johnson 2010).
-//! - `offers`: the tasks that a robot offers, for [`ble`] and [`dhba`]; not an allocator.
-//! - `consensus`: the agreement on winners that [`cbba`], [`hipc`] and [`pi`] share; not an allocator.
-//! - [`hipc`]: CBBA with predictions of the teammates' choices (Johnson, Choi, How 2012).
-//! - [`pi`]: performance impact (Zhao, Meng, Chung 2016).
-//! - [`grape`]: Nash-stable coalitions (Jang, Shin, Tsourdos 2018).
-//! - [`threshold`]: stimuli and response thresholds (Theraulaz, Bonabeau, Deneubourg 1998).
-//! - [`ssi`]: sequential single-item auctions (Lagoudakis et al. 2005).
-//! - [`dhba`]: the decentralized Hungarian-based approach (Ismail, Sun 2017).
-//! - [`learned`]: weights that were trained outside the program.
-//! - `claims`: the claims of teammates, for [`first_come`] and [`learned`]; not an allocator.
-//! - [`nearest`], [`first_come`], [`random`], [`static_assignment`]: simple baselines.
-//! - [`oracle`]: the best assignment in each step, computed from the ground truth.
+//! Some modules are shared: `claims` (the claims of teammates, for [`first_come`] and [`learned`]), `offers` (the tasks
+//! that a robot offers, for [`ble`] and [`dhba`]), and `consensus` (the agreement on winners of [`cbba`], [`hipc`] and
+//! [`pi`]).
 
 pub mod alliance;
 pub mod ble;

@@ -3,12 +3,12 @@
 
 use proto::telemetry::Reason;
 use rand::RngExt;
+use scenario::ParameterRange::Above;
+use scenario::ParameterSpec;
 use scenario::time::SimTime;
-use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use serde::Deserialize;
 
 use crate::allocator::utility::WorkInProgress;
-use crate::allocator::{Allocator, Decision, Input, SelfState};
+use crate::allocator::{Allocator, Decision, Input, SelfState, parameters};
 
 #[derive(Clone, Debug)]
 pub struct Random {
@@ -17,16 +17,10 @@ pub struct Random {
     drawn: SimTime,
 }
 
-/// The parameters in `[allocators.random]`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Config {
-    pub redraw_s: f64,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self { redraw_s: 30.0 }
+parameters! {
+    /// The parameters in `[allocators.random]`.
+    pub struct Config {
+        redraw_s: f64 = 30.0, "s", Above(0.0, 1e9), "time between two draws";
     }
 }
 
@@ -34,13 +28,7 @@ impl Allocator for Random {
     type Config = Config;
 
     fn parameters() -> Vec<ParameterSpec> {
-        vec![ParameterSpec {
-            key: "redraw_s",
-            unit: "s",
-            default: ParameterDefault::Number(Config::default().redraw_s),
-            about: "time between two draws",
-            range: ParameterRange::Above(0.0, 1e9),
-        }]
+        Config::parameters()
     }
 
     fn new(me: &SelfState, config: &Config) -> Self {

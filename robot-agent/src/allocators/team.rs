@@ -27,7 +27,7 @@ pub struct Situation {
     /// The time for a unit, s, by robot and task; `None` if the robot lacks the behavior.
     pub cost_s: Vec<Vec<Option<f64>>>,
     /// The time for a unit of the second task after one of the first, s; `None` if it does not depend on the first.
-    after_s: Option<Vec<Vec<f64>>>,
+    pub after_s: Option<Vec<Vec<f64>>>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -287,6 +287,12 @@ impl<A: Allocator> Team<A> {
     pub fn allocator(&self, rank: usize) -> &A {
         let controller = self.robots[rank].controller.as_ref();
         controller.expect("the robot is running").allocator()
+    }
+
+    /// Returns the ranks of the robots that are not crashed.
+    pub fn running(&self) -> impl Iterator<Item = usize> + Clone {
+        let ranks = 0..self.robots.len();
+        ranks.filter(|&rank| self.robots[rank].controller.is_some())
     }
 
     fn cost_s(&self, rank: usize, task: TaskId) -> Option<f64> {

@@ -3,11 +3,13 @@
 mod draw;
 mod drill;
 mod faults;
+mod generated;
 mod snapshot;
 
 pub use draw::{drawn, drawn_unbounded};
 pub use drill::{DRILL, default_scenario, default_setup, unlike_robots, vocabulary};
 pub use faults::{examples_of, one_of_each};
+pub use generated::check_generated;
 pub use snapshot::{entry, refusals};
 
 /// Returns `value` after encoding it as the bus does and decoding it again.

@@ -1,8 +1,7 @@
 //! Results of runs, the published schema, and properties that a mission may support.
 
-use std::path::Path;
-
 use scenario::Setup;
+use scenario::testkit::check_generated;
 
 use super::*;
 use crate::instance::model::{Instance, TaskState, schema};
@@ -124,18 +123,7 @@ fn a_property_with_a_key_in_the_mission_is_written() {
     insta::assert_snapshot!(written.text);
 }
 
-/// With ALLIANCE_WRITE_TYPES=1 the test updates the file.
 #[test]
 fn the_published_schema_is_up_to_date() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/instance.schema.json");
-    let expected = format!("{:#}\n", schema());
-    if std::env::var_os("ALLIANCE_WRITE_TYPES").is_some_and(|value| value == "1") {
-        std::fs::write(&path, &expected).unwrap();
-    }
-    let found = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(
-        found == expected,
-        "{} is out of date: run this test with ALLIANCE_WRITE_TYPES=1",
-        path.display()
-    );
+    check_generated("docs/instance.schema.json", &format!("{:#}\n", schema()));
 }

@@ -13,8 +13,8 @@ pub use section::{ObserveSection, Policy, Region, TaskKind};
 
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
-    BehaviorProperties, BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary,
-    Objective, one_behavior_each,
+    BehaviorProperties, DefaultAllianceParams, MissionData, MissionVocabulary, Objective,
+    one_behavior_each,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
@@ -28,17 +28,6 @@ pub const OBSERVE: Mission = Mission::new(
     "moving targets that robots keep in sight (CMOMMT)",
     &Observe,
 );
-
-const SCENARIOS: [BuiltinScenario; 2] = [
-    BuiltinScenario {
-        name: "cmommt",
-        text: include_str!("../scenarios/cmommt.toml"),
-    },
-    BuiltinScenario {
-        name: "cmommt-crowded",
-        text: include_str!("../scenarios/cmommt-crowded.toml"),
-    },
-];
 
 /// Ranks runs by the observed targets, because every run takes `duration_s`.
 const OBJECTIVE: Objective = Objective::Figure {
@@ -66,7 +55,7 @@ impl MissionData for Observe {
 
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
-            scenarios: &SCENARIOS,
+            scenarios: &builtin_scenarios!["cmommt", "cmommt-crowded"],
             size_option: Some("targets"),
             devices: &["targets"],
             measuring_devices: &["targets"],

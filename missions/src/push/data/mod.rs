@@ -31,11 +31,6 @@ pub const PUSH: Mission = Mission::new(
     &Push,
 );
 
-const SCENARIOS: [BuiltinScenario; 1] = [BuiltinScenario {
-    name: "parker-box",
-    text: include_str!("../scenarios/parker-box.toml"),
-}];
-
 #[derive(Debug)]
 struct Push;
 
@@ -59,7 +54,7 @@ impl MissionData for Push {
 
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
-            scenarios: &SCENARIOS,
+            scenarios: &builtin_scenarios!["parker-box"],
             size_option: Some("bars"),
             faults: faults::ALL,
             devices: &["bar", "touch"],

@@ -40,8 +40,8 @@ use scenario::fault::Order;
 use scenario::ids::TaskId;
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
-    BehaviorProperties, BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData,
-    MissionVocabulary, Objective, TaskDependencies,
+    BehaviorProperties, DefaultAllianceParams, DrawSection, MissionData, MissionVocabulary,
+    Objective, TaskDependencies,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
@@ -56,37 +56,6 @@ pub const SERVICE: Mission = Mission::new(
     "points of work that arrive, take time and skills, and may expire or come back",
     &Service,
 );
-
-const SCENARIOS: [BuiltinScenario; 7] = [
-    BuiltinScenario {
-        name: "l-alliance-abstract",
-        text: include_str!("../scenarios/l-alliance-abstract.toml"),
-    },
-    BuiltinScenario {
-        name: "janitorial",
-        text: include_str!("../scenarios/janitorial.toml"),
-    },
-    BuiltinScenario {
-        name: "space-greedy",
-        text: include_str!("../scenarios/space-greedy.toml"),
-    },
-    BuiltinScenario {
-        name: "course-project",
-        text: include_str!("../scenarios/course-project.toml"),
-    },
-    BuiltinScenario {
-        name: "sadcher-coalitions",
-        text: include_str!("../scenarios/sadcher-coalitions.toml"),
-    },
-    BuiltinScenario {
-        name: "vrptw",
-        text: include_str!("../scenarios/vrptw.toml"),
-    },
-    BuiltinScenario {
-        name: "long-endurance",
-        text: include_str!("../scenarios/long-endurance.toml"),
-    },
-];
 
 /// The number that a behavior's kind contains besides the kind of work, if the behavior fills a slot of a point.
 const SLOT: u32 = MAX_KINDS as u32 + 1;
@@ -114,7 +83,15 @@ impl MissionData for Service {
 
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
-            scenarios: &SCENARIOS,
+            scenarios: &builtin_scenarios![
+                "l-alliance-abstract",
+                "janitorial",
+                "space-greedy",
+                "course-project",
+                "sadcher-coalitions",
+                "vrptw",
+                "long-endurance",
+            ],
             size_option: Some("points"),
             has_loads: true,
             faults: faults::ALL,

@@ -30,8 +30,7 @@ use glam::Vec2;
 use scenario::fault::{MissionFault, Order};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
-    BehaviorProperties, BuiltinScenario, DefaultAllianceParams, MissionData, MissionVocabulary,
-    Objective,
+    BehaviorProperties, DefaultAllianceParams, MissionData, MissionVocabulary, Objective,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::Mission;
@@ -62,40 +61,6 @@ pub const WASTE: Mission = Mission::new(
 );
 
 /// The built-in scenarios, the default mission first.
-const SCENARIOS: [BuiltinScenario; 8] = [
-    BuiltinScenario {
-        name: "waste-cleanup",
-        text: include_str!("../scenarios/waste-cleanup.toml"),
-    },
-    BuiltinScenario {
-        name: "thesis-no-interruption",
-        text: include_str!("../scenarios/thesis-no-interruption.toml"),
-    },
-    BuiltinScenario {
-        name: "thesis-trapped-robot",
-        text: include_str!("../scenarios/thesis-trapped-robot.toml"),
-    },
-    BuiltinScenario {
-        name: "parker-specialised",
-        text: include_str!("../scenarios/parker-specialised.toml"),
-    },
-    BuiltinScenario {
-        name: "foraging",
-        text: include_str!("../scenarios/foraging.toml"),
-    },
-    BuiltinScenario {
-        name: "puck-moving",
-        text: include_str!("../scenarios/puck-moving.toml"),
-    },
-    BuiltinScenario {
-        name: "puck-moving-unaware",
-        text: include_str!("../scenarios/puck-moving-unaware.toml"),
-    },
-    BuiltinScenario {
-        name: "reference",
-        text: include_str!("../scenarios/reference.toml"),
-    },
-];
 
 /// Ranks runs of foraging by their deliveries, because every run takes the whole duration.
 const FORAGING: Objective = Objective::Figure {
@@ -143,7 +108,16 @@ impl MissionData for WasteData {
 
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
-            scenarios: &SCENARIOS,
+            scenarios: &builtin_scenarios![
+                "waste-cleanup",
+                "thesis-no-interruption",
+                "thesis-trapped-robot",
+                "parker-specialised",
+                "foraging",
+                "puck-moving",
+                "puck-moving-unaware",
+                "reference",
+            ],
             scenario_name: Some("waste-cleanup"),
             size_option: Some("spills"),
             faults: faults::ALL,

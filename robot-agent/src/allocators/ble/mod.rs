@@ -20,15 +20,15 @@ use proto::allocation::AllocationMessage;
 use proto::allocation::ble::{ELIGIBLE_MAX, Eligibility};
 use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
+use scenario::ParameterRange::{Above, Flag};
+use scenario::ParameterSpec;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
-use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use serde::Deserialize;
 use smallvec::SmallVec;
 
 use super::offers::{Offers, weigh};
 use crate::allocator::utility::WorkInProgress;
-use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use crate::allocator::{Allocator, Choice, Decision, Input, SelfState, parameters};
 use crate::broken::is_broken;
 use table::{Table, Update};
 
@@ -55,22 +55,15 @@ pub struct Ble {
     offers: Offers,
 }
 
-/// The parameters in `[allocators.ble]`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Config {
-    pub rate_hz: f64,
-    pub ceased_after_s: f64,
-    pub commit: bool,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            rate_hz: 1.0,
-            ceased_after_s: 5.0,
-            commit: true,
-        }
+parameters! {
+    /// The parameters in `[allocators.ble]`.
+    pub struct Config {
+        rate_hz: f64 = 1.0, "Hz", Above(0.0, 1000.0),
+            "rate at which a robot repeats its eligibilities (rho; the paper's rates are not known)";
+        ceased_after_s: f64 = 5.0, "s", Above(0.0, 1e9),
+            "silence after which a teammate's eligibilities expire (tau, as in ALLIANCE)";
+        commit: bool = true, "", Flag,
+            "whether a unit under way keeps its whole utility; if not, a nearer newcomer takes over, as in the paper";
     }
 }
 
@@ -78,30 +71,7 @@ impl Allocator for Ble {
     type Config = Config;
 
     fn parameters() -> Vec<ParameterSpec> {
-        let default = Config::default();
-        vec![
-            ParameterSpec {
-                key: "rate_hz",
-                unit: "Hz",
-                default: ParameterDefault::Number(default.rate_hz),
-                about: "rate at which a robot repeats its eligibilities (rho; the paper's rates are not known)",
-                range: ParameterRange::Above(0.0, 1000.0),
-            },
-            ParameterSpec {
-                key: "ceased_after_s",
-                unit: "s",
-                default: ParameterDefault::Number(default.ceased_after_s),
-                about: "silence after which a teammate's eligibilities expire (tau, as in ALLIANCE)",
-                range: ParameterRange::Above(0.0, 1e9),
-            },
-            ParameterSpec {
-                key: "commit",
-                unit: "",
-                default: ParameterDefault::Flag(default.commit),
-                about: "whether a unit under way keeps its whole utility; if not, a nearer newcomer takes over, as in the paper",
-                range: ParameterRange::Flag,
-            },
-        ]
+        Config::parameters()
     }
 
     fn new(me: &SelfState, config: &Config) -> Self {

@@ -16,28 +16,23 @@ use proto::allocation::ble::EligibleTask;
 use proto::allocation::dhba::{MatrixPart, ROW_ENTRIES_MAX, RowVersion};
 use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
+use scenario::ParameterRange::Above;
+use scenario::ParameterSpec;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
-use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use serde::Deserialize;
 use smallvec::SmallVec;
 
 use super::offers::{Offers, weigh};
 use crate::allocator::unit::WorkUnit;
-use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use crate::allocator::{Allocator, Choice, Decision, Input, SelfState, parameters};
 use assignment::Assignment;
 use matrix::{Matrix, Update};
 
-/// The parameters in `[allocators.dhba]`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Config {
-    pub refresh_s: f64,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self { refresh_s: 1.0 }
+parameters! {
+    /// The parameters in `[allocators.dhba]`.
+    pub struct Config {
+        refresh_s: f64 = 1.0, "s", Above(0.0, 1e9),
+            "time between two broadcasts of a robot's row and of the versions that it has; larger: fewer messages, but lost rows are repaired later; shorter than τ, or teammates count it as lost (decided here)";
     }
 }
 
@@ -57,13 +52,7 @@ impl Allocator for Dhba {
     type Config = Config;
 
     fn parameters() -> Vec<ParameterSpec> {
-        vec![ParameterSpec {
-            key: "refresh_s",
-            unit: "s",
-            default: ParameterDefault::Number(Config::default().refresh_s),
-            about: "time between two broadcasts of a robot's row and of the versions that it has; larger: fewer messages, but lost rows are repaired later; shorter than τ, or teammates count it as lost (decided here)",
-            range: ParameterRange::Above(0.0, 1e9),
-        }]
+        Config::parameters()
     }
 
     fn new(me: &SelfState, config: &Config) -> Self {

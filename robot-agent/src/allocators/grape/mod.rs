@@ -17,14 +17,15 @@ use proto::allocation::AllocationMessage;
 use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
 use rand::RngExt;
+use scenario::ParameterRange::{self, Above};
+use scenario::ParameterSpec;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
-use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::utility::log_choices;
-use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use crate::allocator::{Allocator, Choice, Decision, Input, SelfState, parameters};
 use coalitions::Coalitions;
 use partition::{PartReceiver, Partition};
 
@@ -44,12 +45,13 @@ pub struct Grape {
     next_part: Option<u16>,
 }
 
-/// The parameters in `[allocators.grape]`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Config {
-    pub refresh_s: f64,
-    pub utility: Utility,
+parameters! {
+    /// The parameters in `[allocators.grape]`.
+    pub struct Config {
+        refresh_s: f64 = 1.0, "s", Above(0.0, 1e9), "time between two broadcasts of the partition";
+        utility: Utility = Utility::Common => "common", "", ParameterRange::Choice(&["common", "published"]),
+            "worth of a coalition: the common utility per member, or that of the published experiments";
+    }
 }
 
 /// The worth of a coalition to a member.
@@ -60,15 +62,6 @@ pub enum Utility {
     Common,
     /// The utility of the published experiments.
     Published,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            refresh_s: 1.0,
-            utility: Utility::Common,
-        }
-    }
 }
 
 /// The value of a coalition to the robot: priority, then the number of missing robots, then utility.
@@ -228,22 +221,7 @@ impl Allocator for Grape {
     type Config = Config;
 
     fn parameters() -> Vec<ParameterSpec> {
-        vec![
-            ParameterSpec {
-                key: "refresh_s",
-                unit: "s",
-                default: ParameterDefault::Number(Config::default().refresh_s),
-                about: "time between two broadcasts of the partition",
-                range: ParameterRange::Above(0.0, 1e9),
-            },
-            ParameterSpec {
-                key: "utility",
-                unit: "",
-                default: ParameterDefault::Text("common"),
-                about: "worth of a coalition: the common utility per member, or that of the published experiments",
-                range: ParameterRange::Choice(&["common", "published"]),
-            },
-        ]
+        Config::parameters()
     }
 
     fn new(me: &SelfState, config: &Config) -> Self {

@@ -179,7 +179,7 @@ impl Learner {
 
     /// Plans active learning: the next trial is the least tried applicable task that no teammate executes.
     fn plan_learning(&mut self, input: &Input<'_>) {
-        let required = self.config.learning_trials;
+        let required = self.config.learning_trials as u32;
         let since = input.now.since(self.began.unwrap_or_default());
         let is_over = since >= SimTime::from_secs_f64(self.config.learning_limit_s)
             || (self.tasks.iter()).all(|&task| self.monitor.trial_count(task) >= required);

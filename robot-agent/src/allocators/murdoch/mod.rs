@@ -29,14 +29,15 @@ mod tests;
 use proto::allocation::AllocationMessage;
 use proto::allocation::murdoch::{ContractStatus, Negotiation, NegotiationKind};
 use proto::team::BroadcastContent;
+use scenario::ParameterRange::{self, Above, Whole, Within};
+use scenario::ParameterSpec;
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
-use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
 use serde::Deserialize;
 use smallvec::SmallVec;
 
 use crate::allocator::utility::WorkInProgress;
-use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use crate::allocator::{Allocator, Choice, Decision, Input, SelfState, parameters};
 use crate::broken::is_broken;
 use crate::by_rank::ByRank;
 use auctioneer::Auctioneer;
@@ -65,18 +66,24 @@ struct Teammate {
     received: SimTime,
 }
 
-/// The parameters in `[allocators.murdoch]`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Config {
-    pub auction_s: f64,
-    pub renew_hz: f64,
-    pub lease_s: f64,
-    pub parallel: usize,
-    /// The condition for the renewal of a contract.
-    pub monitor: Monitor,
-    pub progress_units: f64,
-    pub ban_s: f64,
+parameters! {
+    /// The parameters in `[allocators.murdoch]`.
+    pub struct Config {
+        auction_s: f64 = 0.5, "s", Above(0.0, 1e6),
+            "time for which an auction takes bids; at least three steps (the TAlMech implementation: 0.5 and 1.5 s)";
+        renew_hz: f64 = 1.0, "Hz", Above(0.0, 1000.0),
+            "rate at which contracts are renewed and answered (TAlMech: 1.5 and 2 Hz)";
+        lease_s: f64 = 6.0, "s", Above(0.0, 1e6),
+            "duration of a contract without renewal (the paper's times are not known)";
+        parallel: usize = 8, "", Whole(1, 10_000),
+            "maximum number of open auctions of one auctioneer (TAlMech: 1 and 8)";
+        monitor: Monitor = Monitor::Ack => "ack", "", ParameterRange::Choice(&["ack", "progress"]),
+            "condition for renewal: the winner answers (ack), or also makes progress (progress) (decided here)";
+        progress_units: f64 = 2.0, "", Above(0.0, 1e6),
+            "with monitor = progress: time without progress after which a contract ends, in units of the task's work (decided here)";
+        ban_s: f64 = 120.0, "s", Within(0.0, 1e9),
+            "time for which a robot that lost a contract without progress is excluded from the task (decided here)";
+    }
 }
 
 /// The condition for the renewal of a contract.
@@ -87,20 +94,6 @@ pub enum Monitor {
     Ack,
     /// Renewal requires answers and progress of the winner.
     Progress,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            auction_s: 0.5,
-            renew_hz: 1.0,
-            lease_s: 6.0,
-            parallel: 8,
-            monitor: Monitor::Ack,
-            progress_units: 2.0,
-            ban_s: 120.0,
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -138,66 +131,7 @@ impl Allocator for Murdoch {
     type Config = Config;
 
     fn parameters() -> Vec<ParameterSpec> {
-        let default = Config::default();
-        let number = |key, unit, value, about, range| ParameterSpec {
-            key,
-            unit,
-            default: ParameterDefault::Number(value),
-            about,
-            range,
-        };
-        let above = ParameterRange::Above;
-        vec![
-            number(
-                "auction_s",
-                "s",
-                default.auction_s,
-                "time for which an auction takes bids; at least three steps (the TAlMech implementation: 0.5 and 1.5 s)",
-                above(0.0, 1e6),
-            ),
-            number(
-                "renew_hz",
-                "Hz",
-                default.renew_hz,
-                "rate at which contracts are renewed and answered (TAlMech: 1.5 and 2 Hz)",
-                above(0.0, 1000.0),
-            ),
-            number(
-                "lease_s",
-                "s",
-                default.lease_s,
-                "duration of a contract without renewal (the paper's times are not known)",
-                above(0.0, 1e6),
-            ),
-            ParameterSpec {
-                key: "parallel",
-                unit: "",
-                default: ParameterDefault::Whole(default.parallel as i64),
-                about: "maximum number of open auctions of one auctioneer (TAlMech: 1 and 8)",
-                range: ParameterRange::Whole(1, 10_000),
-            },
-            ParameterSpec {
-                key: "monitor",
-                unit: "",
-                default: ParameterDefault::Text("ack"),
-                about: "condition for renewal: the winner answers (ack), or also makes progress (progress) (decided here)",
-                range: ParameterRange::Choice(&["ack", "progress"]),
-            },
-            number(
-                "progress_units",
-                "",
-                default.progress_units,
-                "with monitor = progress: time without progress after which a contract ends, in units of the task's work (decided here)",
-                above(0.0, 1e6),
-            ),
-            number(
-                "ban_s",
-                "s",
-                default.ban_s,
-                "time for which a robot that lost a contract without progress is excluded from the task (decided here)",
-                ParameterRange::Within(0.0, 1e9),
-            ),
-        ]
+        Config::parameters()
     }
 
     fn new(me: &SelfState, config: &Config) -> Self {

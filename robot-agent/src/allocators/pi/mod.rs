@@ -12,33 +12,25 @@ mod list;
 #[cfg(test)]
 mod tests;
 
+use scenario::ParameterRange::{Above, Whole};
+use scenario::ParameterSpec;
 use scenario::time::SimTime;
-use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use serde::Deserialize;
 
 use crate::allocator::unit::WorkUnit;
-use crate::allocator::{Allocator, Decision, Input, SelfState};
+use crate::allocator::{Allocator, Decision, Input, SelfState, parameters};
 use crate::allocators::consensus;
 use crate::allocators::consensus::tables::{TableKind, Tables};
 use crate::allocators::consensus::winners::Winners;
 use impact::Costs;
 use list::TaskList;
 
-/// The parameters in `[allocators.pi]`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct PiConfig {
-    /// The maximum number of tasks in a list.
-    pub tasks: usize,
-    pub refresh_s: f64,
-}
-
-impl Default for PiConfig {
-    fn default() -> Self {
-        Self {
-            tasks: 4,
-            refresh_s: 1.0,
-        }
+parameters! {
+    /// The parameters in `[allocators.pi]`.
+    pub struct PiConfig {
+        tasks: usize = 4, "", Whole(1, 16),
+            "maximum number of tasks in the list of a robot; larger: a longer plan, but more computation";
+        refresh_s: f64 = 1.0, "s", Above(0.0, 1e9),
+            "time between two broadcasts of a robot's list of impacts; shorter than τ, or teammates count it as lost";
     }
 }
 
@@ -64,23 +56,7 @@ impl Allocator for Pi {
     }
 
     fn parameters() -> Vec<ParameterSpec> {
-        let default = PiConfig::default();
-        vec![
-            ParameterSpec {
-                key: "tasks",
-                unit: "",
-                default: ParameterDefault::Whole(default.tasks as i64),
-                about: "maximum number of tasks in the list of a robot; larger: a longer plan, but more computation",
-                range: ParameterRange::Whole(1, 16),
-            },
-            ParameterSpec {
-                key: "refresh_s",
-                unit: "s",
-                default: ParameterDefault::Number(default.refresh_s),
-                about: "time between two broadcasts of a robot's list of impacts; shorter than τ, or teammates count it as lost",
-                range: ParameterRange::Above(0.0, 1e9),
-            },
-        ]
+        PiConfig::parameters()
     }
 
     fn new(me: &SelfState, config: &PiConfig) -> Self {

@@ -54,7 +54,7 @@ impl Allocator for Ssi {
     }
 
     fn parameters() -> Vec<ParameterSpec> {
-        config::parameters()
+        Config::parameters()
     }
 
     fn new(me: &SelfState, config: &Config) -> Self {

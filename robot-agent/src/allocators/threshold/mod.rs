@@ -7,13 +7,13 @@ mod tests;
 
 use proto::telemetry::Reason;
 use rand::RngExt;
+use scenario::ParameterRange::{Above, Within};
+use scenario::ParameterSpec;
 use scenario::ids::{BehaviorId, TaskId};
 use scenario::time::SimTime;
-use scenario::{ParameterDefault, ParameterRange, ParameterSpec};
-use serde::Deserialize;
 
 use crate::allocator::utility::log_choices;
-use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use crate::allocator::{Allocator, Choice, Decision, Input, SelfState, parameters};
 
 #[derive(Clone, Debug)]
 pub struct Threshold {
@@ -22,36 +22,25 @@ pub struct Threshold {
     tasks: Vec<Response>,
 }
 
-/// The parameters in `[allocators.threshold]`.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Config {
-    /// δ, the growth of a stimulus while its task is due, per s.
-    pub delta: f64,
-    /// α, the fall of a stimulus at progress on its task.
-    pub alpha: f64,
-    /// ξ, the fall of the threshold of the performed task, per s.
-    pub xi: f64,
-    /// φ, the rise of the thresholds of all other tasks, per s.
-    pub phi: f64,
-    pub theta_min: f64,
-    pub theta_max: f64,
-    pub theta_start: f64,
-    pub leave: f64,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            delta: 1.0,
-            alpha: 3.0,
-            xi: 10.0,
-            phi: 1.0,
-            theta_min: 1.0,
-            theta_max: 1000.0,
-            theta_start: 500.0,
-            leave: 0.2,
-        }
+parameters! {
+    /// The parameters in `[allocators.threshold]`.
+    pub struct Config {
+        delta: f64 = 1.0, "1/s", Above(0.0, 1e9),
+            "growth of a stimulus while its task is due (Theraulaz et al. 1998)";
+        alpha: f64 = 3.0, "", Within(0.0, 1e9),
+            "fall of a stimulus at progress on its task (Theraulaz et al. 1998)";
+        xi: f64 = 10.0, "1/s", Within(0.0, 1e9),
+            "fall of the threshold of the performed task (Theraulaz et al. 1998)";
+        phi: f64 = 1.0, "1/s", Within(0.0, 1e9),
+            "rise of the thresholds of all other tasks (Theraulaz et al. 1998)";
+        theta_min: f64 = 1.0, "", Above(0.0, 1e9),
+            "smallest threshold (Theraulaz et al. 1998)";
+        theta_max: f64 = 1000.0, "", Above(0.0, 1e9),
+            "largest threshold; at least theta_min (Theraulaz et al. 1998)";
+        theta_start: f64 = 500.0, "", Above(0.0, 1e9),
+            "threshold at the start (Theraulaz et al. 1998)";
+        leave: f64 = 0.2, "1/s", Within(0.0, 1.0),
+            "probability to leave a task within a second (Theraulaz et al. 1998)";
     }
 }
 
@@ -148,75 +137,7 @@ impl Allocator for Threshold {
     type Config = Config;
 
     fn parameters() -> Vec<ParameterSpec> {
-        let default = Config::default();
-        let of = |key, unit, default, range, about| ParameterSpec {
-            key,
-            unit,
-            default: ParameterDefault::Number(default),
-            about,
-            range,
-        };
-        let level = || ParameterRange::Above(0.0, 1e9);
-        let rate = || ParameterRange::Within(0.0, 1e9);
-        let share = || ParameterRange::Within(0.0, 1.0);
-        vec![
-            of(
-                "delta",
-                "1/s",
-                default.delta,
-                level(),
-                "growth of a stimulus while its task is due (Theraulaz et al. 1998)",
-            ),
-            of(
-                "alpha",
-                "",
-                default.alpha,
-                rate(),
-                "fall of a stimulus at progress on its task (Theraulaz et al. 1998)",
-            ),
-            of(
-                "xi",
-                "1/s",
-                default.xi,
-                rate(),
-                "fall of the threshold of the performed task (Theraulaz et al. 1998)",
-            ),
-            of(
-                "phi",
-                "1/s",
-                default.phi,
-                rate(),
-                "rise of the thresholds of all other tasks (Theraulaz et al. 1998)",
-            ),
-            of(
-                "theta_min",
-                "",
-                default.theta_min,
-                level(),
-                "smallest threshold (Theraulaz et al. 1998)",
-            ),
-            of(
-                "theta_max",
-                "",
-                default.theta_max,
-                level(),
-                "largest threshold; at least theta_min (Theraulaz et al. 1998)",
-            ),
-            of(
-                "theta_start",
-                "",
-                default.theta_start,
-                level(),
-                "threshold at the start (Theraulaz et al. 1998)",
-            ),
-            of(
-                "leave",
-                "1/s",
-                default.leave,
-                share(),
-                "probability to leave a task within a second (Theraulaz et al. 1998)",
-            ),
-        ]
+        Config::parameters()
     }
 
     fn new(me: &SelfState, config: &Config) -> Self {

@@ -10,16 +10,14 @@ use scenario::time::SimTime;
 use super::reference::{Assignment, greedy, optimum};
 use crate::allocator::Allocator;
 use crate::allocators::cbba::bundle::Bundle;
-use crate::allocators::cbba::{Acbba, AcbbaConfig, Cbaa, CbaaConfig, Cbba, CbbaConfig};
-use crate::allocators::consensus::team::{STEP_MS, Team, Work};
+use crate::allocators::cbba::{Acbba, AcbbaConfig, Bidder, Cbaa, CbaaConfig, Cbba, CbbaConfig};
+use crate::allocators::consensus::team::{NEVER, REFRESH_S, go_through_trouble, random_team};
 use crate::allocators::consensus::winners::{Entry, Winners};
+use crate::allocators::team::{Situation, TAU, Team, allocator_messages};
 use crate::testkit;
 
-/// A τ after which no robot counts as lost within a test.
-pub(crate) const NEVER: SimTime = SimTime(1_000_000_000);
-
 /// The refresh times: broadcasts only on a change, or in every round.
-pub(crate) const REFRESHES: [f64; 2] = [1e6, STEP_MS as f64 / 1000.0];
+pub(crate) const REFRESHES: [f64; 2] = [1e6, REFRESH_S];
 
 /// Access to the state of a bidder with any consensus method.
 pub(crate) trait Open: Allocator {
@@ -46,33 +44,33 @@ impl Open for Acbba {
     }
 }
 
+/// Returns the bids of each robot for the tasks in its bundle; none of a crashed robot.
 pub(crate) fn assignment<A: Open>(team: &Team<A>) -> Assignment {
-    let bids_of = |robot: usize| {
-        let (beliefs, bundle) = team.members[robot].allocator.parts();
+    let mut assignment = vec![Vec::new(); team.robots.len()];
+    for robot in team.running() {
+        let (beliefs, bundle) = team.allocator(robot).parts();
         let bids = bundle.bids(beliefs).into_iter();
-        bids.map(|(task, bid)| (task.index(), bid)).collect()
-    };
-    (0..team.members.len()).map(bids_of).collect()
+        assignment[robot] = bids.map(|(task, bid)| (task.index(), bid)).collect();
+    }
+    assignment
 }
 
 /// The claim to a place of a task: task, slot, round, claim.
 pub(crate) type Believed = (TaskId, u16, SimTime, Option<WinningBid>);
 
-/// Returns the entries of all robots.
+/// Returns the entries of all running robots.
 pub(crate) fn beliefs<A: Open>(team: &Team<A>) -> Vec<Vec<Believed>> {
     let entry = |entry: &Entry| (entry.task, entry.slot, entry.round, entry.claim);
-    let members = team.members.iter();
-    let entries = members.map(|member| member.allocator.parts().0.entries());
-    entries
-        .map(|entries| entries.iter().map(entry).collect())
-        .collect()
+    let entries = |robot| team.allocator(robot).parts().0.entries().iter();
+    let of_robot = |robot| entries(robot).map(entry).collect();
+    team.running().map(of_robot).collect()
 }
 
 /// C4: a robot holds exactly the places in its bundle, and no bid is negative.
 #[track_caller]
 pub(crate) fn check_beliefs<A: Open>(team: &Team<A>) {
-    for member in &team.members {
-        let (beliefs, bundle) = member.allocator.parts();
+    for robot in team.running() {
+        let (beliefs, bundle) = team.allocator(robot).parts();
         for (place, entry) in beliefs.entries().iter().enumerate() {
             assert_eq!(beliefs.is_mine(place), bundle.contains(place), "C4");
             assert!(entry.claim.is_none_or(|claim| claim.value >= 0.0));
@@ -80,26 +78,38 @@ pub(crate) fn check_beliefs<A: Open>(team: &Team<A>) {
     }
 }
 
-pub(crate) fn random_team<A: Open>(seed: u64, refresh_s: f64) -> (Team<A>, usize) {
-    let mut chance = ChaCha8Rng::seed_from_u64(seed);
-    let (robots, tasks) = (chance.random_range(1..7), chance.random_range(1..9));
-    let mut work = Work::random(&mut chance, robots, tasks);
-    if chance.random_bool(0.3) {
-        for task in 0..tasks {
-            work.priority[task] = chance.random_range(0..2);
-        }
-    }
-    if chance.random_bool(0.3) {
-        for task in 0..tasks {
-            work.max_robots[task] = chance.random_range(1..4);
-        }
-    }
-    let bundle = chance.random_range(1..4);
-    let mut team = Team::new(seed, work, &A::config(bundle, refresh_s), NEVER);
-    if chance.random_bool(0.7) {
-        team.connect_as_line(if chance.random_bool(0.5) { 0.3 } else { 0.0 });
-    }
+/// Returns a random team and the size of its bundles.
+pub(crate) fn random_bidders<A: Open>(seed: u64, refresh_s: f64, tau: SimTime) -> (Team<A>, usize) {
+    let mut bundle = 0;
+    let team = random_team(seed, tau, |chance| {
+        bundle = chance.random_range(1..4);
+        A::config(bundle, refresh_s)
+    });
     (team, bundle)
+}
+
+/// C1, C2 and C4: after a number of rounds nothing changes, and all robots have the result of the sequential greedy
+/// assignment. The number is `factor` times min(m, L_t·n)·D.
+fn agrees_without_loss<A: Open>(seed: u64, refresh_s: f64, factor: usize) {
+    let (mut team, bundle) = random_bidders::<A>(seed, refresh_s, NEVER);
+    let situation = team.situation.clone();
+    let claims = situation.places().min(bundle * team.robots.len());
+    for _ in 0..=factor * claims * team.diameter() {
+        team.step();
+        check_beliefs(&team);
+    }
+    let (settled, agreed) = (assignment(&team), beliefs(&team));
+    let expected = greedy(&situation, bundle);
+    assert_eq!(settled, expected, "C2, seed {seed}: {situation:?}");
+    for other in &agreed {
+        assert_eq!(*other, agreed[0], "C1, seed {seed}: {situation:?}");
+    }
+    team.run(20);
+    assert_eq!(beliefs(&team), agreed, "C1, seed {seed}");
+    if refresh_s == REFRESHES[0] {
+        let messages = allocator_messages(&team.in_flight).count();
+        assert_eq!(messages, 0, "messages remain, seed {seed}");
+    }
 }
 
 #[test]
@@ -117,31 +127,10 @@ fn bidders_keep_the_properties_of_all_allocators() {
     });
 }
 
-/// C1, C2 and C4: after min(m, L_t·n)·D rounds nothing changes, and all robots have the result of the sequential greedy
-/// assignment.
 #[test]
 fn without_loss_all_robots_agree_on_the_greedy_assignment() {
     for seed in 0..600 {
-        let (mut team, bundle) = random_team::<Cbba>(seed, REFRESHES[seed as usize % 2]);
-        let work = team.work.clone();
-        let places: usize = work.max_robots.iter().sum();
-        let rounds = places.min(bundle * work.robots()) * team.diameter();
-        for _ in 0..=rounds {
-            team.step();
-            check_beliefs(&team);
-        }
-        let (settled, agreed) = (assignment(&team), beliefs(&team));
-        assert_eq!(settled, greedy(&work, bundle), "C2, seed {seed}: {work:?}");
-        for other in &agreed {
-            assert_eq!(*other, agreed[0], "C1, seed {seed}: {work:?}");
-        }
-        for _ in 0..20 {
-            team.step();
-        }
-        assert_eq!(beliefs(&team), agreed, "C1, seed {seed}");
-        if seed % 2 == 0 {
-            assert_eq!(team.in_flight(), 0, "messages remain, seed {seed}");
-        }
+        agrees_without_loss::<Cbba>(seed, REFRESHES[seed as usize % 2], 1);
     }
 }
 
@@ -157,23 +146,19 @@ fn the_score_is_at_least_half_of_the_optimum() {
             bundle,
             refresh_s: 1e6,
         };
-        let work = Work::random(&mut chance, robots, tasks);
-        let mut team = Team::<Cbba>::new(seed, work.clone(), &config, NEVER);
-        for _ in 0..30 {
-            team.step();
-        }
-        let score = |(robot, _): (usize, &Vec<_>)| {
-            let bundle = &team.members[robot].allocator.0.bundle;
-            let beliefs = &team.members[robot].allocator.0.beliefs;
-            let path: Vec<usize> = bundle
-                .path(beliefs)
-                .iter()
-                .map(|task| task.index())
-                .collect();
-            work.score(robot, &path)
+        let situation = Situation::on_grid(&mut chance, robots, tasks);
+        let mut team = Team::<Cbba>::still(seed, NEVER, situation.clone(), config);
+        team.run(30);
+        let score = |robot: usize| {
+            let Bidder {
+                beliefs, bundle, ..
+            } = &team.allocator(robot).0;
+            let path = bundle.path(beliefs);
+            let path: Vec<usize> = path.iter().map(|task| task.index()).collect();
+            situation.score(robot, &path)
         };
-        let sum: f64 = assignment(&team).iter().enumerate().map(score).sum();
-        let share = sum / optimum(&work, bundle);
+        let sum: f64 = (0..robots).map(score).sum();
+        let share = sum / optimum(&situation, bundle);
         assert!(share >= 0.5, "C3, seed {seed}: {share}");
         worst = worst.min(share);
     }
@@ -192,9 +177,9 @@ fn repeated_messages_reach_the_same_result_despite_loss() {
 pub(crate) fn settles_with_loss<A: Open>(loss: f64, most: u32) {
     let mut rounds_of_all = 0;
     for seed in 0..80 {
-        let (mut team, bundle) = random_team::<A>(seed, REFRESHES[1]);
+        let (mut team, bundle) = random_bidders::<A>(seed, REFRESHES[1], NEVER);
         team.loss = loss;
-        let expected = greedy(&team.work, bundle);
+        let expected = greedy(&team.situation, bundle);
         let is_settled = |team: &Team<A>| {
             let views = beliefs(team);
             assignment(team) == expected && views.iter().all(|view| *view == views[0])
@@ -207,7 +192,7 @@ pub(crate) fn settles_with_loss<A: Open>(loss: f64, most: u32) {
             assert!(
                 rounds < most,
                 "C5, seed {seed}, loss {loss}: {:?}",
-                team.work
+                team.situation
             );
         }
         for _ in 0..50 {
@@ -224,25 +209,7 @@ pub(crate) fn settles_with_loss<A: Open>(loss: f64, most: u32) {
 fn acbba_agrees_with_and_without_loss() {
     for seed in 0..600 {
         for repeat_s in REFRESHES {
-            let (mut team, bundle) = random_team::<Acbba>(seed, repeat_s);
-            let work = team.work.clone();
-            let places: usize = work.max_robots.iter().sum();
-            for _ in 0..=2 * places.min(bundle * work.robots()) * team.diameter() {
-                team.step();
-                check_beliefs(&team);
-            }
-            let (settled, agreed) = (assignment(&team), beliefs(&team));
-            assert_eq!(settled, greedy(&work, bundle), "C2, seed {seed}: {work:?}");
-            for other in &agreed {
-                assert_eq!(*other, agreed[0], "C1, seed {seed}: {work:?}");
-            }
-            for _ in 0..20 {
-                team.step();
-            }
-            assert_eq!(beliefs(&team), agreed, "C1, seed {seed}");
-            if repeat_s == REFRESHES[0] {
-                assert_eq!(team.in_flight(), 0, "messages remain, seed {seed}");
-            }
+            agrees_without_loss::<Acbba>(seed, repeat_s, 2);
         }
     }
     settles_with_loss::<Acbba>(0.3, 400);
@@ -253,25 +220,19 @@ fn acbba_agrees_with_and_without_loss() {
 /// each claim is a bid that a robot really makes.
 pub(crate) fn agrees_after_trouble<A: Open>() {
     for seed in 0..200 {
-        let (mut team, bundle) = random_team::<A>(seed, 1.0);
-        let config = A::config(bundle, 1.0);
-        team.go_through_trouble(seed, &config, SimTime(5000), check_beliefs);
-        let robots = team.members.len();
-        for _ in 0..200 {
-            team.step();
-        }
-        let alive = (0..robots).filter(|robot| !team.crashed[*robot]);
+        let (mut team, _) = random_bidders::<A>(seed, 1.0, TAU);
+        go_through_trouble(&mut team, seed, check_beliefs);
+        team.run(200);
         let views = beliefs(&team);
-        let agreed = alive.clone().map(|robot| &views[robot]).next();
-        for robot in alive {
-            assert_eq!(Some(&views[robot]), agreed, "seed {seed}, robot {robot}");
+        for view in &views {
+            assert_eq!(*view, views[0], "seed {seed}");
         }
         let assignment = assignment(&team);
-        for (task, _, _, claim) in agreed.into_iter().flatten() {
+        for (task, _, _, claim) in views.into_iter().next().into_iter().flatten() {
             let Some(claim) = claim else { continue };
-            let holder = claim.robot.index();
-            let is_made = assignment[holder].contains(&(task.index(), claim.value));
-            assert!(!team.crashed[holder] && is_made, "seed {seed}: {claim:?}");
+            // A crashed robot has no bids.
+            let is_made = assignment[claim.robot.index()].contains(&(task.index(), claim.value));
+            assert!(is_made, "seed {seed}: {claim:?}");
         }
     }
 }

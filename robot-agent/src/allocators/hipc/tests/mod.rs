@@ -17,12 +17,13 @@ use crate::allocator::{Allocator, Choice, Decision, Input, TaskBrief};
 use crate::allocators::cbba::Cbba;
 use crate::allocators::cbba::bundle::Bundle;
 use crate::allocators::cbba::tests::laws::{
-    NEVER, Open, REFRESHES, agrees_after_trouble, assignment, beliefs, check_beliefs, random_team,
+    Open, REFRESHES, agrees_after_trouble, assignment, beliefs, check_beliefs, random_bidders,
     settles_with_loss,
 };
 use crate::allocators::cbba::tests::reference::greedy;
-use crate::allocators::consensus::team::{Team, Work};
+use crate::allocators::consensus::team::{NEVER, random_team};
 use crate::allocators::consensus::winners::Winners;
+use crate::allocators::team::{Situation, Team};
 use crate::{fixtures, testkit};
 
 /// The steps of the default wait.
@@ -57,22 +58,18 @@ fn hipc_keeps_the_properties_of_all_allocators() {
 fn hipc_without_awareness_is_cbba() {
     for seed in 0..200 {
         let refresh_s = REFRESHES[seed as usize % 2];
-        let (mut cbba, bundle) = random_team::<Cbba>(seed, refresh_s);
-        let (mut hipc, _) = random_team::<Hipc>(seed, refresh_s);
-        let config = HipcConfig {
+        let (mut cbba, _) = random_bidders::<Cbba>(seed, refresh_s, NEVER);
+        let mut hipc = random_team::<Hipc>(seed, NEVER, |chance| HipcConfig {
             awareness_s: 0.0,
-            ..Hipc::config(bundle, refresh_s)
-        };
-        for robot in 0..hipc.members.len() {
-            hipc.members[robot] = hipc.fresh_member(robot, 1, &config, NEVER);
-        }
+            ..Hipc::config(chance.random_range(1..4), refresh_s)
+        });
         (cbba.loss, hipc.loss) = (0.3, 0.3);
         for _ in 0..60 {
             cbba.step();
             hipc.step();
-            let decisions = cbba.members.iter().zip(&hipc.members);
-            for (of_cbba, of_hipc) in decisions {
-                assert_eq!(of_cbba.decision, of_hipc.decision, "seed {seed}");
+            assert_eq!(cbba.in_flight, hipc.in_flight, "seed {seed}");
+            for (of_cbba, of_hipc) in cbba.robots.iter().zip(&hipc.robots) {
+                assert_eq!(of_cbba.outcome, of_hipc.outcome, "seed {seed}");
             }
         }
     }
@@ -84,27 +81,29 @@ fn hipc_without_awareness_is_cbba() {
 fn all_robots_agree_and_nearly_always_as_with_cbba() {
     let mut greedy_teams = 0;
     for seed in 0..600 {
-        let (mut team, bundle) = random_team::<Hipc>(seed, REFRESHES[seed as usize % 2]);
-        let work = team.work.clone();
-        let places: usize = work.max_robots.iter().sum();
+        let (mut team, bundle) = random_bidders::<Hipc>(seed, REFRESHES[seed as usize % 2], NEVER);
+        let situation = team.situation.clone();
         // A wrong prediction delays each bid by the wait.
-        let rounds = places.min(bundle * work.robots()) * (team.diameter() + WAIT_STEPS);
+        let claims = situation.places().min(bundle * team.robots.len());
+        let rounds = claims * (team.diameter() + WAIT_STEPS);
         for _ in 0..=rounds {
             team.step();
             check_beliefs(&team);
         }
         let (settled, agreed) = (assignment(&team), beliefs(&team));
         for other in &agreed {
-            assert_eq!(*other, agreed[0], "seed {seed}: {work:?}");
+            assert_eq!(*other, agreed[0], "seed {seed}: {situation:?}");
         }
-        for _ in 0..20 {
-            team.step();
-        }
+        team.run(20);
         assert_eq!(beliefs(&team), agreed, "seed {seed}");
-        let expected = greedy(&work, bundle);
+        let expected = greedy(&situation, bundle);
         greedy_teams += u32::from(settled == expected);
         let count = |assignment: &[Vec<_>]| assignment.iter().map(Vec::len).sum::<usize>();
-        assert_eq!(count(&settled), count(&expected), "seed {seed}: {work:?}");
+        assert_eq!(
+            count(&settled),
+            count(&expected),
+            "seed {seed}: {situation:?}"
+        );
     }
     assert!(greedy_teams >= 595, "{greedy_teams}");
 }
@@ -246,9 +245,9 @@ fn hipc_agrees_after_trouble() {
 fn rounds<A: Open>(seed: u64, is_line: bool) -> usize {
     let mut chance = ChaCha8Rng::seed_from_u64(seed);
     let (robots, tasks) = (chance.random_range(2..8), chance.random_range(2..16));
-    let work = Work::random(&mut chance, robots, tasks);
+    let situation = Situation::on_grid(&mut chance, robots, tasks);
     let bundle = chance.random_range(1..4);
-    let mut team = Team::<A>::new(seed, work, &A::config(bundle, 1e6), NEVER);
+    let mut team = Team::<A>::still(seed, NEVER, situation, A::config(bundle, 1e6));
     if is_line {
         team.connect_as_line(0.0);
     }

@@ -11,10 +11,10 @@ use scenario::time::SimTime;
 use super::reference::cost;
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
-use crate::allocators::consensus::team::Work;
 use crate::allocators::consensus::winners::Winners;
 use crate::allocators::pi::impact::Costs;
 use crate::allocators::pi::{Pi, PiConfig};
+use crate::allocators::team::Situation;
 use crate::fixtures;
 
 /// Three tasks on a line, 10 s apart: at 10, 20 and 30 s from the robot. A unit takes the way alone.
@@ -144,21 +144,18 @@ proptest! {
         split in 0..7_usize,
         moved in 0..7_usize,
     ) {
-        let work = Work::random(&mut ChaCha8Rng::seed_from_u64(seed), 2, tasks);
+        let situation = Situation::on_grid(&mut ChaCha8Rng::seed_from_u64(seed), 2, tasks);
         let order: Vec<usize> = (0..tasks).collect();
         let (giver, taker) = order.split_at(1 + split % tasks);
         let at = moved % giver.len();
+        let situation = &situation;
         let seconds = |robot: usize| {
-            let work = &work;
-            move |after: &[TaskId], task: TaskId| Some(match after.last() {
-                Some(last) => work.after_s[last.index()][task.index()],
-                None => work.first_s[robot][task.index()],
-            })
+            move |after: &[TaskId], task: TaskId| situation.seconds(robot, after, task)
         };
         let of_robot = |robot: usize| {
-            let mut choices = choices(|task| work.first_s[robot][usize::from(task)], tasks);
-            for (choice, &reward) in choices.iter_mut().zip(&work.reward) {
-                choice.reward = reward;
+            let mut choices = choices(|task| seconds(robot)(&[], TaskId(task)).unwrap(), tasks);
+            for (choice, task) in choices.iter_mut().zip(&situation.tasks) {
+                choice.reward = task.reward;
             }
             choices
         };
@@ -167,10 +164,10 @@ proptest! {
             costs.inclusion(taker, giver[at], 0..=taker.len())
         });
         let (removal, (place, inclusion)) = (removal.unwrap(), included.unwrap());
-        let before = cost(&work, 0, giver) + cost(&work, 1, taker);
+        let before = cost(situation, 0, giver) + cost(situation, 1, taker);
         let (mut without, mut with) = (giver.to_vec(), taker.to_vec());
         with.insert(place, without.remove(at));
-        let after = cost(&work, 0, &without) + cost(&work, 1, &with);
+        let after = cost(situation, 0, &without) + cost(situation, 1, &with);
         prop_assert!((before - after - (removal - inclusion)).abs() < 1e-6);
     }
 }

@@ -7,48 +7,46 @@ use rand_chacha::rand_core::SeedableRng;
 use scenario::time::SimTime;
 
 use super::reference::{cost, optimum};
-use crate::allocators::consensus::team::{STEP_MS, Team, Work};
+use crate::allocators::consensus::team;
+use crate::allocators::consensus::team::{NEVER, REFRESH_S, go_through_trouble};
 use crate::allocators::consensus::winners::Entry;
 use crate::allocators::pi::{Pi, PiConfig};
+use crate::allocators::team::{Situation, TAU, Team};
 use crate::testkit;
-
-/// A τ after which no robot counts as lost within a test.
-const NEVER: SimTime = SimTime(1_000_000_000);
-
-/// A refresh in every round. A risen γ alone does not make a teammate send its lower one again.
-const REFRESH: f64 = STEP_MS as f64 / 1000.0;
 
 fn config(tasks: usize, refresh_s: f64) -> PiConfig {
     PiConfig { tasks, refresh_s }
 }
 
+/// Returns the list of each robot; empty for a crashed one.
 fn lists(team: &Team<Pi>) -> Vec<Vec<usize>> {
-    let members = team.members.iter();
-    members
-        .map(|member| member.allocator.list.tasks(&member.allocator.beliefs))
-        .collect()
+    let mut lists = vec![Vec::new(); team.robots.len()];
+    for robot in team.running() {
+        let Pi { beliefs, list, .. } = team.allocator(robot);
+        lists[robot] = list.tasks(beliefs);
+    }
+    lists
 }
 
+/// Returns the claims that each running robot has received or made.
 fn claims(team: &Team<Pi>) -> Vec<Vec<Option<WinningBid>>> {
-    let members = team.members.iter();
-    let entries = members.map(|member| member.allocator.beliefs.entries());
-    entries
-        .map(|entries| entries.iter().map(|entry| entry.claim).collect())
-        .collect()
+    let entries = |robot| team.allocator(robot).beliefs.entries().iter();
+    let of_robot = |robot| entries(robot).map(|entry| entry.claim).collect();
+    team.running().map(of_robot).collect()
 }
 
 fn global_cost(team: &Team<Pi>) -> f64 {
     let lists = lists(team).into_iter().enumerate();
     lists
-        .map(|(robot, list)| cost(&team.work, robot, &list))
+        .map(|(robot, list)| cost(&team.situation, robot, &list))
         .sum()
 }
 
 /// A robot holds exactly the places in its list.
 #[track_caller]
 fn check_places(team: &Team<Pi>) {
-    for member in &team.members {
-        let Pi { beliefs, list, .. } = &member.allocator;
+    for robot in team.running() {
+        let Pi { beliefs, list, .. } = team.allocator(robot);
         for place in 0..beliefs.entries().len() {
             assert_eq!(beliefs.is_mine(place), list.contains(place));
         }
@@ -60,47 +58,32 @@ fn check_places(team: &Team<Pi>) {
 #[track_caller]
 fn check_claims(team: &Team<Pi>) {
     check_places(team);
-    let work = &team.work;
-    for (robot, member) in team.members.iter().enumerate() {
-        let Pi { beliefs, list, .. } = &member.allocator;
+    let situation = &team.situation;
+    for robot in team.running() {
+        let Pi { beliefs, list, .. } = team.allocator(robot);
         let tasks = list.tasks(beliefs);
         let own = |entry: &&Entry| {
             entry
                 .claim
-                .is_some_and(|claim| claim.robot == member.me.robot)
+                .is_some_and(|claim| claim.robot.index() == robot)
         };
         for entry in beliefs.entries().iter().filter(own) {
             let task = entry.task.index();
-            let counts = |other: &usize| work.priority[*other] >= work.priority[task];
+            let counts =
+                |other: &usize| situation.tasks[*other].priority >= situation.tasks[task].priority;
             let with: Vec<usize> = tasks.iter().copied().filter(counts).collect();
             let without: Vec<usize> = with.iter().copied().filter(|own| *own != task).collect();
-            let impact = cost(work, robot, &with) - cost(work, robot, &without);
+            let impact = cost(situation, robot, &with) - cost(situation, robot, &without);
             let claimed = entry.claim.map_or(0.0, |claim| -f64::from(claim.value));
             assert!((claimed - impact).abs() < 1e-3, "{claimed}, not {impact}");
         }
     }
 }
 
-fn random_team(seed: u64, refresh_s: f64) -> Team<Pi> {
-    let mut chance = ChaCha8Rng::seed_from_u64(seed);
-    let (robots, tasks) = (chance.random_range(1..7), chance.random_range(1..9));
-    let mut work = Work::random(&mut chance, robots, tasks);
-    if chance.random_bool(0.3) {
-        for task in 0..tasks {
-            work.priority[task] = chance.random_range(0..2);
-        }
-    }
-    if chance.random_bool(0.3) {
-        for task in 0..tasks {
-            work.max_robots[task] = chance.random_range(1..4);
-        }
-    }
-    let config = config(chance.random_range(1..6), refresh_s);
-    let mut team = Team::new(seed, work, &config, NEVER);
-    if chance.random_bool(0.7) {
-        team.connect_as_line(if chance.random_bool(0.5) { 0.3 } else { 0.0 });
-    }
-    team
+fn random_team(seed: u64, refresh_s: f64, tau: SimTime) -> Team<Pi> {
+    team::random_team(seed, tau, |chance| {
+        config(chance.random_range(1..6), refresh_s)
+    })
 }
 
 #[test]
@@ -116,32 +99,30 @@ fn pi_keeps_the_properties_of_all_allocators() {
 fn teams_agree_without_conflict() {
     let mut at_limit = 0;
     for seed in 0..600 {
-        let mut team = random_team(seed, REFRESH);
-        let (robots, tasks) = (team.work.robots(), team.work.tasks());
+        let mut team = random_team(seed, REFRESH_S, NEVER);
+        let (robots, tasks) = (team.robots.len(), team.situation.tasks.len());
         for _ in 0..10 * (tasks + 2) * team.diameter().max(1) {
             team.step();
             check_claims(&team);
         }
         let (settled, agreed) = (lists(&team), claims(&team));
         for other in &agreed {
-            assert_eq!(*other, agreed[0], "seed {seed}: {:?}", team.work);
+            assert_eq!(*other, agreed[0], "seed {seed}: {:?}", team.situation);
         }
-        let most = team.members[0].allocator.config.tasks;
+        let most = team.allocator(0).config.tasks;
         for task in 0..tasks {
             // A task with a place for each robot needs no agreement.
-            let places = team.work.max_robots[task].min(robots);
+            let places = team.situation.tasks[task].max_robots.min(robots);
             let holders = settled.iter().filter(|list| list.contains(&task)).count();
             assert!(holders <= places, "seed {seed}: task {task}");
             let mut others = settled.iter().filter(|list| !list.contains(&task));
             let has_room = others.any(|list| list.len() < most);
             assert!(holders == places || !has_room, "seed {seed}: task {task}");
         }
-        for _ in 0..20 {
-            team.step();
-        }
+        team.run(20);
         assert_eq!(claims(&team), agreed, "seed {seed}");
-        let mut members = team.members.iter();
-        at_limit += u32::from(members.any(|member| member.allocator.list.is_at_limit()));
+        let mut running = team.running();
+        at_limit += u32::from(running.any(|robot| team.allocator(robot).list.is_at_limit()));
     }
     // Some teams would repeat a cycle of exchanges without the limit.
     assert!((1..60).contains(&at_limit), "{at_limit}");
@@ -154,15 +135,16 @@ fn most_small_cases_reach_the_optimum() {
     for seed in 0..500 {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let (robots, tasks) = (chance.random_range(2..4), chance.random_range(2..6));
-        let mut work = Work::random(&mut chance, robots, tasks);
-        work.reward = vec![1.0; tasks];
-        let mut team = Team::<Pi>::new(seed, work.clone(), &config(tasks, REFRESH), NEVER);
-        for _ in 0..100 {
-            team.step();
+        let mut situation = Situation::on_grid(&mut chance, robots, tasks);
+        for task in &mut situation.tasks {
+            task.reward = 1.0;
         }
+        let config = config(tasks, REFRESH_S);
+        let mut team = Team::<Pi>::still(seed, NEVER, situation, config);
+        team.run(100);
         let done: usize = lists(&team).iter().map(Vec::len).sum();
         assert_eq!(done, tasks, "seed {seed}");
-        let share = global_cost(&team) / optimum(&work, tasks);
+        let share = global_cost(&team) / optimum(&team.situation, tasks);
         optimal += u32::from(share < 1.0 + 1e-9);
         worst = worst.max(share);
     }
@@ -178,8 +160,9 @@ fn the_global_cost_does_not_rise() {
         for seed in 0..500 {
             let mut chance = ChaCha8Rng::seed_from_u64(seed);
             let (robots, tasks) = (chance.random_range(2..6), chance.random_range(2..9));
-            let work = Work::random(&mut chance, robots, tasks);
-            let mut team = Team::<Pi>::new(seed, work, &config(tasks, REFRESH), NEVER);
+            let situation = Situation::on_grid(&mut chance, robots, tasks);
+            let config = config(tasks, REFRESH_S);
+            let mut team = Team::<Pi>::still(seed, NEVER, situation, config);
             if is_line {
                 team.connect_as_line(0.0);
             }
@@ -204,7 +187,7 @@ fn the_global_cost_does_not_rise() {
 fn teams_agree_despite_message_loss() {
     for loss in [0.3, 0.6] {
         for seed in 0..80 {
-            let mut team = random_team(seed, REFRESH);
+            let mut team = random_team(seed, REFRESH_S, NEVER);
             team.loss = loss;
             for _ in 0..600 {
                 team.step();
@@ -223,25 +206,21 @@ fn teams_agree_despite_message_loss() {
 #[test]
 fn teams_agree_after_trouble() {
     for seed in 0..200 {
-        let mut team = random_team(seed, 1.0);
-        let config = team.members[0].allocator.config;
-        team.go_through_trouble(seed, &config, SimTime(5000), check_places);
-        let robots = team.members.len();
-        for _ in 0..300 {
-            team.step();
-        }
-        let alive = (0..robots).filter(|robot| !team.crashed[*robot]);
+        let mut team = random_team(seed, 1.0, TAU);
+        go_through_trouble(&mut team, seed, check_places);
+        team.run(300);
         let (views, lists) = (claims(&team), lists(&team));
-        let agreed = alive.clone().map(|robot| &views[robot]).next();
-        for robot in alive {
-            assert_eq!(Some(&views[robot]), agreed, "seed {seed}, robot {robot}");
+        for view in &views {
+            assert_eq!(*view, views[0], "seed {seed}");
         }
-        let entries = team.members[0].allocator.beliefs.entries();
-        for (entry, claim) in entries.iter().zip(agreed.into_iter().flatten()) {
-            let Some(claim) = claim else { continue };
-            let holder = claim.robot.index();
-            let has_task = lists[holder].contains(&entry.task.index());
-            assert!(!team.crashed[holder] && has_task, "seed {seed}: {claim:?}");
+        let Some(robot) = team.running().next() else {
+            continue;
+        };
+        for entry in team.allocator(robot).beliefs.entries() {
+            let Some(claim) = entry.claim else { continue };
+            // A crashed robot has no list.
+            let has_task = lists[claim.robot.index()].contains(&entry.task.index());
+            assert!(has_task, "seed {seed}: {claim:?}");
         }
     }
 }

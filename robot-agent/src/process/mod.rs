@@ -2,30 +2,29 @@
 //!
 //! Zenoh's callbacks do all work, on its single worker, without a handover to a task.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+mod state;
+
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use cluster::member::Member;
 use cluster::session;
-use proto::codec::{CodecError, decode, decode_first};
 use proto::ignored::IgnoredMessages;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use proto::keys::KeyExpressions;
 use proto::program_build;
-use proto::secret::{self, OpenError, PairKeys, Secret};
-use proto::team::{Broadcast, BroadcastId, BroadcastKind};
-use proto::tick::{Outcome, TickMessage, ToAgent};
+use proto::secret::{self, Secret};
+use proto::team::BroadcastKind;
 use scenario::ids::{Incarnation, RobotId, Tick};
 use scenario::{Setup, Vocabulary};
 use terminal::panics;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
-use zenoh::pubsub::Publisher;
+use zenoh::Session;
 use zenoh::qos::Priority;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::{Locality, SampleKind};
-use zenoh::{Session, Wait};
 
 use crate::agent::{Agent, AgentSnapshot, TeamConfig, TentativeAgent, Workspace};
 use crate::allocator::ConfigError;
@@ -33,24 +32,13 @@ use crate::radio::Radio;
 use crate::registry::AgentRegistry;
 use cluster::remote;
 
-/// The time to wait for listed broadcasts before they count as lost. It is well below the world's stall deadline.
-/// Broadcasts usually arrive before the tick that lists them.
-const MANIFEST_DEADLINE: Duration = Duration::from_secs(2);
+pub use state::AgentEnd;
+use state::{AgentState, Alive, BroadcastKeys, Ignore, MANIFEST_DEADLINE, Publishers, lock};
 
 /// The time an agent repeats its request for a robot that is still taken.
 const TAKEN_PATIENCE: Duration = Duration::from_secs(1);
 
 const CLOSE_DEADLINE: Duration = Duration::from_secs(1);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AgentEnd {
-    RunOver(Outcome),
-    Superseded,
-    /// The process received SIGTERM or SIGINT.
-    Signaled,
-    /// The connection to the world is lost.
-    WorldLost,
-}
 
 #[derive(Debug, thiserror::Error)]
 pub enum AgentError {
@@ -205,45 +193,6 @@ struct Welcomed {
     pairs: Option<Vec<u128>>,
 }
 
-enum BroadcastKeys {
-    /// A single token for all robots, on one machine.
-    Token(Secret),
-    /// A key per pair of robots, over a network.
-    Pairs(PairKeys),
-}
-
-impl BroadcastKeys {
-    /// Returns `None` if the member has neither kind of key.
-    fn new(run: &Member, robot: RobotId, pairs: Option<Vec<u128>>) -> Option<Self> {
-        match (pairs, &run.token) {
-            (Some(keys), _) if robot.index() < keys.len() => {
-                Some(Self::Pairs(PairKeys::new(robot.index(), keys)))
-            }
-            (None, Some(token)) => Some(Self::Token(Secret::from_token(token))),
-            _ => None,
-        }
-    }
-
-    fn seal(&self, key: &str, broadcast: &Broadcast) -> Result<Vec<u8>, CodecError> {
-        match self {
-            Self::Token(token) => token.seal(key, broadcast),
-            Self::Pairs(pairs) => pairs.seal(key, broadcast),
-        }
-    }
-
-    fn unseal<'s>(
-        &self,
-        key: &str,
-        sealed: &'s [u8],
-        sender: usize,
-    ) -> Result<&'s [u8], OpenError> {
-        match self {
-            Self::Token(token) => token.unseal(key, sealed),
-            Self::Pairs(pairs) => pairs.unseal(key, sealed, sender),
-        }
-    }
-}
-
 /// Sends the request to join, and repeats it for a while if the robot is taken. The world may not have noticed yet
 /// that the previous agent died.
 async fn join_patiently(
@@ -385,12 +334,6 @@ async fn subscribe(
         .await
 }
 
-struct Publishers {
-    report: Publisher<'static>,
-    /// A publisher per [`BroadcastKind`], in the order of its declaration.
-    team: Vec<Publisher<'static>>,
-}
-
 async fn declare_publishers(
     session: &Session,
     keys: &KeyExpressions,
@@ -412,202 +355,11 @@ async fn declare_publishers(
     Ok(Publishers { report, team })
 }
 
-enum AgentState {
-    Joining {
-        ended: Option<oneshot::Sender<AgentEnd>>,
-    },
-    Alive(Box<Alive>),
-}
-
-struct Alive {
-    secret: Secret,
-    broadcast_keys: BroadcastKeys,
-    robot: RobotId,
-    incarnation: Incarnation,
-    /// The names of all robots, by rank. A broadcast must arrive on its sender's key.
-    names: Vec<String>,
-    agent: TentativeAgent,
-    radio: Radio,
-    space: Workspace,
-    /// The latest tick that the world sent to this incarnation. An older tick is a replayed message; a copy of the
-    /// latest is a repeated request.
-    latest: Option<Tick>,
-    /// A tick with missing broadcasts, and the deadline for them.
-    pending: Option<(Box<TickMessage>, Instant)>,
-    publishers: Publishers,
-    ended: Option<oneshot::Sender<AgentEnd>>,
-}
-
-/// Locks a mutex and ignores poisoning, because a panic ends the process.
-fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-#[derive(Debug, thiserror::Error)]
-enum Ignore {
-    #[error(transparent)]
-    Unread(#[from] OpenError),
-    #[error("{0}")]
-    Unfit(&'static str),
-}
-
 /// Counts an ignored message and logs a warning at a bounded rate.
 fn note(ignored: &Mutex<IgnoredMessages>, kind: &'static str, result: Result<(), Ignore>) {
     if let Err(why) = result
         && let Some(count) = lock(ignored).count(kind, Instant::now().into_std())
     {
         tracing::warn!(kind, count, %why, "message ignored");
-    }
-}
-
-impl AgentState {
-    fn receive_from_world(&mut self, message: ToAgent) -> Result<(), Ignore> {
-        match (message, self) {
-            (ToAgent::End(outcome), state) => state.end(AgentEnd::RunOver(outcome)),
-            (ToAgent::Dismissed(incarnation), AgentState::Alive(alive)) => {
-                if alive.incarnation == incarnation {
-                    alive.end(AgentEnd::Superseded);
-                }
-            }
-            (ToAgent::Tick(tick), AgentState::Alive(alive)) => return alive.receive_tick(tick),
-            (ToAgent::Informed(mut tick, ground_truth), AgentState::Alive(alive)) => {
-                tick.ground_truth = ground_truth;
-                return alive.receive_tick(tick);
-            }
-            (_, AgentState::Joining { .. }) => {}
-        }
-        Ok(())
-    }
-
-    fn receive_broadcast(&mut self, name: &str, key: &str, sealed: &[u8]) -> Result<(), Ignore> {
-        match self {
-            AgentState::Alive(alive) => alive.receive_broadcast(name, key, sealed),
-            AgentState::Joining { .. } => Ok(()),
-        }
-    }
-
-    fn give_up_waiting(&mut self) {
-        if let AgentState::Alive(alive) = self
-            && let Some((_, until)) = &alive.pending
-            && *until <= Instant::now()
-            && let Some((tick, _)) = alive.pending.take()
-        {
-            tracing::warn!(tick = tick.tick, "listed broadcasts did not arrive");
-            alive.step(tick);
-        }
-    }
-
-    fn end(&mut self, end: AgentEnd) {
-        let ended = match self {
-            AgentState::Joining { ended } => ended,
-            AgentState::Alive(alive) => &mut alive.ended,
-        };
-        if let Some(ended) = ended.take() {
-            // The receiver is dropped only when the process ends.
-            let _ = ended.send(end);
-        }
-    }
-}
-
-impl Alive {
-    fn receive_tick(&mut self, tick: Box<TickMessage>) -> Result<(), Ignore> {
-        if tick.incarnation > self.incarnation {
-            self.end(AgentEnd::Superseded);
-            return Ok(());
-        }
-        if tick.incarnation < self.incarnation || Some(tick.tick) < self.latest {
-            return Err(Ignore::Unfit("stale"));
-        }
-        if Some(tick.tick) == self.latest {
-            // The world repeats the tick because it has no answer: the report is lost or in flight.
-            if self.pending.is_none() {
-                self.publish();
-            }
-            return Ok(());
-        }
-        self.latest = Some(tick.tick);
-        if self.radio.has_all(&tick.manifest) {
-            self.step(tick);
-        } else {
-            self.pending = Some((tick, Instant::now() + MANIFEST_DEADLINE));
-        }
-        Ok(())
-    }
-
-    fn receive_broadcast(&mut self, name: &str, key: &str, sealed: &[u8]) -> Result<(), Ignore> {
-        let sender = self.names.iter().position(|known| known == name);
-        let sender = sender.ok_or(Ignore::Unfit("from an unknown sender"))?;
-        let message = self.broadcast_keys.unseal(key, sealed, sender)?;
-        let broadcast: Broadcast = match decode(message) {
-            Ok(broadcast) => broadcast,
-            Err(error) => {
-                if let Ok(id) = decode_first::<BroadcastId>(message)
-                    && id.sender.index() == sender
-                    && self.radio.receive_undecodable(id)
-                {
-                    self.step_if_complete();
-                }
-                return Err(OpenError::from(error).into());
-            }
-        };
-        if broadcast.sender.index() != sender {
-            return Err(Ignore::Unfit("on another robot's key"));
-        }
-        if broadcast.sender == self.robot {
-            return Err(Ignore::Unfit("from this robot itself"));
-        }
-        if !self.radio.receive(broadcast) {
-            return Err(Ignore::Unfit("stale"));
-        }
-        self.step_if_complete();
-        Ok(())
-    }
-
-    /// Runs the pending step if all broadcasts that it waits for have arrived.
-    fn step_if_complete(&mut self) {
-        if let Some((tick, _)) = &self.pending
-            && self.radio.has_all(&tick.manifest)
-            && let Some((tick, _)) = self.pending.take()
-        {
-            self.step(tick);
-        }
-    }
-
-    fn step(&mut self, tick: Box<TickMessage>) {
-        let space = &mut self.space;
-        self.radio.collect(&tick.manifest, &mut space.arrived);
-        self.agent.step(tick, space);
-        self.publish();
-    }
-
-    fn publish(&self) {
-        for broadcast in &self.space.broadcasts {
-            let publisher = &self.publishers.team[broadcast.body.kind() as usize];
-            publish(
-                publisher,
-                self.broadcast_keys.seal(publisher.key_expr(), broadcast),
-            );
-        }
-        let publisher = &self.publishers.report;
-        let report = self.secret.seal(publisher.key_expr(), &self.space.report);
-        publish(publisher, report);
-    }
-
-    fn end(&mut self, end: AgentEnd) {
-        if let Some(ended) = self.ended.take() {
-            let _ = ended.send(end);
-        }
-    }
-}
-
-/// Publishes a message. A failure counts as message loss, which the receivers detect.
-fn publish(publisher: &Publisher<'_>, sealed: Result<Vec<u8>, CodecError>) {
-    match sealed {
-        Ok(bytes) => {
-            if let Err(error) = publisher.put(bytes).wait() {
-                tracing::warn!(%error, key = %publisher.key_expr(), "not published");
-            }
-        }
-        Err(error) => tracing::error!(%error, key = %publisher.key_expr(), "not published"),
     }
 }
