@@ -1,5 +1,5 @@
 // Measures the playground in Chromium beside the native program, in turns: robot-steps per second, the time to the first
-// picture from disk, sizes, and large teams at real time. Compares the hashes. Needs chromium, Node.js 20, the program and
+// picture from disk, sizes, and large teams. Compares the hashes. Needs chromium, Node.js 20, the program and
 // the page:
 //   cargo build --release --package launch && playground/build &&
 //   node --experimental-websocket tests/benches/playground.mjs target/release/alliance target/playground/index.html
@@ -17,9 +17,9 @@ const RUNS = 3;
 const [SCENARIO, ROBOTS] = ["foraging", 20];
 /** Before this tick, the browser compiles the module. */
 const WARM_TICK = 4000;
-/** The sizes of the teams at real time, and the time of their measurement, ms. */
-const TEAMS = [300, 1000];
-const REAL_TIME_MS = 15_000;
+/** Large teams, their speed, times real time, and the time of their measurement, ms. */
+const TEAMS = [{ robots: 300, speed: 4 }, { robots: 1000, speed: 1 }];
+const TEAM_MS = 15_000;
 /** The unit of processor times in /proc, s. */
 const PROCESSOR_TICK_S = Number(spawnSync("getconf", ["CLK_TCK"]).stdout) ** -1;
 
@@ -120,21 +120,26 @@ async function playground(tab, pid) {
   };
 }
 
-/** Runs a team at real time. Returns the achieved speed, the share of a core that the worker needs, and the rate of pictures. */
-async function team(tab, pid, robots) {
+/** Runs a team at a speed. Returns the achieved speed, the shares of a core that worker and page need, and the rate of pictures. */
+async function team(tab, pid, robots, speed) {
   await open(tab, linkOf(teamOf(robots)));
+  await tab.evaluate(`(() => {
+    const slider = document.querySelector("#speed");
+    slider.value = Math.log10(${speed});
+    for (const type of ["input", "change"]) slider.dispatchEvent(new Event(type, { bubbles: true }));
+  })()`);
   await press(tab, " ");
   await sleep(2000);
   const look = () => tab.evaluate("(performance.mark(`at ${alliance.view.now}`), [alliance.view.now, performance.now()])");
   await startTrace(tab);
   const [from, before] = [await look(), threads(pid)];
-  await sleep(REAL_TIME_MS);
+  await sleep(TEAM_MS);
   const [to, after] = [await look(), threads(pid)];
   const elapsed_ms = to[1] - from[1];
   const { per_s } = pictures(await endTrace(tab), `at ${from[0]}`, `at ${to[0]}`);
   tab.events.length = 0;
   const share = (name) => ((after[name] - before[name]) / elapsed_ms) * 1000;
-  return { robots, speed: (to[0] - from[0]) / elapsed_ms, per_s, worker: share("worker"), page: share("main") };
+  return { achieved: (to[0] - from[0]) / elapsed_ms, per_s, worker: share("worker"), page: share("main") };
 }
 
 /** Returns the sizes of the page and of the module inside it, bytes. */
@@ -173,10 +178,10 @@ await withChromium(WINDOW, async (tab, browser) => {
   console.log(row("Chromium", pages));
   console.log(`the page's main thread: ${spread(pages.map(({ page: used }) => used), 2)} of a core`);
   console.log(hashes.size === 1 ? `equal hashes: ${[...hashes][0]}` : `DIFFERENT HASHES: ${[...hashes].join(", ")}`);
-  console.log("| robots at real time | achieved | pictures per second | worker, cores | page, cores |\n|---|---|---|---|---|");
-  for (const robots of TEAMS) {
-    const found = await team(tab, pid, robots);
-    console.log(`| ${robots} | ${found.speed.toFixed(2)}x | ${found.per_s} | ${found.worker.toFixed(2)} | ${found.page.toFixed(2)} |`);
+  console.log("| robots | speed | achieved | pictures per second | worker, cores | page, cores |\n|---|---|---|---|---|---|");
+  for (const { robots, speed } of TEAMS) {
+    const found = await team(tab, pid, robots, speed);
+    console.log(`| ${robots} | ${speed}x | ${found.achieved.toFixed(2)}x | ${found.per_s} | ${found.worker.toFixed(2)} | ${found.page.toFixed(2)} |`);
   }
   process.exitCode = hashes.size === 1 ? 0 : 1;
 });
