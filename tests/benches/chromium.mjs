@@ -68,6 +68,7 @@ export async function withChromium([width, height], use) {
     "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking",
     "--remote-debugging-port=0", `--user-data-dir=${profile}`, `--window-size=${width},${height}`, "about:blank",
   ], { stdio: "ignore" });
+  const hasEnded = new Promise((done) => browser.once("exit", done));
   try {
     const [port, path] = await until(() => {
       try {
@@ -86,7 +87,8 @@ export async function withChromium([width, height], use) {
     await Promise.race([tab.send("Browser.close").catch(() => {}), sleep(2000)]);
   } finally {
     browser.kill();
-    await sleep(500);
-    rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
+    await hasEnded;
+    // Its other processes may still write.
+    rmSync(profile, { recursive: true, force: true, maxRetries: 5, retryDelay: 500 });
   }
 }
