@@ -73,18 +73,18 @@ const linkOf = (text) => `#file=${deflateSync(JSON.stringify({ name: "team.toml"
 async function open(tab, link) {
   await tab.send("Page.navigate", { url: "about:blank" });
   await tab.send("Page.navigate", { url: `file://${page}${link}` });
-  return until(() => tab.evaluate("window.firstPicture ?? 0"));
+  return until(() => tab.evaluate("window.pictureTime ?? 0"));
 }
 
-/** Sets `window.firstPicture` and `window.ended` in each page: the times of the first picture of a run and of its end, ms. */
+/** Sets `window.pictureTime` and `window.endTime` in each page: the times of the first picture of a run and of its end, ms. */
 const TIMES = `(() => {
   const look = () => {
-    if (window.alliance?.view) requestAnimationFrame(() => { window.firstPicture = performance.now(); });
+    if (window.alliance?.view) requestAnimationFrame(() => { window.pictureTime = performance.now(); });
     else requestAnimationFrame(look);
   };
   requestAnimationFrame(look);
   new MutationObserver(() => {
-    if (document.body?.dataset.state === "ended") window.ended ??= performance.now();
+    if (document.body?.dataset.state === "ended") window.endTime ??= performance.now();
   }).observe(document, { subtree: true, attributeFilter: ["data-state"] });
 })()`;
 
@@ -98,7 +98,7 @@ async function playground(tab, pid) {
   await press(tab, "m");
   await press(tab, " ");
   const look = async () => {
-    const [tick, now_ms, ended_ms] = await tab.evaluate("[Number(document.body.dataset.tick), performance.now(), window.ended ?? 0]");
+    const [tick, now_ms, ended_ms] = await tab.evaluate("[Number(document.body.dataset.tick), performance.now(), window.endTime ?? 0]");
     return { tick, now_ms, ended_ms, used: threads(pid) };
   };
   const from = await until(async () => {

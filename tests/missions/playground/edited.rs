@@ -320,7 +320,7 @@ fn undo_and_redo_survive_runs() {
     }
     browser.press_with(&[CONTROL, SHIFT], 'z');
     wait_for_text(&browser, &both);
-    for earlier in [&moved, FILE, &builtin] {
+    for earlier in [moved.as_str(), FILE, builtin.as_str()] {
         browser.press_with(&[CONTROL], 'z');
         wait_for_text(&browser, earlier);
     }
