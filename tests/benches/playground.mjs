@@ -33,11 +33,11 @@ const thousands = (steps, seconds) => steps / seconds / 1000;
 
 /** Runs the native program. Returns its speeds, thousand robot-steps per second, and its hash. */
 function native() {
-  const command = `TIMEFORMAT="%R %U %S"; cd "$(mktemp -d)"; time "${program}" run ${SCENARIO} --in-process --log off --no-page --out run --json 2>&1 1>result`;
+  const command = `TIMEFORMAT="%R %U %S"; cd "$(mktemp -d)"; time "${program}" run ${SCENARIO} --in-process --log off --no-page --out run >report 2>messages`;
   const { stdout, stderr } = spawnSync("bash", ["-c", `${command}; cat run/run.json`], { encoding: "utf8" });
   const [wall, user, system] = stderr.trim().split(/\s+/).slice(-3).map(Number);
-  const { hash, ticks } = JSON.parse(stdout);
-  const steps = ROBOTS * ticks;
+  const { hash, result } = JSON.parse(stdout);
+  const steps = ROBOTS * result.ticks;
   return { hash, processor: thousands(steps, user + system), wall: thousands(steps, wall) };
 }
 
