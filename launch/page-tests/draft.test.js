@@ -43,6 +43,34 @@ test("versions are undone and redone", () => {
   assert.equal(versions.file.text, "a");
 });
 
+test("versions are restored with their place", () => {
+  const versions = new Versions(of("a"));
+  for (const text of ["b", "c", "d"]) versions.add(of(text), null, 0);
+  versions.undo();
+  const saved = versions.save(1000);
+  const restored = Versions.restore(saved);
+  assert.equal(restored.save(1000), saved);
+  assert.deepEqual(restored.file, of("c"));
+  restored.redo();
+  assert.equal(restored.file.text, "d");
+  assert.ok(!restored.canRedo);
+  for (const text of ["c", "b", "a"]) {
+    restored.undo();
+    assert.equal(restored.file.text, text);
+  }
+  assert.ok(!restored.canUndo);
+  // Each file has 31 letters. The oldest ones are left out first, and the present one stays.
+  const texts = (max) => JSON.parse(versions.save(max)).files.map(({ text }) => text).join("");
+  assert.deepEqual([1000, 127, 126, 95, 63, 0].map(texts), ["abcd", "abcd", "bcd", "bcd", "cd", "c"]);
+  assert.deepEqual(Versions.restore(versions.save(0)).file, of("c"));
+});
+
+test("texts that are no versions restore none", () => {
+  for (const text of [null, "", "7", "{}", '{"files":[],"place":0}', '{"files":[{"name":"a"}],"place":0}', '{"files":[{"name":"a","text":""}],"place":1}']) {
+    assert.equal(Versions.restore(text), null, text);
+  }
+});
+
 test("typing without a pause is one version", () => {
   const versions = new Versions(of(""));
   versions.add(of("h"), "typing", 0);

@@ -37,7 +37,7 @@ import { Loop } from "./ui/loop.js";
 import { closeMenu } from "./ui/menu.js";
 import { notify } from "./ui/notices.js";
 import { isShown, startTabs } from "./ui/tabs.js";
-import { startTheme } from "./ui/theme.js";
+import { showTheme, startTheme } from "./ui/theme.js";
 import { seconds } from "./ui/words.js";
 
 /** Shows the reason why the page has no run. */
@@ -81,6 +81,8 @@ async function play(engine) {
 }
 
 async function start() {
+  // Also for a page without a run.
+  showTheme();
   const engine = Engine.in(document);
   if (engine) {
     await play(engine);

@@ -6,7 +6,7 @@ import { Versions, dragged, gridOf, idOf, plainName } from "../model/draft.js";
 import { attribute, byId, el, keyed, text } from "../ui/dom.js";
 import { count } from "../ui/words.js";
 import { Drawing } from "./drawing.js";
-import { readFile, saveFile } from "./files.js";
+import { keepVersions, keptVersions, readFile, saveFile } from "./files.js";
 import { Source } from "./source.js";
 
 /** The time after a key press until the text is drawn, ms. */
@@ -27,7 +27,7 @@ class Editor {
   #choice;
   // The scenario that was chosen on the page when the editor opened.
   #origin = null;
-  #versions = null;
+  #versions = keptVersions();
   // The latest drawing, and the file that it shows. A text with a problem has no drawing.
   #drawing = null;
   #drawn = null;
@@ -63,6 +63,7 @@ class Editor {
     byId("edit-file").addEventListener("change", ({ target }) => this.#read(target));
     byId("edit-item").addEventListener("change", ({ target }) => this.#select(target.value || null));
     byId("editor").addEventListener("keydown", (event) => this.#key(event));
+    addEventListener("pagehide", () => this.#versions && keepVersions(this.#versions));
     const themes = new MutationObserver(() => this.#picture.refreshPalette());
     themes.observe(document.documentElement, { attributeFilter: ["data-theme"] });
     window.allianceEditor = Object.freeze({

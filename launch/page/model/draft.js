@@ -17,6 +17,32 @@ export class Versions {
     this.#files = [file];
   }
 
+  /** Restores the versions of a text that `save` returned. Returns null for any other text. */
+  static restore(text) {
+    try {
+      const { files, place } = JSON.parse(text);
+      if (!files.every(({ name, text: content }) => typeof name === "string" && typeof content === "string")) return null;
+      if (!Number.isInteger(place) || !(place in files)) return null;
+      const versions = new Versions(files[place]);
+      versions.#files = files.map(({ name, text: content }) => ({ name, text: content }));
+      versions.#place = place;
+      return versions;
+    } catch {
+      return null;
+    }
+  }
+
+  /** Returns the versions as text. If it would have more than `max` letters, it lacks the oldest versions, then the newest. */
+  save(max) {
+    const files = this.#files.map((file) => JSON.stringify(file));
+    let letters = files.join(",").length;
+    let [from, to] = [0, files.length];
+    while (letters > max && to - from > 1) {
+      letters -= 1 + (from < this.#place ? files[from++] : files[--to]).length;
+    }
+    return `{"files":[${files.slice(from, to)}],"place":${this.#place - from}}`;
+  }
+
   get file() {
     return this.#files[this.#place];
   }

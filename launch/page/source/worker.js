@@ -1,7 +1,7 @@
 // The simulator in a thread of its own: a WebAssembly module (crate playground), its clock and its frames. This file
 // imports nothing, because a file opened from disk cannot load the imports of a worker.
 
-/** The minimum time between two views of a running clock, ms. */
+/** The mean time between two views of a running clock, ms. Views come after ticks, so single times differ from it. */
 const VIEW_INTERVAL_MS = 30;
 /** The time between two views of a paused clock, which show that the simulator works, ms. */
 const PAUSED_INTERVAL_MS = 1000;
@@ -143,7 +143,13 @@ class Runner {
     const isStanding = next_ms === Infinity;
     this.#hasNews ||= !isStanding;
     const interval_ms = this.#hasNews ? VIEW_INTERVAL_MS : PAUSED_INTERVAL_MS;
-    if (this.#isShown && performance.now() - this.#sent_ms >= interval_ms) this.#send();
+    const now_ms = performance.now();
+    if (this.#isShown && now_ms - this.#sent_ms >= interval_ms) {
+      const late_ms = Math.min(VIEW_INTERVAL_MS, now_ms - this.#sent_ms - interval_ms);
+      this.#send();
+      // The next view makes up for the lateness of this one.
+      this.#sent_ms -= late_ms;
+    }
     if (next_ms === 0) this.#channel.port2.postMessage(null);
     else this.#timer = setTimeout(() => this.#turn(), Math.min(next_ms, VIEW_INTERVAL_MS));
   }

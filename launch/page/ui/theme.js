@@ -5,12 +5,17 @@ import { attribute } from "./dom.js";
 const KEY = "alliance-theme";
 const system = matchMedia("(prefers-color-scheme: dark)");
 
+/** Applies the theme and returns its name. */
+export function showTheme() {
+  const theme = localStorage.getItem(KEY) ?? (system.matches ? "dark" : "light");
+  attribute(document.documentElement, "data-theme", theme);
+  return theme;
+}
+
 /** Applies the theme and connects the button. `changed` is called after a change of colors. */
 export function startTheme(button, changed) {
   const show = () => {
-    const theme = localStorage.getItem(KEY) ?? (system.matches ? "dark" : "light");
-    attribute(document.documentElement, "data-theme", theme);
-    button.setAttribute("aria-pressed", String(theme === "dark"));
+    button.setAttribute("aria-pressed", String(showTheme() === "dark"));
     changed();
   };
   system.addEventListener("change", show);

@@ -19,6 +19,9 @@ use tokio::runtime::Runtime;
 /// The window size of a laptop.
 pub const LAPTOP: (u32, u32) = (1280, 800);
 
+/// The window size of a large screen.
+pub const DESKTOP: (u32, u32) = (1920, 1080);
+
 /// The window size of an upright phone.
 pub const PHONE: (u32, u32) = (390, 844);
 

@@ -285,6 +285,49 @@ fn an_edited_scenario_runs_as_in_the_native_program() {
     }
 }
 
+/// A run starts the page again. The versions of the text stay, also those that were undone.
+#[test]
+fn undo_and_redo_survive_runs() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    open_editor(&browser, &link, None);
+    let builtin = text(&browser);
+    browser.input("#edit-text", &json!(FILE).to_string());
+    browser.wait_for("document.querySelector('#edit-item').length == 6");
+    drag(&browser, (2.0, 6.0), (4.0, 7.0));
+    let moved = FILE.replace("x_m = 2.0, y_m = 6.0", "x_m = 4.0, y_m = 7.0");
+    wait_for_text(&browser, &moved);
+    drag(&browser, (2.0, 2.0), (3.0, 3.0));
+    let both = moved.replace("x_m = 2.0, y_m = 2.0", "x_m = 3.0, y_m = 3.0");
+    wait_for_text(&browser, &both);
+    browser.press_with(&[CONTROL], 'z');
+    wait_for_text(&browser, &moved);
+    // The second run is the first one again, with the same link.
+    for mark in ["first", "second"] {
+        browser.eval(&format!("window.before = '{mark}'"));
+        browser.click("#edit-run");
+        browser.wait_for(
+            "!window.before && document.body.dataset.state == 'paused' && alliance.run.run == 'mine'",
+        );
+        browser.press('.');
+        browser.wait_for("document.body.dataset.tick == '1'");
+        browser.click("#edit");
+        browser.wait_for("document.querySelector('#editor').open");
+        assert_eq!(text(&browser), moved);
+    }
+    browser.press_with(&[CONTROL, SHIFT], 'z');
+    wait_for_text(&browser, &both);
+    for earlier in [moved.as_str(), FILE, builtin.as_str()] {
+        browser.press_with(&[CONTROL], 'z');
+        wait_for_text(&browser, earlier);
+    }
+    browser.wait_for("document.querySelector('#edit-undo').disabled");
+    browser.assert_no_console_message();
+}
+
 #[test]
 fn axe_core_finds_no_violation_in_the_editor() {
     let lab = Lab::new();

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::{DEFAULT_HASH, Run, compare, module, runs};
 use crate::page::accessible::axe;
-use crate::page::browser::{Browser, LAPTOP, PHONE};
+use crate::page::browser::{Browser, DESKTOP, LAPTOP, PHONE};
 
 /// Writes the page. Returns its link, or `None` without the module.
 pub(super) fn page(lab: &Lab) -> Option<String> {
@@ -134,6 +134,48 @@ fn a_damaged_page_and_an_old_browser_get_a_sentence() {
         found.starts_with("This browser cannot run the simulator: "),
         "{found}"
     );
+}
+
+#[test]
+fn a_page_without_a_run_has_the_colors_of_the_system() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start_dark(LAPTOP) else {
+        return;
+    };
+    browser.open(&format!("{link}#speed=3"));
+    browser.wait_for("document.body.dataset.state == 'refused'");
+    let theme = browser.eval("document.documentElement.dataset.theme");
+    assert_eq!(theme, "dark");
+}
+
+/// The options of a tool take no space from the room.
+#[test]
+fn a_tool_does_not_move_the_room() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    for size in [PHONE, LAPTOP, DESKTOP] {
+        let Some(browser) = Browser::start(size) else {
+            return;
+        };
+        for scenario in ["waste-cleanup", "janitorial"] {
+            browser.open("about:blank");
+            browser.open(&format!("{link}#scenario={scenario}"));
+            browser.wait_for("document.body.dataset.state == 'paused'");
+            let room = || {
+                browser.eval("(({ top, height }) => [top, height])(document.querySelector('#room').getBoundingClientRect())")
+            };
+            let before = room();
+            let tools = browser.eval("document.querySelectorAll('[data-tool-button]').length");
+            for tool in 0..tools.as_u64().unwrap() {
+                browser.eval(&format!(
+                    "document.querySelectorAll('[data-tool-button]')[{tool}].click()"
+                ));
+                browser.wait_for("!document.querySelector('#tool-options').hidden");
+                assert_eq!(room(), before, "{size:?} {scenario} {tool}");
+            }
+        }
+    }
 }
 
 /// The same comparison as in Node.js, in the page's own module.

@@ -1,4 +1,4 @@
-//! ALLIANCE (Parker, IEEE T-RO 14(2), 1998, eqs. 2.1 to 2.7; docs/ALLIANCE.md): the motivational behaviors of one
+//! ALLIANCE (Parker, IEEE T-RA 14(2), 1998, eqs. 2.1 to 2.7; docs/ALLIANCE.md): the motivational behaviors of one
 //! robot.
 //!
 //! [`Engine`] reads the received messages and the sensory feedback, and returns motivations, state changes with

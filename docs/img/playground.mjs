@@ -1,0 +1,107 @@
+// Takes the screenshots of the playground in the book. Needs chromium, Node.js 20 and the page of `playground/build`:
+//   node --experimental-websocket docs/img/playground.mjs target/playground/index.html [FOLDER]
+import { writeFileSync } from "node:fs";
+import { dirname, join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+import { deflateSync } from "node:zlib";
+import { sleep, until, withChromium } from "../../tests/benches/chromium.mjs";
+
+const page = resolve(process.argv[2]);
+const folder = resolve(process.argv[3] ?? dirname(fileURLToPath(import.meta.url)));
+const LAPTOP = [1280, 800];
+const TABLET = [820, 1180];
+const PHONE = [390, 844];
+const DESKTOP = [1920, 1080];
+/** The simulated time of ten ticks, s. */
+const TEN_TICKS_S = 0.5;
+
+// Gold dies when it picks its first item, as in the gallery.
+const KILL = [[0, { fault: { fault: { kill: "gold" }, when: "gold picks" } }]];
+const PAIR = `#allocator=grape&beside=cbba&orders=${deflateSync(JSON.stringify(KILL)).toString("base64url")}`;
+const EDITED = `name = "waste-cleanup"
+
+[[obstacles]]            # a wall between spills and deposit
+x_m = 6.0
+y_m = 3.0
+width_m = 0.3
+height_m = 3.0
+
+[waste]
+[[waste.spills]]
+name = "top"
+items = 12
+x_fraction = 0.33
+y_fraction = 0.67
+[[waste.spills]]
+name = "bottom"
+items = 12
+x_fraction = 0.33
+y_fraction = 0.33
+[[waste.spills]]
+name = "third"
+items = 6
+x_fraction = 0.75
+y_fraction = 0.8
+
+[[robots]]
+name = "blue"
+side_sensor = true
+start = { x_m = 2.0, y_m = 7.0, heading_deg = 0 }
+[[robots]]
+name = "gold"
+[[robots]]
+name = "green"
+`;
+
+/** Runs to a simulated time. */
+const runTo = (seconds) => async (tab) => {
+  await tab.evaluate(`(() => {
+    const press = (key) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+    press("m");
+    for (let step = 0; step < ${seconds / TEN_TICKS_S}; step += 1) press(">");
+  })()`);
+  await until(() => tab.evaluate(`alliance.view.now === ${1000 * seconds}`), 300);
+};
+
+async function edit(tab) {
+  await tab.evaluate("document.querySelector('#edit').click()");
+  await until(() => tab.evaluate("document.querySelectorAll('#edit-item option').length > 1"));
+  await tab.evaluate(`(() => {
+    const field = document.querySelector("#edit-text");
+    field.value = ${JSON.stringify(EDITED)};
+    field.dispatchEvent(new Event("input", { bubbles: true }));
+  })()`);
+  await until(() => tab.evaluate("document.querySelectorAll('#edit-item option').length === 9"));
+  await tab.evaluate(`(() => {
+    const items = document.querySelector("#edit-item");
+    items.value = "obstacle 0";
+    items.dispatchEvent(new Event("change", { bubbles: true }));
+  })()`);
+}
+
+const PICTURES = [
+  { name: "playground", size: LAPTOP, link: PAIR.replace("allocator=grape&beside=cbba&", ""), act: runTo(117) },
+  { name: "playground-beside", size: LAPTOP, link: PAIR, act: runTo(145) },
+  { name: "playground-phone", size: PHONE, theme: "dark", link: PAIR, act: runTo(145) },
+  { name: "playground-gallery", size: TABLET, link: "", act: (tab) => tab.evaluate("document.querySelector('#open-gallery').click()") },
+  { name: "playground-editor", size: DESKTOP, link: "", act: edit },
+];
+
+for (const { name, size, theme = "light", link, act } of PICTURES) {
+  await withChromium(size, async (tab) => {
+    const [width, height] = size;
+    const mobile = width < 900;
+    await tab.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile });
+    await tab.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: theme }] });
+    await tab.send("Page.navigate", { url: `file://${page}${link}` });
+    await until(() => tab.evaluate("document.body?.dataset.state === 'paused'"));
+    await act(tab);
+    // The notices disappear, and the last picture is drawn.
+    await until(() => tab.evaluate("document.querySelectorAll('.notice').length === 0"));
+    await sleep(1000);
+    const { data } = await tab.send("Page.captureScreenshot", { format: "png" });
+    writeFileSync(join(folder, `${name}.png`), Buffer.from(data, "base64"));
+    console.log(`${name}.png: ${width} x ${height}`);
+  });
+}
+process.exit();
