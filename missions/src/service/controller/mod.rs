@@ -464,6 +464,16 @@ impl MissionController for ServiceController {
         }
         self.cost_s(from, self.point_of(task, from)?)
     }
+
+    fn place(&self, from: Option<Vec2>, task: TaskId) -> Option<Vec2> {
+        let open = self.point_of(task, from?).filter(|fact| is_open(fact));
+        open.map(|fact| fact.at)
+    }
+
+    fn travel_s(&self, from: Option<Vec2>, task: TaskId) -> Option<f64> {
+        let fact = self.point_of(task, from?).filter(|fact| is_open(fact))?;
+        self.drive_s(from?, fact)
+    }
 }
 
 impl ServiceController {
