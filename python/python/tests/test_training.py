@@ -14,6 +14,7 @@ train.CANDIDATES, train.MISSIONS, train.LIMIT_S = 5, 4, 60.0
 train.main({file!r}, 3, {parallel})
 """
 
+
 def trained(folder, parallel, hash_seed):
     """Returns the file of a training in a process of its own."""
     file = folder / f"{parallel}-{hash_seed}"
