@@ -1,9 +1,11 @@
 //! The readings and actions of all missions in one form, for controllers in other languages.
 
+use proto::codec;
 use proto::mission::items::{Gripper, ItemsAction};
-use proto::mission::{Action, Reading, SensorReading};
+use proto::mission::{Action, Reading, SensorReading, SharedKnowledge};
 use proto::readings::Readings;
-use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::{observe, push, service};
@@ -80,6 +82,26 @@ pub fn reading_as_json(sensed: &SensorReading, mission: &str) -> Value {
     }
 }
 
+/// Returns the shared knowledge of a mission, by its names on the bus. For an unknown mission it returns the raw bytes, and
+/// null for knowledge that is absent or has another form.
+#[must_use]
+pub fn knowledge_as_json(knowledge: &SharedKnowledge, mission: &str) -> Value {
+    fn open<K: DeserializeOwned + Serialize>(bytes: &[u8]) -> Value {
+        let known = codec::decode::<K>(bytes).ok();
+        known.map_or(Value::Null, |known| {
+            serde_json::to_value(known).unwrap_or_default()
+        })
+    }
+    match (mission, knowledge) {
+        (_, SharedKnowledge::Nothing) => Value::Null,
+        (_, SharedKnowledge::Items(known)) => serde_json::to_value(known).unwrap_or_default(),
+        ("observe", SharedKnowledge::Open(bytes)) => open::<observe::bus::SharedSightings>(bytes),
+        ("push", SharedKnowledge::Open(bytes)) => open::<push::bus::SharedKnowledge>(bytes),
+        ("service", SharedKnowledge::Open(bytes)) => open::<service::bus::SharedKnowledge>(bytes),
+        (_, SharedKnowledge::Open(bytes)) => json!({ "bytes": bytes }),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,6 +126,35 @@ mod tests {
         // The device is dead.
         assert_eq!(all.for_mission("observe", &readings), Action::Nothing);
         assert_eq!(all.for_mission("push", &readings), Action::Nothing);
+    }
+
+    #[test]
+    fn knowledge_has_its_names_and_damaged_bytes_are_absent() {
+        let fact = service::bus::PointFact {
+            point: 3,
+            kind: 1,
+            round: 0,
+            at: glam::Vec2::new(1.5, 2.0),
+            left_s: 4.0,
+        };
+        let observed = service::bus::ObservedFact {
+            fact,
+            sensed: scenario::time::SimTime(250),
+        };
+        let mut known = SharedKnowledge::default();
+        known.set(&service::bus::SharedKnowledge::from_iter([observed]));
+        let fact = json!({ "point": 3, "kind": 1, "round": 0, "at": [1.5, 2.0], "left_s": 4.0 });
+        let expected = json!([{ "fact": fact, "sensed": 250 }]);
+        assert_eq!(knowledge_as_json(&known, "service"), expected);
+        let SharedKnowledge::Open(bytes) = &known else {
+            panic!("{known:?}")
+        };
+        let cut = SharedKnowledge::Open(bytes[..5].to_vec());
+        assert_eq!(knowledge_as_json(&cut, "service"), Value::Null);
+        let raw = json!({ "bytes": bytes[..5] });
+        assert_eq!(knowledge_as_json(&cut, "another"), raw);
+        let nothing = SharedKnowledge::Nothing;
+        assert_eq!(knowledge_as_json(&nothing, "waste"), Value::Null);
     }
 
     #[test]

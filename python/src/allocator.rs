@@ -69,7 +69,9 @@ impl PythonAllocator {
             let sets = self.object.sets.iter().zip(&self.since).zip(input.choices);
             let sets = sets.map(|((set, since), choice)| {
                 let is_active = active == Some(set.id);
-                Bound::new(py, Set::new(Arc::clone(set), *choice, is_active, *since))
+                let way = ((input.place)(set.task), (input.travel_s)(set.task));
+                let set = Set::new(Arc::clone(set), *choice, way, is_active, *since);
+                Bound::new(py, set)
             });
             let sets = PyList::new(py, sets.collect::<PyResult<Vec<_>>>()?)?;
             (input.now.as_secs_f64(), received, sets).into_pyobject(py)
@@ -79,6 +81,10 @@ impl PythonAllocator {
             intern!(py, "position"),
             input.position.map(|position| position.to_array()),
         )?;
+        self.object
+            .set_attribute(py, intern!(py, "heading"), input.heading_rad)?;
+        self.object
+            .set_attribute(py, intern!(py, "energy"), input.energy_j)?;
         self.object
             .set_attribute(py, intern!(py, "laden"), input.is_laden)?;
         let stepped = self
@@ -103,7 +109,14 @@ impl PythonAllocator {
         let bids = bids.cast::<PyDict>()?;
         let mut values: Vec<(BehaviorId, f64)> = Vec::new();
         for (set, bid) in bids.iter() {
-            values.push((BehaviorId(set.extract()?), bid.extract()?));
+            let (set, bid) = (BehaviorId(set.extract()?), bid.extract()?);
+            if !input.choices.iter().any(|choice| choice.behavior == set) {
+                return Err(PyValueError::new_err(format!(
+                    "bid: there is no set with the id {}; use a set of this step",
+                    set.0
+                )));
+            }
+            values.push((set, bid));
         }
         bids.clear();
         rows(self.object.me, input, decision, |set| {

@@ -11,10 +11,10 @@ use proto::team::Broadcast;
 use pyo3::exceptions::PyException;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyList, PyString, PyType};
+use pyo3::types::{PyBytes, PyList, PyString, PyTuple, PyType};
 use robot_agent::allocator::{OwnBehavior, RandomDraws};
 use scenario::Setup;
-use scenario::ids::RobotId;
+use scenario::ids::{RobotId, TaskId};
 
 use crate::errors::ControllerError;
 use crate::stream::Stream;
@@ -195,7 +195,20 @@ impl ControllerObject {
         let controller = class.bind(py).call0()?;
         let begin = intern!(py, "_begin");
         let own_name = self.common.name;
-        let given = (name, self.me.0, setup_object, &self.stream, sets, own_name);
+        let team = setup.scenario.robots.iter().map(|robot| &*robot.name);
+        let team = PyTuple::new(py, team.collect::<Vec<_>>())?;
+        let tasks = (0..catalog.tasks.len() as u16).map(|task| catalog.task_name(TaskId(task)));
+        let tasks = PyTuple::new(py, tasks.collect::<Vec<_>>())?;
+        let given = (
+            name,
+            self.me.0,
+            setup_object,
+            &self.stream,
+            sets,
+            own_name,
+            team,
+            tasks,
+        );
         controller.call_method1(begin, given)?;
         self.check_shared(py)?;
         Ok(controller.unbind())
@@ -258,7 +271,7 @@ impl ControllerObject {
         &self,
         py: Python<'py>,
         draws: RandomDraws,
-        given: impl FnOnce(Bound<'py, PyList>) -> PyResult<Bound<'py, pyo3::types::PyTuple>>,
+        given: impl FnOnce(Bound<'py, PyList>) -> PyResult<Bound<'py, PyTuple>>,
         received: &[Arc<Broadcast>],
     ) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
         let Some(controller) = &self.controller else {
@@ -266,9 +279,10 @@ impl ControllerObject {
         };
         let controller = controller.bind(py).clone();
         self.stream.get().begin(draws);
+        let mission = self.common.setup.catalog.mission.name();
         let received = received
             .iter()
-            .filter_map(|message| Message::from_broadcast(message, self.common.name))
+            .filter_map(|message| Message::from_broadcast(message, self.common.name, mission))
             .map(|message| Bound::new(py, message));
         let received = PyList::new(py, received.collect::<PyResult<Vec<_>>>()?)?;
         let given = given(received)?;

@@ -114,7 +114,7 @@ pub fn execute_changed_run(
     seed: u64,
     stops: &dyn Fn() -> bool,
 ) -> Option<RunResult> {
-    let scenario = plan.scenario(run).and_then(|mut scenario| {
+    let scenario = plan.scenario_of_seed(run, seed).and_then(|mut scenario| {
         let mut changes = changes.iter();
         changes
             .try_for_each(|each| apply_change(&mut scenario, each))

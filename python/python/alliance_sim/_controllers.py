@@ -8,7 +8,7 @@ import math
 import pickle
 import random
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar
@@ -20,14 +20,14 @@ from ._plain import shown
 MESSAGE_MAX = 1200
 
 #: Attributes that a checkpoint shares with its controller.
-SHARED = {"name", "rank", "sets", "setup", "rng"}
+SHARED = {"name", "rank", "team", "tasks", "sets", "setup", "rng"}
 
 
 class Rng(random.Random):
     """Random numbers of a robot, derived from the run's seed, with all methods of `random.Random`.
 
     Every step restarts them from seed, robot and tick: a repeated step draws the same numbers, and robots do not affect each other.
-    A step has at most 2048 numbers of 64 bits.
+    A step has at most 2048 numbers of 64 bits. `random.Random(rng.getrandbits(64))` has any number of them.
     """
 
     def __init__(self, stream: Stream) -> None:
@@ -43,11 +43,17 @@ class Rng(random.Random):
 
     def getrandbits(self, k: int, /) -> int:
         """Returns an integer of `k` random bits."""
+        if k < 0:
+            raise ValueError(f"getrandbits: the number of bits is {k}; it must be at least 0")
         words = -(-k // 64)
         number = 0
         for _ in range(words):
             number = number << 64 | self._stream.next_u64()
         return number >> (64 * words - k)
+
+    def setstate(self, *_: Any) -> None:
+        """Raises an error: seed, robot and tick determine the numbers."""
+        raise NotImplementedError("setstate: the numbers of a step follow from seed, robot and tick; create a random.Random instead")
 
     def gauss(self, mu: float = 0.0, sigma: float = 1.0) -> float:
         """Returns the same as `normalvariate`, which keeps no value for the next call."""
@@ -58,37 +64,46 @@ class Controller:
     """Common base of `Allocator` and `Agent`. Derive from one of these two.
 
     The same inputs must give the same step on every machine: use no clock, no `random` except `self.rng`, and no order of a set.
+
+    Attributes of an object:
+
+    - `name`: name of the robot. `rank`: its rank in the team, from 0.
+    - `team`: names of all robots, by rank. `tasks`: names of all tasks, by id. `sets`: names of the robot's behavior sets.
+    - `setup`: setup of the run, as in run.json: `seed`, `scenario`, `alliance`. It is read-only.
+    - `rng`: random numbers of the robot.
+    - `values`: value of each parameter in this run.
+    - `speed`: top speed of the robot, m/s. `skills`: its level of each skill, 1 is normal; empty if the scenario states no skills.
+
+    Attributes of a class:
+
+    - `frozen`: attributes that checkpoints share instead of copying, such as a large net that does not change.
+    - `collected`: variables of the class, of a module or of an enclosing function that steps change and never read, such as a list for a
+      plot. In one process, a change of any other such variable is an error, because robots in processes do not share it.
+    - `parameters`: parameters that a scenario or a plan can set as `allocators.NAME.KEY`: default, least and greatest value by key.
     """
 
-    #: Name of the robot.
     name: str
-    #: Rank of the robot in the team, from 0.
     rank: int
-    #: Names of the robot's behavior sets.
+    team: tuple[str, ...]
+    tasks: tuple[str, ...]
     sets: tuple[str, ...]
-    #: Setup of the run, as in run.json: `seed`, `scenario`, `alliance`. It is read-only.
     setup: Mapping[str, Any]
-    #: Random numbers of the robot.
     rng: Rng
-    #: Attributes that checkpoints share instead of copying, such as a large net that does not change.
     frozen: ClassVar[frozenset[str] | set[str]] = frozenset()
-    #: Variables of the class, of a module or of an enclosing function that steps change and never read, such as a list for a plot.
-    #: In one process, a change of any other such variable is an error, because robots in processes do not share it.
     collected: ClassVar[frozenset[str] | set[str]] = frozenset()
-    #: Parameters that a scenario or a plan can set as `allocators.NAME.KEY`: default, least and greatest value by key.
     parameters: ClassVar[Mapping[str, tuple[float, float, float]]] = {}
-    #: Value of each parameter in this run.
     values: Mapping[str, float]
-    #: Top speed of the robot, m/s.
     speed: float
-    #: Level of each skill of the robot; empty if the scenario states no skills.
     skills: Mapping[str, float]
 
     _is_whole: ClassVar[bool]
     _outbox: list[bytes]
 
+    #: The method that a class defines, with the arguments of its base.
+    step: Callable[..., Any]
+
     def reset(self) -> None:
-        """Starts an incarnation, without memory. `name`, `rank`, `sets` and `setup` are set before."""
+        """Starts an incarnation, without memory. All attributes of `Controller` are set before."""
 
     def _send(self, message: bytes) -> None:
         if not isinstance(message, bytes):
@@ -100,8 +115,19 @@ class Controller:
             raise ValueError(f"send: a robot with {sets} sets sends at most {sets + 1} messages in a step")
         self._outbox.append(message)
 
-    def _begin(self, name: str, rank: int, setup: Mapping[str, Any], stream: Stream, sets: Sequence[str], own_name: str) -> None:
+    def _begin(
+        self,
+        name: str,
+        rank: int,
+        setup: Mapping[str, Any],
+        stream: Stream,
+        sets: Sequence[str],
+        own_name: str,
+        team: tuple[str, ...],
+        tasks: tuple[str, ...],
+    ) -> None:
         self.name, self.rank, self.setup, self.rng, self.sets = name, rank, setup, Rng(stream), tuple(sets)
+        self.team, self.tasks = team, tasks
         scenario = setup["scenario"]
         robot = scenario["robots"][rank]
         self.speed = robot.get("speed_m_s", scenario["body"]["speed_m_s"])
@@ -124,11 +150,18 @@ class Allocator(Controller):
     """Selects the active behavior set of a robot. The mission's own controller in Rust does everything else.
 
     The package sends heartbeats with the robot's task, so robots with other allocators can use them.
+
+    Attributes besides those of `Controller`, with the values of the current step:
+
+    - `position`: position of the robot by its own estimate, (x, y), m. `heading`: its heading, rad, counter-clockwise from x. Both are
+      `None` while the position sensor is dead.
+    - `energy`: remaining energy, J; `None` without a simulation of energy.
+    - `laden`: true if the robot carries an object of its task.
     """
 
-    #: Position of the robot by its own estimate in this step, m; `None` while its position sensor is dead.
     position: tuple[float, float] | None
-    #: The robot carries an object of its task in this step.
+    heading: float | None
+    energy: float | None
     laden: bool
 
     _is_whole = False
@@ -154,7 +187,7 @@ class Allocator(Controller):
         self._bids[set.id] = value
 
     def _begin(self, *given: Any) -> None:
-        self._bids, self.position, self.laden = {}, None, False
+        self._bids, self.position, self.heading, self.energy, self.laden = {}, None, None, None, False
         super()._begin(*given)
 
 
@@ -167,48 +200,53 @@ class Readings:
     """Sensor readings of a robot in a step. A device is `None` if the robot lacks it or it is dead.
 
     Lengths are in m, angles in rad counter-clockwise from x. In the robot's frame, x is ahead and y is to the left.
+
+    - `position`: (x, y), m. `heading`: rad.
+    - `front_border`, `side_border`: distance from the robot's edge to the border, ahead and to the left, m; infinite beyond the sensor's
+      range.
+    - `ahead`, `left`, `right`: solids ahead and on both sides, with three beams each. Ahead: left, center, right. Sides: front, center,
+      rear. A beam is the free distance, m, and the direction of the surface there, rad; `None` if it is free.
+    - `ground`: penetrability of the ground under the center and ahead; 1 is neutral.
+    - `energy`: remaining energy, J; `None` without a simulation of energy.
+    - `mission`: readings of the mission's own devices by name, as on the bus. observe: `targets`. waste: `items`, `zone`, `at_site`,
+      `holding`. push: `bar`, `touch`. service: `points`, `values`, `effect`. Other missions: `bytes`.
     """
 
     position: tuple[float, float] | None
     heading: float | None
-    #: Distance from the robot's edge to the border, ahead and to the left, m; infinite beyond the sensor's range.
     front_border: float | None
     side_border: float | None
-    #: Solids ahead and on both sides, with three beams each. Ahead: left, center, right. Sides: front, center, rear.
     ahead: tuple[Beam, Beam, Beam] | None
     left: tuple[Beam, Beam, Beam] | None
     right: tuple[Beam, Beam, Beam] | None
-    #: Penetrability of the ground under the center and ahead; 1 is neutral.
     ground: tuple[float, float] | None
-    #: Remaining energy, J; `None` without an energy simulation.
     energy: float | None
-    #: Readings of the mission's own devices by name, as on the bus. observe: `targets`. waste: `items`, `zone`,
-    #: `at_site`, `holding`. push: `bar`, `touch`. service: `points`, `values`, `effect`. Other missions: `bytes`.
     mission: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """Action of a robot in a step. It turns first, then moves straight ahead, both within its limits. It cannot reverse."""
+    """Action of a robot in a step. It turns first, then moves straight ahead, both within its limits. It cannot reverse.
 
-    #: Forward speed, m/s.
+    - `speed`: forward speed, m/s. `turn`: turn rate, counter-clockwise, rad/s.
+    - `gripper`: for waste `"keep"`, `"pick"` or `"drop"`. `report`: a report, if the robot is at a report site.
+    - `work`, `read`: for service the number of the point to work on, and the last line read from the board.
+    - `watch`: for observe, observes the targets in range, if the device works.
+    - `send`: messages of up to 1200 bytes to the teammates of the same class, received as `Message.content`; at most one more than the
+      number of sets.
+    - `doing`: name of the active behavior set, one of `Agent.sets`, for heartbeats, log and page. `None`: idle.
+    - `progress`: the robot has just had an effect on the world with that set. Heartbeats contain the number of effects.
+    """
+
     speed: float = 0.0
-    #: Turn rate, counter-clockwise, rad/s.
     turn: float = 0.0
-    #: For waste: `"keep"`, `"pick"` or `"drop"`; and a report, if the robot is at a report site.
     gripper: str = "keep"
     report: bool = False
-    #: For service: the number of the point to work on, and the last line read from the board.
     work: int | None = None
     read: int | None = None
-    #: For observe: observes the targets in range, if the device works.
     watch: bool = True
-    #: Messages of up to 1200 bytes to the teammates of the same class, received as `Message.content`; at most one more than
-    #: the number of sets.
     send: Sequence[bytes] = ()
-    #: Name of the active behavior set, one of `Agent.sets`, for heartbeats, log and page. `None`: idle.
     doing: str | None = None
-    #: The robot has just had an effect on the world with that set. Heartbeats contain the number of effects.
     progress: bool = False
 
     def __post_init__(self) -> None:
@@ -319,5 +357,10 @@ def line_of(robot: str, tick: int, error: BaseException) -> str:
     # The position in the author's code, not in this package.
     frames_of_author = [frame for frame in frames if Path(frame.filename).parent != package and frame.filename != "<string>"]
     where = f"{Path(frames_of_author[-1].filename).name}:{frames_of_author[-1].lineno}: " if frames_of_author else ""
-    why = " ".join(str(error).split())
+    try:
+        why = " ".join(str(error).split())
+    except Exception:  # The class of the error is foreign code.
+        why = "the text of the error cannot be created"
+    # Control characters would change the terminal.
+    why = "".join(letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in why)
     return f"{robot}: tick {tick}: {where}{type(error).__name__}: {why}"

@@ -1,7 +1,8 @@
 """Types of the engine, which is written in Rust."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
+from types import ModuleType
 from typing import Any, final
 
 class AllianceError(Exception):
@@ -18,6 +19,8 @@ VERSION: str
 BUILD: str
 #: Largest absolute value in an observation.
 BOUND: float
+#: Functions of the module `alliance_sim.math`.
+math: ModuleType
 
 @final
 class Set:
@@ -41,17 +44,21 @@ class Set:
         opens_in: float = 0.0,
         ceased_after: float = 10.0,
         values: Mapping[str, Any] | None = None,
+        place: tuple[float, float] | None = None,
+        travel: float | None = None,
     ) -> Set: ...
     @property
     def id(self) -> int:
         """Id of the set, the same for all robots."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the set."""
     @property
     def task(self) -> int:
-        """Id of the set's task."""
+        """Id of the set's task, an index of `Controller.tasks`."""
     @property
-    def task_name(self) -> str: ...
+    def task_name(self) -> str:
+        """Name of the set's task."""
     @property
     def applicable(self) -> bool:
         """True if the set can be active in this step."""
@@ -63,7 +70,16 @@ class Set:
         """Start of the present state, active or not, s."""
     @property
     def cost(self) -> float:
-        """Estimated time of one unit of work with the travel to it, s, from the robot's own knowledge; infinite without an estimate."""
+        """Estimated time of one unit of work with travel and wait, s, from the robot's own knowledge; infinite without an estimate."""
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Place to which the robot drives for the next unit of work, (x, y), m, from the robot's own knowledge; `None` without a known place."""
+    @property
+    def travel(self) -> float:
+        """Estimated travel time to `place`, s, a part of `cost`; 0 for work without a place, infinite without an estimate."""
+    @property
+    def work(self) -> float:
+        """Estimated time of one unit of work at `place`, s: `cost` without travel and wait; infinite without an estimate."""
     @property
     def opens_in(self) -> float:
         """Time until the work of the unit can begin, s. `cost` contains the wait."""
@@ -104,10 +120,11 @@ class Message:
         position: tuple[float, float] | None = None,
         carrying: bool = False,
         content: bytes | None = None,
+        shared_knowledge: Any = None,
     ) -> Message: ...
     @property
     def sender(self) -> int:
-        """Rank of the sender."""
+        """Rank of the sender, an index of `Controller.team`."""
     @property
     def incarnation(self) -> int:
         """Incarnation of the sender, from 1."""
@@ -131,13 +148,16 @@ class Message:
         """Number of effects on the task so far."""
     @property
     def position(self) -> tuple[float, float] | None:
-        """Position of the sender by its own estimate, m."""
+        """Position of the sender by its own estimate, (x, y), m."""
     @property
     def carrying(self) -> bool:
         """True if the sender carries an item."""
     @property
     def shared_knowledge(self) -> Any:
-        """Shared knowledge of the sender about the mission, as JSON values; bytes for missions with their own types."""
+        """Shared knowledge of the sender, in the mission's own form with the names of docs/WIRE.md; `None` without any."""
+    @property
+    def size(self) -> int:
+        """Size of the message on the bus, bytes, with its seal. A message of the constructor has no shared knowledge in it."""
     @property
     def content(self) -> bytes:
         """Content of the controller's own message."""
@@ -186,47 +206,5 @@ class EnvironmentBatch:
 
 def run(asked: dict[str, Any], folder: PathLike[str] | None, level: str) -> str: ...
 def full_table(folder: PathLike[str], file_name: str) -> str | None: ...
-def execute_plan(words: list[str], controllers: list[tuple[str, type]], modules: list[PathLike[str]]) -> int: ...
+def execute_plan(words: list[str], controllers: list[tuple[str, type]], modules: Sequence[PathLike[str]]) -> int: ...
 def run_agent(words: list[str], name: str, controller: type, twice: bool) -> int: ...
-
-class math:
-    @staticmethod
-    def acos(x: float) -> float: ...
-    @staticmethod
-    def asin(x: float) -> float: ...
-    @staticmethod
-    def atan(x: float) -> float: ...
-    @staticmethod
-    def atan2(y: float, x: float) -> float: ...
-    @staticmethod
-    def cbrt(x: float) -> float: ...
-    @staticmethod
-    def cos(x: float) -> float: ...
-    @staticmethod
-    def cosh(x: float) -> float: ...
-    @staticmethod
-    def exp(x: float) -> float: ...
-    @staticmethod
-    def expm1(x: float) -> float: ...
-    @staticmethod
-    def hypot(x: float, y: float) -> float: ...
-    @staticmethod
-    def log(x: float) -> float: ...
-    @staticmethod
-    def log10(x: float) -> float: ...
-    @staticmethod
-    def log1p(x: float) -> float: ...
-    @staticmethod
-    def log2(x: float) -> float: ...
-    @staticmethod
-    def pow(x: float, y: float) -> float: ...
-    @staticmethod
-    def sin(x: float) -> float: ...
-    @staticmethod
-    def sinh(x: float) -> float: ...
-    @staticmethod
-    def sqrt(x: float) -> float: ...
-    @staticmethod
-    def tan(x: float) -> float: ...
-    @staticmethod
-    def tanh(x: float) -> float: ...

@@ -11,6 +11,7 @@ import pickle
 import sys
 import sysconfig
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, NoReturn
@@ -206,7 +207,7 @@ class Search:
             self._follow(base, ())
         own = [name for name in vars(kind) if not _is_special(name) or isinstance(vars(kind)[name], FunctionType)]
         for name in own:
-            yield from self._variable(f"{kind.__name__}.{name}", lambda name=name: vars(kind).get(name, MISSING), ())
+            yield from self._variable(f"{kind.__name__}.{name}", partial(vars(kind).get, name, MISSING), ())
         known, count = {*vars(kind), *self._exempt}, len(vars(kind))
 
         def added() -> str:
@@ -220,10 +221,10 @@ class Search:
         names = _names(code)
         for name, cell in zip(code.co_freevars, function.__closure__ or (), strict=True):
             if not _is_special(name):
-                yield from self._variable(f"{function.__qualname__}.{name}", lambda cell=cell: _content_of(cell), names)
+                yield from self._variable(f"{function.__qualname__}.{name}", partial(_content_of, cell), names)
         given = dict(zip(reversed(code.co_varnames[: code.co_argcount]), reversed(function.__defaults__ or ()), strict=False))
         for name, default in {**given, **(function.__kwdefaults__ or {})}.items():
-            yield from self._variable(f"{function.__qualname__}.{name}", lambda default=default: default, names)
+            yield from self._variable(f"{function.__qualname__}.{name}", partial(_identity, default), names)
         for module in _imports(code, function.__globals__.get("__package__") or ""):
             self._follow_import(module, names)
         yield from self._of_namespace(function.__globals__, function.__globals__["__name__"], names, _stores_globals(code))
@@ -238,7 +239,11 @@ class Search:
         """Yields the variables of these names. `with_new`: also those that do not exist yet."""
         for name in names:
             if name in namespace or (with_new and not hasattr(builtins, name)):
-                yield from self._variable(f"{module}.{name}", lambda name=name: namespace.get(name, MISSING), names)
+                yield from self._variable(f"{module}.{name}", partial(namespace.get, name, MISSING), names)
+
+
+def _identity(value: Any) -> Any:
+    return value
 
 
 def _is_special(name: str) -> bool:

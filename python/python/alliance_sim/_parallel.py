@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from pettingzoo import ParallelEnv as Parallel
+from pettingzoo import ParallelEnv as Parallel  # type: ignore[import-untyped]
 
 from ._engine import BOUND, ScenarioError
 from ._plain import shown, whole
@@ -18,7 +18,12 @@ from ._run import Controller, Scenario
 from ._vector import DRAWN_MAX, SEED_MAX, Event, Reward, Snapshot, VecEnv
 
 
-class ParallelEnv(Parallel):
+#: Observations and infos by agent.
+Seen = dict[str, Any]
+Infos = dict[str, dict[str, Any]]
+
+
+class ParallelEnv(Parallel):  # type: ignore[misc]
     """Team in which each robot is an agent. An observation has sensor readings and received messages. All agents share the team's reward.
 
     A robot that a fault kills stays an agent, because it may restart. Until then it observes zeros, `infos` has `alive` False, and its
@@ -92,6 +97,7 @@ class ParallelEnv(Parallel):
                 self._observations[agent] = seen
         shape = (1, len(self.possible_agents))
         self._action_array = np.zeros(shape, np.int64) if level == "decide" else np.zeros((*shape, 4), np.float32)
+        self._counts = {agent: len(sets) for agent, sets in self.sets.items()}
         self._level = level
         self._is_running = False
 
@@ -117,7 +123,7 @@ class ParallelEnv(Parallel):
         """Returns the space of an agent, the same object for each call."""
         return self._actions[agent]
 
-    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict, dict]:
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Seen, Infos]:
         """Starts an episode. The default seed is the previous one plus one, and at first from the entropy of the system."""
         if seed is None:
             seed = int(np.random.default_rng().integers(DRAWN_MAX)) if self._next_seed is None else self._next_seed
@@ -128,7 +134,7 @@ class ParallelEnv(Parallel):
         self._is_running = True
         return self._seen(), self._infos({})
 
-    def step(self, actions: Mapping[str, Any]) -> tuple[dict, dict, dict, dict, dict]:
+    def step(self, actions: Mapping[str, Any]) -> tuple[Seen, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
         """Makes one step. An agent without an action is idle. `infos` has `masked_action`: true if the mask excluded the agent's action."""
         if not self._is_running:
             raise RuntimeError("call reset() first, and again after the end of an episode")
@@ -161,7 +167,7 @@ class ParallelEnv(Parallel):
         """Returns the state of the episode, for `restore`. A recorded episode has none."""
         return replace(self._vec.snapshot(), own=(tuple(self.agents), self._is_running))
 
-    def restore(self, snapshot: Snapshot) -> tuple[dict, dict]:
+    def restore(self, snapshot: Snapshot) -> tuple[Seen, Infos]:
         """Continues from a snapshot of this environment or of its deep copy. Returns observations and infos."""
         self._vec.restore(snapshot)
         agents, self._is_running = snapshot.own
@@ -245,7 +251,7 @@ class ParallelEnv(Parallel):
     def __repr__(self) -> str:
         return f"<ParallelEnv with {len(self.possible_agents)} agents, level {self._level}>"
 
-    def _seen(self) -> dict[str, Any]:
+    def _seen(self) -> Seen:
         observation = self._vec.observation[0].copy()
         if self._level == "drive":
             return {agent: observation[self._rank[agent]] for agent in self.agents}
@@ -253,14 +259,14 @@ class ParallelEnv(Parallel):
         return {
             agent: {
                 "observation": observation[self._rank[agent]],
-                "action_mask": mask[self._rank[agent], : self._actions[agent].n],
+                "action_mask": mask[self._rank[agent], : 1 + self._counts[agent]],
             }
             for agent in self.agents
         }
 
-    def _infos(self, masked: Mapping[str, bool]) -> dict[str, dict[str, Any]]:
+    def _infos(self, masked: Mapping[str, bool]) -> Infos:
         alive = self._vec.alive[0].tolist()
-        infos: dict[str, dict[str, Any]] = {agent: {"alive": bool(alive[self._rank[agent]])} for agent in self.agents}
+        infos: Infos = {agent: {"alive": bool(alive[self._rank[agent]])} for agent in self.agents}
         if self._level == "decide":
             for agent, info in infos.items():
                 info["masked_action"] = bool(masked.get(agent, False))

@@ -36,7 +36,8 @@ class Results(Mapping[str, Any]):
     @property
     def run(self) -> dict[str, Any]:
         """Content of run.json: the setup with all parameter values, and the result."""
-        return json.loads((self.folder / "run.json").read_text())
+        run: dict[str, Any] = json.loads((self.folder / "run.json").read_text())
+        return run
 
     def __getitem__(self, name: str) -> Any:
         if name not in self._names:

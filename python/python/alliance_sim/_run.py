@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -25,17 +26,20 @@ Scenario = str | os.PathLike[str] | Mapping[str, Any] | None
 
 @dataclass(frozen=True)
 class Run:
-    """Result of a run."""
+    """Result of a run.
 
-    #: Hash of the run. It depends on scenario, seed and controllers only, not on the number of processes.
+    - `hash`: hash of the run. It depends on scenario, seed and controllers only, not on the number of processes.
+    - `outcome`: `complete`, `time-limit`, `no-robot-left`, or `expired` (no work is left, but some of it expired).
+    - `result`: figures: `ticks`, `sim_time_ms`, those of the mission by name, and `robots` with those of each robot. Names that end with
+      `_ms` are times in ms.
+    - `file`: content of run.json.
+    - `folder`: run folder, or `None` without a log.
+    """
+
     hash: str
-    #: `complete`, `time-limit`, `no-robot-left`, or `expired` (no work is left, but some of it expired).
     outcome: str
-    #: Figures: `ticks`, `sim_time_ms`, and those of the mission and of each robot.
     result: dict[str, Any] = field(repr=False)
-    #: Content of run.json.
     file: dict[str, Any] = field(repr=False)
-    #: Run folder, or `None` without a log.
     folder: Path | None = None
 
     @property
@@ -46,7 +50,14 @@ class Run:
     @property
     def seconds(self) -> float:
         """Simulated time of the run, s."""
-        return self.result["sim_time_ms"] / 1000
+        return float(self.result["sim_time_ms"] / 1000)
+
+    def _repr_html_(self) -> str:
+        """Returns a table of the run for a notebook."""
+        figures = {"outcome": self.outcome, "time, s": self.seconds, "hash": self.hash, "folder": self.folder}
+        figures |= {name: value for name, value in self.result.items() if isinstance(value, int | float) and name not in ("ticks", "sim_time_ms")}
+        rows = (f"<tr><th>{escape(name)}</th><td>{escape(str(value))}</td></tr>" for name, value in figures.items() if value is not None)
+        return f"<table>{''.join(rows)}</table>"
 
     def load(self) -> Results:
         """Returns the tables of the run's log."""
@@ -109,8 +120,11 @@ def asked(
     randomise: Iterable[str] = (),
 ) -> dict[str, Any]:
     """Returns the arguments in the engine's format."""
-    document = json.dumps(plain(scenario, "scenario")) if isinstance(scenario, Mapping) else None
-    words = ["run"] if scenario is None or document else ["run", os.fspath(scenario)]
+    document, words = None, ["run"]
+    if isinstance(scenario, Mapping):
+        document = json.dumps(plain(scenario, "scenario"))
+    elif scenario is not None:
+        words.append(os.fspath(scenario))
     if controllers is not None and not isinstance(controllers, Mapping):
         raise ScenarioError(f"controllers: {shown(controllers)} is not a dict; write {{'*': …}} for all robots")
     seed = whole(seed, "seed", 0, 2**64 - 1)

@@ -120,7 +120,8 @@ class VecEnv(VectorEnv):
         self.done = np.zeros(envs, np.int8)
         self._parts = self._split_arrays()
         shape = (envs, len(self.agents))
-        self._shape, self._type = (shape, np.dtype(np.int64)) if level == "decide" else ((*shape, 4), np.dtype(np.float32))
+        self._shape: tuple[int, ...] = shape if level == "decide" else (*shape, 4)
+        self._type: np.dtype[Any] = np.dtype(np.int64 if level == "decide" else np.float32)
         # By environment and agent: the place of its first action in the flat mask.
         self._first_action = (np.arange(envs)[:, None] * width + np.arange(len(self.agents))) * actions
         self._rng = np.random.default_rng()
@@ -157,7 +158,8 @@ class VecEnv(VectorEnv):
     @property
     def setup(self) -> dict[str, Any]:
         """Setup of the runs, as in run.json. The seed is the episode's."""
-        return json.loads(self._worlds.setup)
+        setup: dict[str, Any] = json.loads(self._worlds.setup)
+        return setup
 
     def reset(self, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
         """Starts an episode in each environment. Returns observations and infos.

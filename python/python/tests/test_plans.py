@@ -60,6 +60,15 @@ def command(tmp_path):
     return run_command
 
 
+def test_a_plan_draws_starts_and_layouts_for_each_seed(tmp_path):
+    plan = {**PLAN, "randomise": ["start", "layout"], "grid": {"allocator": ["nearest", "greedy"]}, "faults": {"none": {}}}
+    rows = load(compare(plan, [Greedy], out=tmp_path / "mine", jobs=1).folder, "numpy").results
+    assert len(set(rows["hash"])) == 4
+    for rule, seed, found in zip(rows["allocator"], rows["seed"], rows["hash"], strict=True):
+        controller = Greedy if rule == "greedy" else str(rule)
+        assert found == run("janitorial", {"*": controller}, int(seed), limit=40, randomise=["start", "layout"]).hash
+
+
 def test_a_comparison_has_the_runs_of_the_controller(tmp_path):
     results = compare(PLAN, [Greedy], out=tmp_path / "mine", jobs=2)
     rows = load(results.folder, "numpy").results

@@ -39,7 +39,8 @@ def test_an_observation_has_the_positions_of_the_robot_and_its_teammates():
             assert seen[f"mate{place}.received"] == seen[f"mate{place}.there"] == 1
             observed = np.array([seen[f"mate{place}.x"], seen[f"mate{place}.y"]]) * size.max()
             assert observed == pytest.approx(offset, abs=1e-3)
-        assert seen["mate2.received"] == 0
+        # A team of three has two teammates.
+        assert "mate2.received" not in seen
         assert seen["time"] == pytest.approx(45 * 0.05 / 10, abs=1e-6)
 
 
@@ -115,6 +116,25 @@ def test_the_observation_of_a_set_matches_its_mask():
             assert age > before[f"{name}.age"] if again else 0 < age <= 1 / 31 + 1e-6
     assert len(masks) > 1 or any(0 in set(mask) for mask in masks), "every set was always applicable"
     assert len(names) == env.observation.shape[-1]
+
+
+def test_an_observation_has_places_and_claims_of_sets():
+    env = VecEnv("service", robots=3, size=6, limit=60.0)
+    env.reset(1)
+    room = env.setup["scenario"]["room"]
+    points = env.setup["scenario"]["service"]["points"]
+    for _ in range(3):
+        env.step(np.array([[1, 1, 4]]))
+    poses = env.poses()
+    for agent in range(3):
+        seen = named(env, agent)
+        for name, point in zip(env.sets[agent], points, strict=True):
+            if seen[f"{name}.there"]:
+                observed = np.array([seen[f"{name}.x"], seen[f"{name}.y"]]) * max(room["width_m"], room["height_m"])
+                assert observed == pytest.approx(np.array([point["x_m"], point["y_m"]]) - poses[agent, :2], abs=0.05)
+    assert sum(named(env, 0)[f"{name}.there"] for name in env.sets[0]) >= 4
+    claims = [[named(env, agent)[f"{env.sets[agent][place]}.claims"] for place in range(6)] for agent in range(3)]
+    assert claims[0] == [1, 0, 0, 1, 0, 0] and claims[2] == [2, 0, 0, 0, 0, 0]
 
 
 def test_a_step_ends_with_its_behavior_set():

@@ -7,7 +7,7 @@ use glam::Vec2;
 use proto::team::{BroadcastContent, Heartbeat, TaskState};
 use robot_agent::allocator::{Allocator, AllocatorKind, Choice, Decision, Input, SelfState};
 use scenario::AllocatorSpec;
-use scenario::ids::{BehaviorId, RobotId};
+use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use crate::rows::rows;
@@ -35,29 +35,52 @@ pub struct ExternalAgent {
     pub position: Option<Vec2>,
     pub is_laden: bool,
     pub choices: Vec<Choice>,
+    /// The place of each choice, m; empty at level drive.
+    pub places: Vec<Option<Vec2>>,
     pub active: Option<BehaviorId>,
     /// The time since which `active` has its value.
     pub since: SimTime,
     /// The received data about each teammate, by rank.
     pub mates: Vec<Option<Mate>>,
+    /// The time after which a silent teammate counts as lost.
+    pub ceased_after: SimTime,
 }
 
-/// The exchanged data of all robots, by rank.
-pub struct ExternalAgents(Vec<Mutex<ExternalAgent>>);
+impl ExternalAgent {
+    /// Returns the number of teammates that report to execute a task, without lost ones.
+    pub fn claims_of(&self, task: TaskId) -> usize {
+        let mates = self.mates.iter().flatten();
+        let claims = |mate: &&Mate| {
+            mate.executing == Some(task.0) && self.now.since(mate.received) < self.ceased_after
+        };
+        mates.filter(claims).count()
+    }
+}
+
+/// The exchanged data of all robots.
+pub struct ExternalAgents {
+    /// The data by rank.
+    agents: Vec<Mutex<ExternalAgent>>,
+    /// True if the observations contain the places of choices.
+    needs_places: bool,
+}
 
 impl ExternalAgents {
-    pub fn new(robots: usize) -> Self {
-        Self((0..robots).map(|_| Mutex::default()).collect())
+    pub fn new(robots: usize, needs_places: bool) -> Self {
+        Self {
+            agents: (0..robots).map(|_| Mutex::default()).collect(),
+            needs_places,
+        }
     }
 
     pub fn lock(&self, robot: RobotId) -> MutexGuard<'_, ExternalAgent> {
-        let agent = self.0[robot.index()].lock();
+        let agent = self.agents[robot.index()].lock();
         agent.unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Copies the data of all robots from another environment.
     pub fn copy_from(&self, other: &Self) {
-        for (own, other) in self.0.iter().zip(&other.0) {
+        for (own, other) in self.agents.iter().zip(&other.agents) {
             let other = other.lock().unwrap_or_else(PoisonError::into_inner).clone();
             *own.lock().unwrap_or_else(PoisonError::into_inner) = other;
         }
@@ -96,6 +119,7 @@ impl Allocator for ExternalAllocator {
         *agent = ExternalAgent {
             wanted: agent.wanted,
             mates: vec![None; me.team],
+            ceased_after: me.ceased_after,
             ..ExternalAgent::default()
         };
         drop(agent);
@@ -123,6 +147,14 @@ impl Allocator for ExternalAllocator {
         }
         agent.choices.clear();
         agent.choices.extend_from_slice(input.choices);
+        if self.agents.needs_places {
+            agent.places.clear();
+            let places = input
+                .choices
+                .iter()
+                .map(|choice| (input.place)(choice.task));
+            agent.places.extend(places);
+        }
         let applies = |wanted: BehaviorId| {
             let mut choices = input.choices.iter();
             choices.any(|choice| choice.behavior == wanted && choice.applicable)

@@ -1,6 +1,7 @@
 //! Observations of learners: numbers from -[`BOUND`] to [`BOUND`] in a fixed number and order, with their names.
 
 use std::f32::consts::FRAC_PI_2;
+use std::iter::repeat;
 
 use glam::Vec2;
 use missions::{observe, push};
@@ -11,7 +12,7 @@ use scenario::{Room, Setup};
 
 use super::external_agent::{ExternalAgent, Mate};
 
-/// The number of teammates in an observation: the nearest with a received heartbeat.
+/// The largest number of teammates in an observation: the nearest with a received heartbeat.
 const MATES: usize = 8;
 
 /// The number of targets in an observation, nearest first.
@@ -19,6 +20,18 @@ const TARGETS: usize = 8;
 
 /// The largest absolute value in an observation. Larger values are clipped; typical values are at most 1.
 pub const BOUND: f32 = 2.0;
+
+/// The features of a behavior set.
+const SET_FEATURES: [&str; 8] = [
+    "applicable",
+    "active",
+    "cost",
+    "age",
+    "claims",
+    "there",
+    "x",
+    "y",
+];
 
 /// The time or cost, s, that maps to ½. Larger values approach 1.
 const HALF_S: f64 = 30.0;
@@ -82,7 +95,9 @@ pub fn decide(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup, sets: usi
     row.number("position.y", position.map(|position| position.y));
     row.flag("laden", agent.is_laden);
     row.number("time", Some((now_s / setup.scenario.limit_s) as f32));
-    for choice in &agent.choices {
+    let part_m = room.size().max_element();
+    let places = agent.places.iter().chain(repeat(&None));
+    for (choice, place) in agent.choices.iter().zip(places) {
         let name = |what: &str| {
             let set = setup.catalog.behavior_name(choice.behavior);
             format!("{set}.{what}")
@@ -93,9 +108,14 @@ pub fn decide(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup, sets: usi
         row.put(|| name("active"), f32::from(is_active));
         row.put(|| name("cost"), choice.cost_s.map_or(1.0, squash));
         row.put(|| name("age"), if is_active { squash(age_s) } else { 0.0 });
+        let claims = agent.claims_of(choice.task) as f32 / choice.max_robots.max(1) as f32;
+        row.put(|| name("claims"), claims);
+        let offset = place.zip(agent.position).map(|(place, from)| place - from);
+        let set = || setup.catalog.behavior_name(choice.behavior).to_owned();
+        row.offset(set, offset, part_m);
     }
     for place in agent.choices.len()..sets {
-        for what in ["applicable", "active", "cost", "age"] {
+        for what in SET_FEATURES {
             row.put(|| format!("no-set{place}.{what}"), 0.0);
         }
     }
@@ -105,6 +125,7 @@ pub fn decide(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup, sets: usi
 /// Writes the nearest teammates with a received heartbeat. Teammates without a position come last.
 fn teammates(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup) {
     let part_m = setup.scenario.room.size().max_element();
+    let most = setup.scenario.robots.len().saturating_sub(1).min(MATES);
     let mut nearest: [Option<(f32, Mate)>; MATES] = [None; MATES];
     let mut count = 0;
     for mate in agent.mates.iter().flatten() {
@@ -118,14 +139,14 @@ fn teammates(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup) {
             .flatten()
             .filter(|(other, _)| *other <= distance_squared)
             .count();
-        if nearer < MATES {
-            count = (count + 1).min(MATES);
+        if nearer < most {
+            count = (count + 1).min(most);
             nearest[nearer..count].rotate_right(1);
             nearest[nearer] = Some((distance_squared, *mate));
         }
     }
     let tasks = setup.catalog.tasks.len() as f32;
-    for (place, mate) in nearest.iter().enumerate() {
+    for (place, mate) in nearest.iter().take(most).enumerate() {
         let mate = mate.map(|(_, mate)| mate);
         let offset = mate.and_then(|mate| Some(mate.position? - agent.position?));
         row.put(

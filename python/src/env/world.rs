@@ -208,6 +208,12 @@ impl Common {
         Ok(())
     }
 
+    /// Returns empty data of all robots for a new environment.
+    fn external_agents(&self) -> Arc<ExternalAgents> {
+        let robots = self.setup.scenario.robots.len();
+        Arc::new(ExternalAgents::new(robots, self.level == Level::Decide))
+    }
+
     /// Returns the sets of an externally controlled robot, in the order of its actions from 1 on.
     pub fn sets_of(&self, agent: RobotId) -> Vec<BehaviorId> {
         let robot = &self.setup.scenario.robots[agent.index()];
@@ -263,7 +269,7 @@ impl Environment {
     pub fn new(common: &Common) -> Self {
         Self {
             team: None,
-            external_agents: Arc::new(ExternalAgents::new(common.setup.scenario.robots.len())),
+            external_agents: common.external_agents(),
             sets: common
                 .agents
                 .iter()
@@ -329,7 +335,7 @@ impl Environment {
     /// # Errors
     /// If the episode is recorded, because its log exists once, or if a controller in Python cannot be copied.
     pub fn copied(&self, common: &Common) -> PyResult<Self> {
-        let external_agents = Arc::new(ExternalAgents::new(common.setup.scenario.robots.len()));
+        let external_agents = common.external_agents();
         external_agents.copy_from(&self.external_agents);
         let kind = external_agent::kind(Arc::clone(&external_agents));
         let registry = common.registry.clone().with_allocator_kind(kind);

@@ -285,6 +285,10 @@ pub struct Input<'a> {
     pub step_s: f64,
     /// The estimated position of the robot, m; `None` while its position sensor is dead.
     pub position: Option<Vec2>,
+    /// The measured heading of the robot, rad, counter-clockwise from x; `None` while its position sensor is dead.
+    pub heading_rad: Option<f32>,
+    /// The remaining energy, J; `None` without a simulation of energy.
+    pub energy_j: Option<f32>,
     /// True if the robot carries an object of its task.
     pub is_laden: bool,
     /// Sensory feedback (eq. 2.1) of each behavior: true if it can be active in this step. In the order of
@@ -299,6 +303,10 @@ pub struct Input<'a> {
     /// Returns the estimated duration of a unit of a task after one unit of each of other tasks, s; `None` without an
     /// estimate. For planners of sequences.
     pub seconds: &'a dyn Fn(&[TaskId], TaskId) -> Option<f64>,
+    /// Returns the place to which the robot drives for the next unit of a task, m; `None` without a known place.
+    pub place: &'a dyn Fn(TaskId) -> Option<Vec2>,
+    /// Returns the estimated travel time to that place, s; `None` without a place or a way.
+    pub travel_s: &'a dyn Fn(TaskId) -> Option<f64>,
     /// The offers of the previous step, from the world and not by radio, sorted by robot. Contains all robots that
     /// share tasks with this one, directly or through others. Empty unless the allocator
     /// [requests](Allocator::uses_ground_truth) it. An offer is a row of [`Decision::rows`] with a utility above 0, from a

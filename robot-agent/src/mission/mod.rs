@@ -126,6 +126,20 @@ pub trait MissionController: CloneController + Debug + Send + 'static {
         None
     }
 
+    /// Returns the place to which a robot at `from` drives for the next unit of a task, m, finite. By default no place is
+    /// known.
+    fn place(&self, from: Option<Vec2>, task: TaskId) -> Option<Vec2> {
+        let _ = (from, task);
+        None
+    }
+
+    /// Returns the estimated travel time from `from` to that [`place`](Self::place), s, at least 0. It is a part of
+    /// [`seconds`](Self::seconds). By default there is no estimate.
+    fn travel_s(&self, from: Option<Vec2>, task: TaskId) -> Option<f64> {
+        let _ = (from, task);
+        None
+    }
+
     /// Runs the last part of a step: computes the action of the `active` behavior, or the motion of an idle robot.
     /// `output` is empty at the start, so that a robot without an action stands still.
     fn act(

@@ -336,6 +336,15 @@ pub(super) fn drawn(file: &TomlFile<'_>, mission: &RandomMission) -> Result<Colu
     Ok(drawn.chain(section).collect())
 }
 
+/// Returns the columns that `randomise` draws with `start`, so that no other factor varies them.
+pub(super) fn drawn_starts(bases: &[toml::Table]) -> Columns {
+    let robots = |base: &toml::Table| base.get("robots").and_then(Value::as_array).map(Vec::len);
+    let most = bases.iter().filter_map(robots).max().unwrap_or(0);
+    let at = KeyPath::new(["randomise"]);
+    let start = |number| (at.clone(), path(&format!("robots.{number}.start")));
+    (0..most).map(start).collect()
+}
+
 /// Checks that a list is not empty and has no duplicates, which would count twice.
 fn distinct(file: &TomlFile<'_>, at: &KeyPath, values: &[Value]) -> Result<(), Problem> {
     if values.is_empty() {

@@ -27,6 +27,8 @@ pub(super) struct PlanFile {
     pub(super) list: Vec<toml::Table>,
     pub(super) random: Option<toml::Table>,
     pub(super) random_mission: RandomMission,
+    /// The properties that are drawn for each seed: `start`, `layout`.
+    pub(super) randomise: Vec<String>,
     pub(super) check: bool,
     pub(super) missions: BTreeMap<String, MissionFile>,
     pub(super) question: Option<String>,

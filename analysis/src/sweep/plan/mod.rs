@@ -17,7 +17,7 @@ pub mod tuning;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use missions::Registry;
+use missions::{Randomised, Registry};
 use scenario::mission::registry::Mission;
 use scenario::{KeyPath, Problem, Scenario, Setup, TomlFile, Vocabulary};
 use xxhash_rust::xxh3::xxh3_64;
@@ -25,7 +25,9 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::design::{Design, apply_change};
 use crate::random_mission::RandomMission;
 use crate::shell::shell_quoted;
-use factors::{CheckedSetting, disjoint, drawn, faults, grid, list, presets, sample, seeds};
+use factors::{
+    CheckedSetting, disjoint, drawn, drawn_starts, faults, grid, list, presets, sample, seeds,
+};
 use file::{PlanFile, Source};
 use hypothesis::Hypothesis;
 use leaves::{leaves, path};
@@ -43,6 +45,8 @@ pub struct Plan {
     pub design: Design,
     /// The parts of the scenario that are drawn for each seed.
     mission: RandomMission,
+    /// The starts and layouts that are drawn for each seed, after those parts.
+    randomised: Randomised,
     /// True if the invariants of each run are checked.
     pub check: bool,
     /// True if each run records the measures of a comparison.
@@ -167,6 +171,11 @@ impl Plan {
         factors.push(seeds(&file, contents.seeds)?);
         let mission = contents.random_mission;
         columns.extend(drawn(&file, &mission)?);
+        let names = contents.randomise.iter().map(String::as_str);
+        let randomised = Randomised::from_names(names).map_err(|problem| file.locate(problem))?;
+        if randomised.start && mission.robots.is_none() {
+            columns.extend(drawn_starts(&bases));
+        }
         disjoint(&file, &columns)?;
         for (number, CheckedSetting { at, changes }) in stated.iter().enumerate() {
             // Settings of a mission are validated on that mission, all others on every mission.
@@ -209,6 +218,7 @@ impl Plan {
             base,
             design,
             mission,
+            randomised,
             check: contents.check,
             measures: false,
             question: contents.question,
@@ -243,6 +253,9 @@ impl Plan {
         if self.check || self.mission != RandomMission::default() {
             whole.push_str(&format!("\n{:?}\n{}", self.mission, self.check));
         }
+        if !self.randomised.is_empty() {
+            whole.push_str(&format!("\n{:?}", self.randomised));
+        }
         format!("{:016x}", xxh3_64(whole.as_bytes()))
     }
 
@@ -257,18 +270,28 @@ impl Plan {
     /// # Errors
     /// Returns an error if the run's settings contradict each other.
     pub fn scenario(&self, run: usize) -> Result<toml::Table, String> {
+        self.scenario_of_seed(run, self.design.seed(run))
+    }
+
+    /// Returns the scenario of a run as [`Plan::scenario`] does, with the draws of another seed.
+    ///
+    /// # Errors
+    /// Returns an error if the run's settings contradict each other, or if no draw is valid.
+    pub fn scenario_of_seed(&self, run: usize, seed: u64) -> Result<toml::Table, String> {
         let mut table = self.base.clone();
         for level in self.design.levels(run) {
             for each in &level.changes {
                 apply_change(&mut table, each).map_err(|problem| problem.to_string())?;
             }
         }
-        if self.mission == RandomMission::default() {
+        if self.mission == RandomMission::default() && self.randomised.is_empty() {
             return Ok(table);
         }
         let scenario =
             Scenario::from_table(&table, &vocabulary()).map_err(|error| error.to_string())?;
-        let drawn = self.mission.draw(scenario, self.design.seed(run));
+        let drawn = self.mission.draw(scenario, seed);
+        let drawn = self.randomised.draw(&drawn, seed, Registry::current());
+        let drawn = drawn.map_err(|problem| problem.to_string())?;
         // Converts through text, as for the base scenario.
         let text = drawn.to_toml().map_err(|error| error.to_string())?;
         toml::from_str(&text).map_err(|error| error.to_string())

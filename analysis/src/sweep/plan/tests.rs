@@ -140,6 +140,25 @@ fn random_missions_depend_only_on_the_seed() {
 }
 
 #[test]
+fn each_seed_draws_a_start_and_a_layout() {
+    let text = "seeds = 3\nrandomise = ['start', 'layout']\n[grid]\nbody.speed_m_s = [0.5, 1.0]\n";
+    let plan = parse(text).unwrap();
+    let scenario = |run| scenario(&plan, run);
+    assert_ne!(scenario(0).robots, scenario(1).robots);
+    let spills = |run| WasteSection::of(&scenario(run)).spills.clone();
+    assert_ne!(spills(0), spills(1));
+    let mut faster = scenario(1);
+    faster.body.speed_m_s = 1.0;
+    assert_eq!(faster, scenario(4));
+    // A search executes a run with other seeds.
+    assert_eq!(plan.scenario_of_seed(0, 2), plan.scenario(1));
+    let only_layout = parse(&text.replace("'start', ", "")).unwrap();
+    let robots = |plan: &Plan| self::scenario(plan, 0).robots;
+    assert_eq!(robots(&only_layout), robots(&parse("").unwrap()));
+    assert_ne!(plan.digest(), only_layout.digest());
+}
+
+#[test]
 fn the_digest_ignores_comments_and_table_order() {
     let digest = |text: &str| parse(text).unwrap().digest();
     let plan = digest("seeds = 2\n[grid]\nstep_ms = [50, 25]\n");
@@ -194,6 +213,8 @@ fn mistakes_give_one_line() {
         "[random_mission]\nrobots = { min = 0, max = 2 }\n",
         "[random_mission]\nrobots = { min = 1, max = 2 }\n[grid]\n'robots.0.name' = ['blue']\n",
         "[random_mission]\nfaults = { min = 1, max = 2, until = 9.0 }\n",
+        "randomise = ['places']\n",
+        "randomise = ['start']\n[grid]\n'robots.0.start.x_m' = [1.0]\n",
         "[faults.a]\ntimline = []\n",
         "seeds = 1000\n[random]\nn = 1001\nstep_ms = { choose = [50] }\n",
         "name = 'a'\n[waste]\nspill_radius_m = 1\n",

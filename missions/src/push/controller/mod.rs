@@ -291,4 +291,12 @@ impl MissionController for Pusher {
         let stroke_s = f64::from(self.section.stroke_m / self.push_m_s);
         Some(self.way.seconds(from, self.stands_at(task)?) + stroke_s)
     }
+
+    fn place(&self, _: Option<Vec2>, task: TaskId) -> Option<Vec2> {
+        self.stands_at(task)
+    }
+
+    fn travel_s(&self, from: Option<Vec2>, task: TaskId) -> Option<f64> {
+        Some(self.way.seconds(from?, self.stands_at(task)?))
+    }
 }

@@ -463,6 +463,16 @@ impl MissionController for ServiceController {
         }
         self.cost_s(from, self.point_of(task, from)?)
     }
+
+    fn place(&self, from: Option<Vec2>, task: TaskId) -> Option<Vec2> {
+        let known = self.point_of(task, from?)?;
+        is_open(&known.fact).then_some(known.fact.at)
+    }
+
+    fn travel_s(&self, from: Option<Vec2>, task: TaskId) -> Option<f64> {
+        let known = self.point_of(task, from?)?;
+        is_open(&known.fact).then(|| self.drive_s(from?, known))?
+    }
 }
 
 impl ServiceController {

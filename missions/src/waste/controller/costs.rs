@@ -102,6 +102,31 @@ impl WasteController {
         }
     }
 
+    /// Returns the place of the next unit of a task: the spill, the deposit for a robot with a load, or the report site.
+    pub(super) fn place_of(&self, task: TaskId) -> Option<Vec2> {
+        let mut behaviors = self.briefing.own_behaviors.iter();
+        let behavior = behaviors.find(|behavior| behavior.task == task)?;
+        let places = places(&self.briefing, &self.memory, &self.realms)?;
+        match behavior.kind {
+            BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => None,
+            BehaviorKind::MoveSpill(spill) => {
+                let spill = places.spill(spill);
+                let is_laden = self.holding && self.load_of == Some(behavior.id);
+                Some(if is_laden {
+                    places.nearest_deposit(spill)
+                } else {
+                    spill
+                })
+            }
+            BehaviorKind::ReportProgress => Some(center(places.site())),
+        }
+    }
+
+    /// Estimates the way to a place in a straight line, with half a turn, s.
+    pub(super) fn travel_time_s(&self, from: Vec2, to: Vec2) -> f64 {
+        self.drive_s(length(from - to), PI)
+    }
+
     fn drive_s(&self, way_m: f32, turn_rad: f32) -> f64 {
         let chassis = &self.briefing.chassis;
         f64::from(way_m / chassis.speed_m_s + turn_rad / chassis.turn_rad_s)

@@ -169,6 +169,16 @@ impl MissionController for WasteController {
         self.cost_after(after, task)
     }
 
+    fn place(&self, _: Option<Vec2>, task: TaskId) -> Option<Vec2> {
+        self.place_of(task)
+    }
+
+    fn travel_s(&self, from: Option<Vec2>, task: TaskId) -> Option<f64> {
+        self.place_of(task)
+            .zip(from)
+            .map(|(place, from)| self.travel_time_s(from, place))
+    }
+
     fn shared_knowledge(&self, _: &ControllerInput<'_>, knowledge: &mut SharedKnowledge) {
         let known = self.memory.knowledge();
         match knowledge {
