@@ -2,8 +2,16 @@
 
 use std::fs;
 
+use nix::unistd::getppid;
+
 /// The environment variable with the process id of the launcher. A child process ends together with its launcher.
 pub const LAUNCHER: &str = "ALLIANCE_LAUNCHER";
+
+/// Returns whether a launcher started this process and still runs.
+#[must_use]
+pub fn has_launcher() -> bool {
+    std::env::var(LAUNCHER).is_ok_and(|launcher| launcher == getppid().to_string())
+}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OsProcess {

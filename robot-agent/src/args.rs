@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::Args;
 use cluster::member::{Login, Member};
+use cluster::os_process::has_launcher;
 use cluster::process_log::{LogArgs, log_to_stderr, set_run};
 use cluster::rendezvous::{Rendezvous, RendezvousError};
 use proto::identity;
@@ -23,7 +24,7 @@ pub const ROBOT: &str = "ALLIANCE_ROBOT";
 /// The environment variable that contains the id of the run.
 pub const RUN: &str = "ALLIANCE_RUN";
 
-/// The time an agent waits for the run that the user named.
+/// The time for which an agent without a launcher waits for the run that the user named.
 const RUN_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The time after which an agent stops reconnecting to a remote world. A connection that lasted this long counts as
@@ -191,7 +192,8 @@ impl AgentArgs {
     }
 
     /// Waits for a run if there is none, because robots and world may start in any order. A run that the user named
-    /// must appear within `patience`, if there is a limit.
+    /// must appear within `patience`, if there is a limit. A launcher ends its agents if the run cannot begin, so they
+    /// wait as long as it runs.
     async fn find_run(
         &self,
         robot: &str,
@@ -204,7 +206,8 @@ impl AgentArgs {
             match Rendezvous::find(run.as_deref()) {
                 Err(RendezvousError::None) => {}
                 Err(RendezvousError::Unknown { .. })
-                    if deadline.is_none_or(|deadline| Instant::now() < deadline) => {}
+                    if deadline.is_none_or(|deadline| Instant::now() < deadline)
+                        || has_launcher() => {}
                 found => return found,
             }
             if !std::mem::replace(&mut waiting, true) {

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, bail};
-use cluster::os_process::LAUNCHER;
+use cluster::os_process::{LAUNCHER, has_launcher};
 use cluster::process_log::child_variable;
 use nix::sys::prctl;
 use nix::sys::signal::{Signal, kill, killpg};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
-use nix::unistd::{Pid, getppid};
+use nix::unistd::Pid;
 use terminal::panics::PANICKED;
 
 use super::{controllers, shell};
@@ -267,7 +267,7 @@ pub fn die_with_launcher() -> anyhow::Result<()> {
         Signal::SIGKILL
     };
     prctl::set_pdeathsig(signal).context("requesting the end with the launcher")?;
-    if launcher != getppid().to_string() {
+    if !has_launcher() {
         bail!("the launcher (process {launcher}) has ended");
     }
     Ok(())
