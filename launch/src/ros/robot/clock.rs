@@ -49,7 +49,8 @@ impl Precedence {
 
     /// Returns whether no other agent precedes.
     fn is_first(&self, now: Instant) -> bool {
-        self.latest.is_none_or(|at| now.duration_since(at) > SILENCE)
+        self.latest
+            .is_none_or(|at| now.duration_since(at) > SILENCE)
     }
 }
 
