@@ -18,6 +18,8 @@ COLUMNS = {
     "motivations": [INTEGER, TEXT, TEXT, TEXT, "double", "double", FLAG, FLAG, FLAG, FLAG, TEXT],
     "allocation": [INTEGER, TEXT, TEXT, TEXT, "double", TEXT, TEXT],
     "messages": [INTEGER, TEXT, TEXT, INTEGER, INTEGER, TEXT, TEXT, INTEGER, TEXT, TEXT, INTEGER, INTEGER, TEXT],
+    "sent": [INTEGER, TEXT, INTEGER, INTEGER],
+    "hits": [INTEGER, TEXT, INTEGER],
     "events": [INTEGER, TEXT, TEXT, TEXT, TEXT, TEXT],
     "poses": [INTEGER, TEXT, "float", "float", "float", "float", FLAG, TEXT, "float"],
     # The mission determines the number of columns.

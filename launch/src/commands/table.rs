@@ -317,7 +317,6 @@ pub(super) const ENTRIES: &[Entry] = &[
     entry(
         "list",
         &[
-            "alliance list # everything",
             "alliance list cbba # the parameters of an allocator",
             "alliance list scenarios reference > mine.toml # a start for your own",
             "alliance list runs # live and recorded runs",

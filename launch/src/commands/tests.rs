@@ -219,7 +219,7 @@ fn bash_completes_commands_and_names() {
         ("fault kill gol", "gold"),
         ("fault drop --from al", "all"),
         ("list missions serv", "service"),
-        ("list parker", "parker-box"),
+        ("list parker-b", "parker-box"),
         ("cluster agent --robot gree", "green"),
     ] {
         let words: Vec<&str> = ["alliance"].into_iter().chain(line.split(' ')).collect();
