@@ -60,8 +60,6 @@ pub const WASTE: Mission = Mission::new(
     &WasteData,
 );
 
-/// The built-in scenarios, the default mission first.
-
 /// Ranks runs of foraging by their deliveries, because every run takes the whole duration.
 const FORAGING: Objective = Objective::Figure {
     name: ITEMS_PER_HOUR,
