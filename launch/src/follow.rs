@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use analysis::live::{Follower, LiveRun, Progress};
 use anyhow::{bail, ensure};
-use run_log::Document;
+use run_log::{Document, ReadError};
 use scenario::Problem;
 use terminal::fail;
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -38,8 +38,10 @@ pub fn run(name: &str, work: impl Future<Output = anyhow::Result<()>>) -> ExitCo
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let status = if error.is::<Problem>() { 2 } else { 3 };
-            fail(name, &error, status)
+            let no_run = |error: &ReadError| matches!(error, ReadError::NoRun { .. });
+            let is_refused =
+                error.is::<Problem>() || error.downcast_ref::<ReadError>().is_some_and(no_run);
+            fail(name, &error, if is_refused { 2 } else { 3 })
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The channels of a live run for Foxglove are those of its MCAP file, and no client changes a byte of the run.
 
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 
 use alliance_tests::harness::{Lab, free_ports, wait_until};
@@ -121,6 +121,10 @@ fn a_process_that_is_too_late_says_so() {
     let arguments = format!("run --no-page --out run --speed max --foxglove=127.0.0.1:{port}");
     let mut launcher = lab.start(&*arguments);
     let pid = launcher.shown_pid(&format!("Foxglove ws://127.0.0.1:{port} (process "));
+    // It serves clients when it can handle signals.
+    wait_until("server of the channels", || {
+        TcpStream::connect(("127.0.0.1", port)).is_ok()
+    });
     kill(pid, Signal::SIGSTOP).unwrap();
     wait_until("end of the run", || {
         lab.exists("run/run.json") && lab.json("run/run.json")["outcome"] == "complete"

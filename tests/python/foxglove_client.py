@@ -175,7 +175,7 @@ def receive(port):
 
 def compare(program, run, client, messages, late):
     """Compares channels and messages with the MCAP file of the run."""
-    expected = recorded(program, run)
+    whole = recorded(program, run)
     names = {1000 + channel["id"]: topic for topic, channel in client.topics.items()}
     found = [(names[subscription], at, data) for subscription, at, data in messages]
     with open(Path(run) / "run.mcap", "rb") as file:
@@ -188,16 +188,16 @@ def compare(program, run, client, messages, late):
             equal(shown, expected, f"channel {channel.topic}")
         topics = {channel.topic for channel in summary.channels.values()}
         equal(set(client.topics), topics, "topics")
-    equal(len(found), len(expected), "number of messages")
-    for number, (live, recorded) in enumerate(zip(found, expected)):
-        equal(live[:2], recorded[:2], f"topic and time of message {number}")
-        equal(live[2] == recorded[2], True, f"content of message {number} of {live[0]}")
+    equal(len(found), len(whole), "number of messages")
+    for number, (live, logged) in enumerate(zip(found, whole)):
+        equal(live[:2], logged[:2], f"topic and time of message {number}")
+        equal(live[2] == logged[2], True, f"content of message {number} of {live[0]}")
     equal([at for _, at, _ in found], sorted(at for _, at, _ in found), "order of time")
     rooms = [message[1:] for message in found if message[0] == "/scene/room"]
     equal(late in rooms, True, "message for a late client")
     equal(client.clocks, sorted(client.clocks), "clock")
     # The clock overtakes messages, so the last time can arrive after the end of the run.
-    equal(0 < client.clocks[-1] <= expected[-1][1], True, "last clock")
+    equal(0 < client.clocks[-1] <= whole[-1][1], True, "last clock")
     return Counter(topic for topic, _, _ in found)
 
 

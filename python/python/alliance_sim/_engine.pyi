@@ -5,6 +5,25 @@ from os import PathLike
 from types import ModuleType
 from typing import Any, final
 
+__all__ = [
+    "AllianceError",
+    "BOUND",
+    "BUILD",
+    "ControllerError",
+    "EnvironmentBatch",
+    "EnvironmentStates",
+    "Message",
+    "ScenarioError",
+    "Set",
+    "Stream",
+    "VERSION",
+    "execute_plan",
+    "full_table",
+    "math",
+    "run",
+    "run_agent",
+]
+
 class AllianceError(Exception):
     """An error of the simulator. The message is the line that the program prints."""
 

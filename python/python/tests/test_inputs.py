@@ -55,7 +55,7 @@ def test_a_finished_task_has_no_place():
     kind = watcher()
     run({**FAR, "service": {**FAR["service"], "points": points}}, {"*": kind}, limit=10.0)
     assert [one.place is None for one in kind.seen[-1][-1]] == [True, False]
-    assert kind.seen[-1][-1][0].travel == math.inf
+    assert kind.seen[-1][-1][0].travel == 0.0
 
 
 @pytest.mark.parametrize("mission", ["waste-cleanup", "parker-box", "cmommt"])
