@@ -364,7 +364,7 @@ impl Message {
         self.broadcast.incarnation
     }
 
-    /// Send time, s.
+    /// Simulated time at which it was sent, s.
     #[getter]
     fn sent(&self) -> f64 {
         self.broadcast.sent.as_secs_f64()

@@ -149,7 +149,7 @@ class Message:
         """Incarnation of the sender, from 1."""
     @property
     def sent(self) -> float:
-        """Send time, s."""
+        """Simulated time at which it was sent, s."""
     @property
     def state(self) -> str:
         """`executing`, `waiting`, `idle` or `released`; `message` for a controller's own message, of which only `content` is set below."""
