@@ -118,7 +118,7 @@ fn a_run_continues_without_its_process_for_foxglove() {
 fn a_process_that_is_too_late_says_so() {
     let lab = Lab::new();
     let port = free_ports(1)[0];
-    let arguments = format!("run --no-page --out run --speed max --foxglove=127.0.0.1:{port}");
+    let arguments = format!("run --no-page --out run --speed 40x --foxglove=127.0.0.1:{port}");
     let mut launcher = lab.start(&*arguments);
     let pid = launcher.shown_pid(&format!("Foxglove ws://127.0.0.1:{port} (process "));
     // It serves clients when it can handle signals.
