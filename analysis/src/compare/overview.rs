@@ -11,7 +11,7 @@ use crate::distinct;
 use crate::sweep::execution::counted;
 
 /// The largest number of names in a list.
-const LISTED: usize = 6;
+const LISTED: usize = 12;
 
 /// A fact about the comparison: its heading, and one or more sentences.
 pub type Fact = (&'static str, String);
@@ -50,7 +50,7 @@ fn compared(data: &ComparisonData, runs: usize) -> String {
     let seeds = data.blocks[0].cells.iter().map(|cell| cell.runs).max();
     format!(
         "{} in {blocks}, with {} each: {}. The same seed gives each allocator the same world and the same random numbers of the radio.",
-        listed(&data.allocators),
+        listed(&data.allocators, "allocator"),
         counted(seeds.unwrap_or_default(), "seed"),
         counted(runs, "run"),
     )
@@ -68,7 +68,7 @@ fn measure(data: &ComparisonData) -> String {
         };
         let missions = match metrics.len() {
             1 => String::new(),
-            _ => format!(" in {}", listed(&missions)),
+            _ => format!(" in {}", listed(&missions, "mission")),
         };
         format!("{} ({direction} is better){missions}", metric.heading())
     });
@@ -209,10 +209,8 @@ fn sensitivity(data: &ComparisonData, analysis: &Analysis) -> String {
     match analysis.primary() {
         Some(ranking) => of_ranks(data, ranking),
         None => {
-            let blocks = 0..data.blocks.len();
-            let sentences = blocks.filter_map(|block| of_block(data, analysis, block));
-            let first = sentences.take(1).next();
-            first
+            let sentence = (0..data.blocks.len()).find_map(|block| of_block(data, analysis, block));
+            sentence
                 .unwrap_or_else(|| "Missions and faults in which the allocators differ.".to_owned())
         }
     }
@@ -296,11 +294,11 @@ fn of_block(data: &ComparisonData, analysis: &Analysis, block: usize) -> Option<
     })
 }
 
-/// Joins names; beyond [`LISTED`] only their number is stated.
-fn listed(names: &[String]) -> String {
+/// Joins the names of things; beyond [`LISTED`] only their number is stated.
+fn listed(names: &[String], thing: &str) -> String {
     match names.len() {
         0 | 1 => names.join(""),
-        many if many > 2 * LISTED => format!("{many} allocators"),
+        many if many > LISTED => counted(many, thing),
         many => format!("{} and {}", names[..many - 1].join(", "), names[many - 1]),
     }
 }
@@ -387,6 +385,13 @@ mod tests {
             text.starts_with("The choice of missions and faults: without near, nearest is first. With the same mean ranks"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn long_lists_state_what_they_count() {
+        let names: Vec<String> = (0..13).map(|number| format!("m{number}")).collect();
+        assert_eq!(listed(&names, "mission"), "13 missions");
+        assert_eq!(listed(&names[..2], "mission"), "m0 and m1");
     }
 
     #[test]

@@ -109,7 +109,7 @@ pub struct Destination {
     regions: Vec<u32>,
     /// The nodes with a way to the place, and the lengths of the ways, m, in ascending order. Computed on first use,
     /// because robots drive straight to most places.
-    ways: OnceLock<Vec<(f32, u16)>>,
+    ways: OnceLock<Vec<(f32, u32)>>,
 }
 
 /// The shortest ways of a robot in a room with solid obstacles.
@@ -224,16 +224,16 @@ impl Paths {
     }
 
     /// Computes the ways to a place from all nodes, by Dijkstra's method from the place.
-    fn ways_to(&self, place: Vec2) -> Vec<(f32, u16)> {
+    fn ways_to(&self, place: Vec2) -> Vec<(f32, u32)> {
         let start = self.nodes.len();
         let reached = dijkstra_all(&start, |node| match self.edges.get(*node) {
             Some(edges) => edges.clone(),
             None => self.visible_from(place).collect(),
         });
         let ways = reached.into_iter();
-        let mut ways: Vec<(f32, u16)> = ways
+        let mut ways: Vec<(f32, u32)> = ways
             .filter(|(node, _)| *node != start)
-            .map(|(node, (_, sum))| (sum as f32 / PER_M, node as u16))
+            .map(|(node, (_, sum))| (sum as f32 / PER_M, node as u32))
             .collect();
         ways.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         ways
@@ -269,7 +269,7 @@ impl Paths {
             if *rest_m >= best_m {
                 break;
             }
-            let node = self.nodes[usize::from(*node)];
+            let node = self.nodes[*node as usize];
             let length_m = from.distance(node) + rest_m;
             if length_m < best_m && self.is_straight(from, node) {
                 best_m = length_m;
