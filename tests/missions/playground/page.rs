@@ -162,6 +162,8 @@ fn a_tool_does_not_move_the_room() {
             browser.open("about:blank");
             browser.open(&format!("{link}#scenario={scenario}"));
             browser.wait_for("document.body.dataset.state == 'paused'");
+            // The cards are drawn after the first picture, and take space from the room.
+            browser.wait_for("document.querySelector('#robot-cards > *')");
             let room = || {
                 browser.eval("(({ top, height }) => [top, height])(document.querySelector('#room').getBoundingClientRect())")
             };
