@@ -48,6 +48,14 @@ impl Problem {
         Self::new(Place::from(key.into()), problem, remedy)
     }
 
+    /// Adds another remedy.
+    #[must_use]
+    pub fn or_remedy(mut self, other: &str) -> Self {
+        self.remedy += ", or ";
+        self.remedy += other;
+        self
+    }
+
     /// Creates a problem with a value whose place its reader adds.
     #[must_use]
     pub fn of_value(problem: impl Into<String>, remedy: impl Into<String>) -> Self {

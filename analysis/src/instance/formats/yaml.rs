@@ -33,7 +33,11 @@ fn placed<T>(record: Spanned<T>) -> (T, usize) {
     (record.value, usize::try_from(line).unwrap_or(1).max(1))
 }
 
-/// Returns the error of a YAML text with its line.
+/// The largest part of a line that an error quotes, characters.
+const MOST_QUOTED: usize = 60;
+
+/// Returns the error of a YAML text with its line. The message of an invalid value names neither the key nor the value,
+/// so that it quotes the line.
 pub(in super::super) fn refused(source: Source<'_>, error: &serde_saphyr::Error) -> Problem {
     let line = error.location().map_or(1, |location| location.line());
     let text = error.without_snippet().to_string();
@@ -42,5 +46,12 @@ pub(in super::super) fn refused(source: Source<'_>, error: &serde_saphyr::Error)
     // The message ends with its place, such as "… at line 3, column 7".
     let what = what.split(" at line ").next().unwrap_or(what);
     let line = usize::try_from(line).unwrap_or(1).max(1);
+    let what = if what.starts_with("invalid") {
+        let text = source.text.lines().nth(line - 1).unwrap_or_default();
+        let quoted: String = text.trim().chars().take(MOST_QUOTED).collect();
+        format!("{what} in '{quoted}'")
+    } else {
+        what.to_owned()
+    };
     source.error(line, what, "docs/book/instances.md lists the keys")
 }

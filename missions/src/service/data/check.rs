@@ -84,9 +84,17 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
         // The check of skills, which runs later, reports an unknown skill.
         return Ok(());
     }
-    slots::check_filled(scenario)?;
-    loads::check_capacities(scenario)?;
-    covered(scenario)
+    let problem = beyond_the_team(scenario).next();
+    problem.map_or(Ok(()), |problem| {
+        Err(problem.or_remedy("set uncovered = true"))
+    })
+}
+
+/// Returns what the team cannot do: slots, loads and tasks, the first of each.
+pub(super) fn beyond_the_team(scenario: &Scenario) -> impl Iterator<Item = Problem> {
+    let checks = [slots::check_filled, loads::check_capacities, covered];
+    let problems = checks.into_iter().map(move |check| check(scenario).err());
+    problems.flatten()
 }
 
 /// Checks that the shortest ways can be computed in a short time.
@@ -293,7 +301,8 @@ fn has_unknown_skill(scenario: &Scenario) -> bool {
     skills.any(|(skill, _)| !known.contains(skill))
 }
 
-pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
+/// Checks that each task has a robot.
+fn covered(scenario: &Scenario) -> Result<(), Problem> {
     let section = ServiceSection::of(scenario);
     let catalog = Catalog::new(scenario);
     let uncovered = uncovered_tasks(scenario, &catalog);
@@ -312,7 +321,7 @@ pub(super) fn covered(scenario: &Scenario) -> Result<(), Problem> {
     };
     let is_stated = task < section.points.len();
     let list = if is_stated { "points" } else { "kinds" };
-    let remedy = "assign them to a robot, or set uncovered = true";
+    let remedy = "assign them to a robot";
     let at = KeyPath::new(["service", list]);
     Err(Problem::at(at, what + &others, remedy))
 }

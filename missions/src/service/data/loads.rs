@@ -79,7 +79,7 @@ pub(super) fn check_capacities(scenario: &Scenario) -> Result<(), Problem> {
     };
     let at = KeyPath::new(["service", "points"]).index(usize::from(*point));
     let what = format!("no robot with the task of p{point} has a capacity of {demand}");
-    let remedy = "reduce the demand, give a robot more capacity, or set uncovered = true";
+    let remedy = "reduce the demand, give a robot more capacity";
     Err(Problem::at(at.key("demand"), what, remedy))
 }
 
@@ -170,6 +170,18 @@ mod tests {
         assert_eq!(
             warnings("demand = 4\ndeliver_to = [1, 1]", "capacity = 1"),
             ""
+        );
+        // What the team cannot do is a warning if the scenario allows it.
+        let text = text("", "demand = 5\ndeliver_to = [1, 1]", "capacity = 1");
+        let text = text.replace("[service]", "[service]\nuncovered = true");
+        let warnings = SERVICE.warnings(&parse(&text), &[]);
+        let lines: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            lines,
+            [
+                "service.points[0].demand: no robot with the task of p0 has a capacity of 5; \
+              reduce the demand, give a robot more capacity"
+            ]
         );
     }
 

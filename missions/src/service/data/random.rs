@@ -10,9 +10,8 @@ use rand_chacha::ChaCha8Rng;
 use scenario::mission::section::MissionSection;
 use scenario::{Energy, Scenario};
 
-use super::check::covered;
+use super::check::beyond_the_team;
 use super::room::has_room;
-use super::slots::check_filled;
 use super::{
     Charger, CostMeasure, Interval, Kind, KnowledgeSource, Point, RandomPoints, SERVICE,
     ServiceSection, TaskGranularity,
@@ -95,7 +94,7 @@ pub(super) fn draw_section(scenario: &mut Scenario, rng: &mut ChaCha8Rng) {
         robot.skills = Some(dice.skills(&section.kinds, &sure));
     }
     scenario.mission = MissionSection::new(SERVICE, section.clone());
-    section.uncovered = covered(scenario).is_err() || check_filled(scenario).is_err();
+    section.uncovered = beyond_the_team(scenario).next().is_some();
     scenario.mission = MissionSection::new(SERVICE, section);
 }
 

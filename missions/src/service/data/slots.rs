@@ -222,7 +222,7 @@ pub(super) fn check_filled(scenario: &Scenario) -> Result<(), Problem> {
         of_point.len(),
         needs.join(", ")
     );
-    let remedy = "give robots the skills, or set uncovered = true";
+    let remedy = "give robots the skills";
     let at = KeyPath::new(["service", "points"])
         .index(index)
         .key("needs");

@@ -3,6 +3,7 @@
 use glam::Vec2;
 use scenario::{KeyPath, Problem, Scenario};
 
+use super::check::beyond_the_team;
 use super::loads;
 use super::ways::{Ways, skill};
 use super::{Kind, Point, ServiceSection};
@@ -70,6 +71,9 @@ pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
         }
     }
     found.extend(loads::too_much(scenario));
+    if section.uncovered {
+        found.extend(beyond_the_team(scenario));
+    }
     found.extend(without_a_way(scenario, starts));
     found
 }
