@@ -3,8 +3,10 @@
 
 mod inline;
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
+use std::fmt::Formatter;
+
+use serde::de::{DeserializeOwned, DeserializeSeed, Error as _, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use inline::Encoder;
 
@@ -98,6 +100,60 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
     match bytes.len() - used {
         0 => Ok(message),
         trailing => Err(CodecError::Trailing(trailing)),
+    }
+}
+
+/// Decodes a sequence of at most `most` items that fills `bytes` completely, into `items`. Unlike [`decode`] it does not
+/// move the whole sequence. After an error `items` is empty.
+///
+/// # Errors
+/// Returns any [`CodecError`], for the same bytes as [`decode`].
+pub fn decode_items<T: DeserializeOwned>(
+    bytes: &[u8],
+    most: usize,
+    items: &mut Vec<T>,
+) -> Result<(), CodecError> {
+    items.clear();
+    let place = Items { most, items };
+    let decoded = bincode::serde::seed_decode_from_slice(place, bytes, configuration());
+    let result = match decoded {
+        Ok(((), used)) if used == bytes.len() => return Ok(()),
+        Ok(((), used)) => CodecError::Trailing(bytes.len() - used),
+        Err(error) => CodecError::Malformed(error.to_string()),
+    };
+    items.clear();
+    Err(result)
+}
+
+/// The place for the items of a sequence.
+struct Items<'a, T> {
+    most: usize,
+    items: &'a mut Vec<T>,
+}
+
+impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Items<'_, T> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Items<'_, T> {
+    type Value = ();
+
+    fn expecting(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "a sequence of at most {} items", self.most)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<(), A::Error> {
+        while let Some(item) = sequence.next_element()? {
+            if self.items.len() == self.most {
+                return Err(A::Error::invalid_length(self.most + 1, &self));
+            }
+            self.items.push(item);
+        }
+        Ok(())
     }
 }
 

@@ -56,11 +56,25 @@ impl Broadcast {
     /// Returns the shared knowledge in a heartbeat of a mission without items; `None` without knowledge of that type.
     #[must_use]
     pub fn shared_knowledge<K: DeserializeOwned>(&self) -> Option<K> {
+        codec::decode(self.knowledge_bytes()?).ok()
+    }
+
+    /// Reads the shared knowledge in a heartbeat of a mission without items, a sequence of at most `most` items. `items` is
+    /// empty without knowledge of that type.
+    pub fn read_shared_items<T: DeserializeOwned>(&self, most: usize, items: &mut Vec<T>) {
+        items.clear();
+        if let Some(bytes) = self.knowledge_bytes() {
+            // Malformed knowledge leaves the list empty.
+            let _ = codec::decode_items(bytes, most, items);
+        }
+    }
+
+    fn knowledge_bytes(&self) -> Option<&[u8]> {
         match &self.body {
             BroadcastContent::Heartbeat(Heartbeat {
                 shared_knowledge: SharedKnowledge::Open(bytes),
                 ..
-            }) => codec::decode(bytes).ok(),
+            }) => Some(bytes),
             _ => None,
         }
     }

@@ -51,6 +51,27 @@ where
 }
 
 proptest! {
+    /// Item by item, a sequence has the same items and is refused for the same bytes as at once.
+    #[test]
+    fn items_equal_the_decoded_sequence(
+        sequence in prop::collection::vec((any::<u16>(), any::<f32>()), 0..9),
+        cut in 0..60_usize,
+        more in prop::collection::vec(any::<u8>(), 0..3),
+    ) {
+        const MOST: usize = 6;
+        let mut bytes = encode(&sequence).unwrap();
+        bytes.truncate(cut);
+        bytes.extend(more);
+        let whole = decode::<arrayvec::ArrayVec<(u16, f32), MOST>>(&bytes);
+        let mut items = vec![(7, 7.0)];
+        let result = decode_items(&bytes, MOST, &mut items);
+        prop_assert_eq!(result.is_ok(), whole.is_ok());
+        prop_assert_eq!(
+            items.iter().map(|(count, value)| (*count, value.to_bits())).collect::<Vec<_>>(),
+            whole.unwrap_or_default().iter().map(|(count, value)| (*count, value.to_bits())).collect::<Vec<_>>()
+        );
+    }
+
     #[test]
     fn messages_survive_a_round_trip(seed: u64) {
         check(&drawn::<ToAgent>(seed))?;

@@ -36,7 +36,7 @@ use scenario::time::SimTime;
 
 use crate::geometry::direction;
 
-use super::bus::{Action, ObservedFact, PointFact, SensorReading, SharedKnowledge};
+use super::bus::{Action, MAX_SHARED, ObservedFact, PointFact, SensorReading};
 use super::data::{self, KnowledgeSource, TaskGranularity};
 use briefing::Briefing;
 use crew::CrewMember;
@@ -80,6 +80,8 @@ struct ServiceController {
     blocked: Option<(u16, f32, SimTime)>,
     /// The number of the point from which the absence check continues.
     looked_for: u16,
+    /// Memory for the facts in a message.
+    received: Vec<ObservedFact>,
     now: SimTime,
 }
 
@@ -107,6 +109,7 @@ impl ServiceController {
             crew: CrewMember::new(robot, team, briefing.coalition_wait, points),
             blocked: None,
             looked_for: 0,
+            received: Vec::new(),
             now: SimTime::ZERO,
             briefing: Arc::clone(briefing),
         }
@@ -328,13 +331,15 @@ impl MissionController for ServiceController {
         self.now = input.now;
         let sensed = input.reading::<SensorReading>();
         self.look(&sensed, input);
-        let shared = received
-            .iter()
-            .filter_map(|broadcast| broadcast.shared_knowledge::<SharedKnowledge>());
-        for known in shared.flatten() {
-            // An observation cannot be in the future.
-            self.learn(known.fact, known.sensed.min(input.now));
+        let mut shared = std::mem::take(&mut self.received);
+        for broadcast in received {
+            broadcast.read_shared_items(MAX_SHARED, &mut shared);
+            for known in &shared {
+                // An observation cannot be in the future.
+                self.learn(known.fact, known.sensed.min(input.now));
+            }
         }
+        self.received = shared;
         let load = sensed.effect.and_then(|point| self.memory.fact(point));
         self.laden = load
             .filter(|fact| self.is_load(fact))

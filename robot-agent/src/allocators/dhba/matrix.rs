@@ -19,7 +19,9 @@ pub struct Row {
     pub made: Option<SimTime>,
     /// The time of the robot's latest message that is known here.
     pub seen: SimTime,
-    pub entries: SmallVec<[EligibleTask; 6]>,
+    /// The utilities, apart from the versions: robots receive hundreds of versions per tick, and a large team's rows should
+    /// stay in the processor's cache.
+    pub entries: Vec<EligibleTask>,
     /// True if the row must be sent.
     must_send: bool,
 }
@@ -66,7 +68,8 @@ impl Matrix {
             return false;
         }
         (row.made, row.seen, row.must_send) = (Some(now), now, true);
-        row.entries = entries.into();
+        row.entries.clear();
+        row.entries.extend_from_slice(entries);
         self.has_unsent = true;
         true
     }
@@ -110,9 +113,11 @@ impl Matrix {
         let is_current = direct.is_some() && direct >= row.made && version.made.is_some();
         if version.made > row.made || is_current {
             let entries: SmallVec<[EligibleTask; 6]> = entries.take(ROW_ENTRIES_MAX).collect();
-            if version.made != row.made || entries != row.entries {
+            if version.made != row.made || entries.as_slice() != row.entries.as_slice() {
                 update.is_of_concern = concerns(&row.entries, &entries);
-                (row.made, row.entries, row.must_send) = (version.made, entries, true);
+                (row.made, row.must_send) = (version.made, true);
+                row.entries.clear();
+                row.entries.extend_from_slice(&entries);
                 self.has_unsent = true;
                 update.has_changed = true;
             }
@@ -195,7 +200,7 @@ impl Matrix {
                 row.must_send = false;
                 part.rows.push(MatrixRow {
                     version: version(robot, row),
-                    entries: row.entries.to_vec(),
+                    entries: row.entries.clone(),
                 });
             }
         }
