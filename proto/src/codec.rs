@@ -3,6 +3,7 @@
 
 mod inline;
 
+use bincode::error::DecodeError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -93,8 +94,8 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
     if bytes.len() > LIMIT_BYTES {
         return Err(CodecError::TooLarge(bytes.len()));
     }
-    let (message, used) = bincode::serde::decode_from_slice(bytes, configuration())
-        .map_err(|error| CodecError::Malformed(error.to_string()))?;
+    let decoded = bincode::serde::decode_from_slice(bytes, configuration());
+    let (message, used) = decoded.map_err(malformed)?;
     match bytes.len() - used {
         0 => Ok(message),
         trailing => Err(CodecError::Trailing(trailing)),
@@ -105,7 +106,15 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
 pub fn decode_first<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
     bincode::serde::decode_from_slice(bytes, configuration())
         .map(|(first, _)| first)
-        .map_err(|error| CodecError::Malformed(error.to_string()))
+        .map_err(malformed)
+}
+
+/// Returns the error of a message that does not decode. Bincode shows its texts in the form of Rust's `Debug`.
+fn malformed(error: DecodeError) -> CodecError {
+    CodecError::Malformed(match error {
+        DecodeError::OtherString(text) => text,
+        other => other.to_string(),
+    })
 }
 
 #[cfg(test)]
