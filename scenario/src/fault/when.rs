@@ -6,6 +6,7 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Problem;
 use crate::mission::registry::Mission;
 use crate::names::ANY;
 
@@ -72,6 +73,31 @@ impl EventTrigger {
     pub fn has_behavior_set_subject(&self) -> bool {
         let [sets @ .., _, _] = TriggerEvent::ALL.map(TriggerEvent::as_str);
         sets.contains(&self.what.as_str())
+    }
+
+    /// Rejects an object of the mission that does not exist, so that the event never occurs.
+    ///
+    /// # Errors
+    /// If `exists` is false for the object; `remedy` describes the objects of the verb.
+    pub fn check_object(
+        &self,
+        exists: impl FnOnce(&str) -> bool,
+        remedy: impl Into<String>,
+    ) -> Result<(), Problem> {
+        match &self.subject {
+            Some(object) if !exists(object) => {
+                let what = format!("'{} {object}' never happens", self.what);
+                Err(Problem::at(["when"], what, remedy))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns the number of an object such as `item-7`, whose prefix is `item-`.
+    #[must_use]
+    pub fn number_of(object: &str, prefix: &str) -> Option<usize> {
+        let number = object.strip_prefix(prefix)?.parse().ok()?;
+        (format!("{prefix}{number}") == object).then_some(number)
     }
 
     /// Returns true if a subject is not allowed.

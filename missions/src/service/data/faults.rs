@@ -1,7 +1,7 @@
 //! The fault of service: an additional point.
 
 use glam::Vec2;
-use scenario::fault::{Fault, FaultArgument, FaultRange, FaultSpec, Order};
+use scenario::fault::{EventTrigger, Fault, FaultArgument, FaultRange, FaultSpec, Order};
 use scenario::{KeyPath, Problem, Scenario};
 use world_server::world::Places;
 
@@ -46,6 +46,18 @@ pub(super) fn check(scenario: &Scenario, order: &Order) -> Result<(), Problem> {
     let what = format!("{times} points until limit_s are more than service.spare, {spare}");
     let remedy = "order them less often, or increase service.spare";
     Err(Problem::at(["every_s"], what, remedy))
+}
+
+/// Rejects a trigger by a point that cannot exist.
+pub(super) fn check_trigger(scenario: &Scenario, when: &EventTrigger) -> Result<(), Problem> {
+    if !["begins", "leaves", "finishes"].contains(&when.what.as_str()) {
+        return Ok(());
+    }
+    let count = ServiceSection::of(scenario).max_points();
+    let exists =
+        |object: &str| EventTrigger::number_of(object, "p").is_some_and(|point| point < count);
+    let last = count.saturating_sub(1);
+    when.check_object(exists, format!("name a point from p0 to p{last}"))
 }
 
 /// Returns the number of times that a fault with a time takes effect before the run ends.
