@@ -108,6 +108,8 @@ fn events_are_parsed_from_text() {
         assert_eq!(parts, (robot, what, subject));
         assert_eq!(when.to_string(), text.replace("  ", " "));
     }
+    let any: EventTrigger = "blue picks any".parse().unwrap();
+    assert_eq!(any, "blue picks".parse().unwrap());
     for wrong in ["", "blue", "blue dies twice", "blue picks a b"] {
         assert!(wrong.parse::<EventTrigger>().is_err(), "{wrong}");
     }

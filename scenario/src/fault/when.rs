@@ -19,7 +19,7 @@ pub struct EventTrigger {
     pub robot: Option<String>,
     /// The verb of a [`TriggerEvent`] or of the mission.
     pub what: String,
-    /// A behavior set or an object of the mission; `None` matches any.
+    /// A behavior set or an object of the mission; `None` matches any, and is `any` or nothing in a text.
     pub subject: Option<String>,
 }
 
@@ -125,7 +125,10 @@ impl FromStr for EventTrigger {
         let when = Self {
             robot: (robot != ANY).then(|| robot.to_owned()),
             what: verb.to_owned(),
-            subject: words.next().map(str::to_owned),
+            subject: words
+                .next()
+                .filter(|subject| *subject != ANY)
+                .map(str::to_owned),
         };
         if words.next().is_some() || (when.subject.is_some() && when.has_no_subject()) {
             return Err(wrong());
