@@ -257,7 +257,8 @@ impl<S: Sink> Team<S> {
         }
     }
 
-    /// Runs to the end, but at most for a number of ticks, after which the outcome is `then`. Finishes the log. `see` is called
+    /// Runs to the end, but at most for a number of ticks, after which the run is interrupted. If `then` is
+    /// [`Outcome::NoRobotLeft`] and no robot is left, the run ends in one more tick. Finishes the log. `see` is called
     /// before the first tick and after each.
     pub fn run_for(
         mut self,
@@ -292,7 +293,9 @@ impl<S: Sink> Team<S> {
         if then == Outcome::NoRobotLeft && is_deserted {
             self.tick()?;
         }
-        Ok(self.run.simulation.outcome().unwrap_or(then))
+        // Every other end follows from the run itself.
+        let outcome = self.run.simulation.outcome();
+        Ok(outcome.unwrap_or(Outcome::Interrupted))
     }
 
     /// Marks the log as that of a branch, before the first tick.

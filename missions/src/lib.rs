@@ -18,6 +18,7 @@ macro_rules! builtin_scenarios {
 
 mod coverage;
 mod districts;
+mod duration;
 pub mod external;
 #[cfg(test)]
 mod fixtures;

@@ -2,6 +2,9 @@
 
 mod wire;
 
+use scenario::fault::{Fault, Order};
+
+use crate::fixtures::parse;
 use crate::testkit::check_mission;
 
 #[test]
@@ -52,5 +55,61 @@ fn observe_passes_the_checks_of_every_mission() {
     for policy in ["fixed", "random", "local", "a-cmommt"] {
         let text = format!("[observe]\nn = 8\nduration_s = 40\npolicy = '{policy}'\n");
         check_mission(crate::observe::MISSION, &text);
+    }
+}
+
+/// A trigger by an object that no event has would wait for ever.
+#[test]
+fn triggers_by_objects_that_do_not_exist_are_refused() {
+    let service = "[service]\nspare = 1\n[[service.kinds]]\nname = 't'\nwork_s = { min = 1, max = 1 }\n\
+         [[service.points]]\nkind = 't'\nx_m = 3\ny_m = 3\n";
+    let push = "[push]\nbars = [{ x_m = 2, y_m = 3, goal_x_m = 9 }]\n";
+    for (text, when, remedy) in [
+        ("[waste]", "blue picks item-7", None),
+        (
+            "[waste]",
+            "blue picks top",
+            Some("name an item, such as item-7"),
+        ),
+        (
+            "[waste]",
+            "blue delivers item-07",
+            Some("name an item, such as item-7"),
+        ),
+        ("[waste]", "any finds", None),
+        ("[waste]", "any finds top", Some("omit the object")),
+        (service, "any begins p1", None),
+        (
+            service,
+            "any finishes p2",
+            Some("name a point from p0 to p1"),
+        ),
+        ("[observe]\nn = 3", "any loses t2", None),
+        (
+            "[observe]\nn = 3",
+            "any finds t3",
+            Some("name a target from t0 to t2"),
+        ),
+        (push, "any pushes left", None),
+        (push, "any slips bar", None),
+        (
+            push,
+            "any pushes bar",
+            Some("name a bar or an end of it, such as left"),
+        ),
+    ] {
+        let scenario = parse(text);
+        let order = Order {
+            when: Some(when.parse().unwrap()),
+            ..Order::now(Fault::Mute("all".to_owned()))
+        };
+        let checked = scenario.mission().check_order(&scenario, &order);
+        let (_, event) = when.split_once(' ').unwrap();
+        let expected = remedy.map(|remedy| format!("when: '{event}' never happens; {remedy}"));
+        assert_eq!(
+            checked.err().map(|problem| problem.to_string()),
+            expected,
+            "{when}"
+        );
     }
 }

@@ -5,6 +5,7 @@ mod inline;
 
 use std::fmt::Formatter;
 
+use bincode::error::DecodeError;
 use serde::de::{DeserializeOwned, DeserializeSeed, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -95,8 +96,8 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
     if bytes.len() > LIMIT_BYTES {
         return Err(CodecError::TooLarge(bytes.len()));
     }
-    let (message, used) = bincode::serde::decode_from_slice(bytes, configuration())
-        .map_err(|error| CodecError::Malformed(error.to_string()))?;
+    let decoded = bincode::serde::decode_from_slice(bytes, configuration());
+    let (message, used) = decoded.map_err(malformed)?;
     match bytes.len() - used {
         0 => Ok(message),
         trailing => Err(CodecError::Trailing(trailing)),
@@ -116,13 +117,13 @@ pub fn decode_items<T: DeserializeOwned>(
     items.clear();
     let place = Items { most, items };
     let decoded = bincode::serde::seed_decode_from_slice(place, bytes, configuration());
-    let result = match decoded {
+    let problem = match decoded {
         Ok(((), used)) if used == bytes.len() => return Ok(()),
         Ok(((), used)) => CodecError::Trailing(bytes.len() - used),
-        Err(error) => CodecError::Malformed(error.to_string()),
+        Err(error) => malformed(error),
     };
     items.clear();
-    Err(result)
+    Err(problem)
 }
 
 /// The place for the items of a sequence.
@@ -161,7 +162,15 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Items<'_, T> {
 pub fn decode_first<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
     bincode::serde::decode_from_slice(bytes, configuration())
         .map(|(first, _)| first)
-        .map_err(|error| CodecError::Malformed(error.to_string()))
+        .map_err(malformed)
+}
+
+/// Returns the error of a message that does not decode. Bincode shows its texts in the form of Rust's `Debug`.
+fn malformed(error: DecodeError) -> CodecError {
+    CodecError::Malformed(match error {
+        DecodeError::OtherString(text) => text,
+        other => other.to_string(),
+    })
 }
 
 #[cfg(test)]

@@ -21,6 +21,9 @@ impl Error for Problem {
     }
 
     fn invalid_type(found: Unexpected<'_>, wanted: &dyn Expected) -> Self {
+        if found == Unexpected::UnitVariant {
+            return Self::of_value("the choice needs a value", "write { CHOICE = VALUE }");
+        }
         let found = match found {
             Unexpected::Bool(value) => value.to_string(),
             Unexpected::Unsigned(value) => value.to_string(),
@@ -66,6 +69,7 @@ fn type_in_file_terms(wanted: &dyn Expected) -> String {
         "f32" | "f64" => "a number".to_owned(),
         "a string" => "a string in quotes".to_owned(),
         "a sequence" => "an array".to_owned(),
+        "unit" => "the choice alone, as a string in quotes".to_owned(),
         _ if wanted == "a map" || wanted.starts_with("struct ") => "a table".to_owned(),
         _ => wanted,
     }

@@ -5,9 +5,10 @@ use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 
 use alliance_tests::harness::{Finished, Lab, wait_until};
 use alliance_tests::operator::{announced, gateway_of, hash};
-use alliance_tests::runs::Events;
+use alliance_tests::runs::{self, Events};
 use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
+use run_log::LogLevel;
 use serde_json::{Value, json};
 
 /// Returns the only line that the command printed.
@@ -94,6 +95,43 @@ fn a_live_run_is_paused_faulted_listed_and_healed_by_command() {
         line(&gone),
         "alliance status: no run is live; start one with `alliance run` or `alliance cluster world`"
     );
+}
+
+/// Orders by hand that cannot take effect in the run are refused with the reason.
+#[test]
+fn orders_that_cannot_take_effect_are_refused() {
+    let text = "limit_s = 60\nroom = { width_m = 8, height_m = 8 }\n\
+         obstacles = [{ x_m = 6, y_m = 6, width_m = 1, height_m = 1 }]\n\
+         [service]\nspare = 1\n[[service.kinds]]\nname = 't'\nwork_s = { min = 5, max = 5 }\n\
+         [[service.points]]\nkind = 't'\nx_m = 4\ny_m = 2\n[[robots]]\nname = 'a'\n";
+    let mut team = runs::team(runs::setup(runs::parse(text), 1), LogLevel::Off);
+    let point = |x_m: f32, y_m: f32| json!({"fault": {"point": {"x_m": x_m, "y_m": y_m}}});
+    let babble = |at_s: f64| json!({"fault": {"babble": "a"}, "at_s": at_s});
+    let gripper = json!({"fault": {"actuator": {"robot": "a", "mode": "gripper"}}});
+    for (order, expected) in [
+        (
+            point(6.5, 6.5),
+            "fault.point: no robot can work at (6.5, 6.5)",
+        ),
+        (point(3.0, 3.0), "armed"),
+        (
+            point(5.0, 3.0),
+            "fault.point: all 1 tasks of service.spare are in use",
+        ),
+        (babble(59.9), "armed"),
+        (
+            babble(60.0),
+            "at_s: 60 s is not before the end of the run, 60 s; choose an earlier time",
+        ),
+        (
+            gripper,
+            "fault.actuator.mode: the robots of this mission have no gripper; choose another mode",
+        ),
+    ] {
+        let answer = team.order(serde_json::from_value(order.clone()).unwrap());
+        let answer = answer.map_or_else(|problem| problem.to_string(), |_| "armed".to_owned());
+        assert_eq!(answer, expected, "{order}");
+    }
 }
 
 /// Orders take effect in the very tick of a paused clock, in the order in which they are given.

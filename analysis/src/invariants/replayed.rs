@@ -6,7 +6,7 @@ use scenario::ids::Tick;
 use super::{Invariant, Violation};
 use crate::replay::replay;
 
-/// Replays a finished run from its log, and compares the run hash and all figures.
+/// Replays a finished run from its log, and compares the run hash, the outcome and all figures.
 ///
 /// # Errors
 /// Returns an error when they differ or the log contains an invalid input.
@@ -28,8 +28,8 @@ pub fn check(logged: &RunLog) -> anyhow::Result<()> {
         );
         return Err(different(what).into());
     }
-    if (&run.result, &run.faults) != (&other.result, &other.faults) {
-        let what = "result or faults differ in the replay".to_owned();
+    if (run.outcome, &run.result, &run.faults) != (other.outcome, &other.result, &other.faults) {
+        let what = "outcome, result or faults differ in the replay".to_owned();
         return Err(different(what).into());
     }
     Ok(())

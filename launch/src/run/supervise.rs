@@ -539,6 +539,9 @@ pub async fn end_processes(
         while Instant::now() < until {
             let mut left = false;
             for process in &mut processes {
+                if process.ending().is_none() && process.trim_log() {
+                    say(&process.trimmed());
+                }
                 // A process whose state cannot be read has ended.
                 while let Ok(Some(_)) = process.poll() {}
                 left |= process.ending().is_none();

@@ -154,3 +154,17 @@ fn an_announced_length_without_data_is_rejected() {
         Err(CodecError::Malformed(_))
     ));
 }
+
+/// The text of serde has no marks of bincode around it.
+#[test]
+fn an_error_of_a_value_is_its_text() {
+    #[derive(Debug)]
+    struct Refused;
+    impl<'de> serde::Deserialize<'de> for Refused {
+        fn deserialize<D: serde::Deserializer<'de>>(_: D) -> Result<Self, D::Error> {
+            Err(serde::de::Error::custom("at most 600 bytes"))
+        }
+    }
+    let error = decode::<Refused>(&[]).unwrap_err();
+    assert_eq!(error.to_string(), "malformed message: at most 600 bytes");
+}

@@ -1,8 +1,10 @@
 //! Tests of the fault vocabulary in every form.
 
 use super::*;
-use crate::Catalog;
-use crate::testkit::{bincode_round_trip, default_scenario, entry, examples_of, one_of_each};
+use crate::testkit::{
+    bincode_round_trip, default_scenario, entry, examples_of, one_of_each, vocabulary,
+};
+use crate::{Catalog, Scenario};
 
 #[test]
 fn every_fault_survives_bincode_and_json() {
@@ -72,6 +74,25 @@ fn mistakes_name_field_problem_and_remedy() {
 }
 
 #[test]
+fn a_mode_without_or_with_a_needless_value_is_named() {
+    let refusal = |mode: &str| {
+        let text = format!(
+            "[faults]\ntimeline = [{{ fault.actuator = {{ robot = 'gold', mode = {mode} }} }}]"
+        );
+        let read = Scenario::parse("s.toml", &text, &vocabulary());
+        read.unwrap_err().to_string()
+    };
+    assert_eq!(
+        refusal("'slowed'"),
+        "s.toml:2: faults.timeline[0].fault.actuator.mode: the choice needs a value; write { CHOICE = VALUE }"
+    );
+    assert_eq!(
+        refusal("{ dead = 1 }"),
+        "s.toml:2: faults.timeline[0].fault.actuator.mode.dead: 1 does not fit; write the choice alone, as a string in quotes"
+    );
+}
+
+#[test]
 fn events_are_parsed_from_text() {
     for (text, robot, what, subject) in [
         (
@@ -87,6 +108,8 @@ fn events_are_parsed_from_text() {
         assert_eq!(parts, (robot, what, subject));
         assert_eq!(when.to_string(), text.replace("  ", " "));
     }
+    let any: EventTrigger = "blue picks any".parse().unwrap();
+    assert_eq!(any, "blue picks".parse().unwrap());
     for wrong in ["", "blue", "blue dies twice", "blue picks a b"] {
         assert!(wrong.parse::<EventTrigger>().is_err(), "{wrong}");
     }

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Problem;
 use crate::mission::registry::Mission;
 use crate::names::ANY;
 
@@ -18,7 +19,7 @@ pub struct EventTrigger {
     pub robot: Option<String>,
     /// The verb of a [`TriggerEvent`] or of the mission.
     pub what: String,
-    /// A behavior set or an object of the mission; `None` matches any.
+    /// A behavior set or an object of the mission; `None` matches any, and is `any` or nothing in a text.
     pub subject: Option<String>,
 }
 
@@ -74,6 +75,31 @@ impl EventTrigger {
         sets.contains(&self.what.as_str())
     }
 
+    /// Rejects an object of the mission that does not exist, so that the event never occurs.
+    ///
+    /// # Errors
+    /// If `exists` is false for the object; `remedy` describes the objects of the verb.
+    pub fn check_object(
+        &self,
+        exists: impl FnOnce(&str) -> bool,
+        remedy: impl Into<String>,
+    ) -> Result<(), Problem> {
+        match &self.subject {
+            Some(object) if !exists(object) => {
+                let what = format!("'{} {object}' never happens", self.what);
+                Err(Problem::at(["when"], what, remedy))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns the number of an object such as `item-7`, whose prefix is `item-`.
+    #[must_use]
+    pub fn number_of(object: &str, prefix: &str) -> Option<usize> {
+        let number = object.strip_prefix(prefix)?.parse().ok()?;
+        (format!("{prefix}{number}") == object).then_some(number)
+    }
+
     /// Returns true if a subject is not allowed.
     fn has_no_subject(&self) -> bool {
         let [.., joins, dies] = TriggerEvent::ALL.map(TriggerEvent::as_str);
@@ -99,7 +125,10 @@ impl FromStr for EventTrigger {
         let when = Self {
             robot: (robot != ANY).then(|| robot.to_owned()),
             what: verb.to_owned(),
-            subject: words.next().map(str::to_owned),
+            subject: words
+                .next()
+                .filter(|subject| *subject != ANY)
+                .map(str::to_owned),
         };
         if words.next().is_some() || (when.subject.is_some() && when.has_no_subject()) {
             return Err(wrong());

@@ -32,6 +32,25 @@ fn figures_that_differ_in_the_replay_are_a_violation() {
     assert!(replayed::check(&log).is_err());
 }
 
+/// Checks that the replay derives how a run ended. Only an interruption comes from outside.
+#[test]
+fn an_end_that_the_run_did_not_have_is_a_violation() {
+    use Outcome::{Complete, Expired, NoRobotLeft, TimeLimit};
+    let team = Team::new(setup(), LogLevel::Off, MemoryLog::default()).unwrap();
+    let (_, recorder) = team.run_for(20, Outcome::Interrupted, |_| ()).unwrap();
+    let interrupted = recorder.into_sink();
+    replayed::check(&testkit::open(&interrupted)).unwrap();
+    for outcome in [Complete, Expired, NoRobotLeft, TimeLimit] {
+        let mut log = testkit::open(&interrupted);
+        log.run.outcome = RunOutcome::Ended(outcome);
+        assert!(replayed::check(&log).is_err(), "{outcome:?}");
+    }
+    let mut log = testkit::run(testkit::setup(testkit::scenario("limit_s = 5.0")));
+    replayed::check(&log).unwrap();
+    log.run.setup.scenario.limit_s = 6.0;
+    assert!(replayed::check(&log).is_err());
+}
+
 /// Checks that the replay begins the tick in which no robot is left, because faults may be due in it.
 #[test]
 fn a_run_that_ends_without_robots_is_replayed_to_its_last_fault() {

@@ -11,6 +11,8 @@ mod tests;
 pub use area::Area;
 pub use section::{ObserveSection, Policy, Region, TaskKind};
 
+use glam::Vec2;
+use scenario::fault::{EventTrigger, Order};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
     BehaviorProperties, DefaultAllianceParams, MissionData, MissionVocabulary, Objective,
@@ -20,6 +22,8 @@ use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
 use scenario::mission::section::Section;
 use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
+
+use crate::duration::beyond_limit;
 
 pub const MAX_TARGETS: usize = 10_000;
 
@@ -124,6 +128,25 @@ impl MissionData for Observe {
             ends: true,
             ..ExpectedProperties::default()
         }
+    }
+
+    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {
+        let verbs = ["finds", "loses"];
+        let when = order.when.as_ref();
+        let Some(when) = when.filter(|when| verbs.contains(&when.what.as_str())) else {
+            return Ok(());
+        };
+        let count = usize::from(ObserveSection::from_scenario(scenario).n);
+        let exists = |object: &str| {
+            EventTrigger::number_of(object, "t").is_some_and(|target| target < count)
+        };
+        when.check_object(exists, format!("name a target from t0 to t{}", count - 1))
+    }
+
+    fn warnings(&self, scenario: &Scenario, _: &[Vec2]) -> Vec<Problem> {
+        let duration_s = ObserveSection::from_scenario(scenario).duration_s;
+        let late = beyond_limit(scenario, "observe", duration_s);
+        late.into_iter().collect()
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {

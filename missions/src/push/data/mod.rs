@@ -13,6 +13,7 @@ pub use family::family;
 pub use faults::{BAR_STUCK, STUCK_S};
 pub use section::{BarSection, PushSection};
 
+use scenario::fault::Order;
 use scenario::ids::TaskId;
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::prelude::*;
@@ -109,6 +110,28 @@ impl MissionData for Push {
             before_yielding_s: 30.0,
             before_giving_up_s: 60.0,
         }
+    }
+
+    fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {
+        let Some(when) = &order.when else {
+            return Ok(());
+        };
+        let section = PushSection::of(scenario);
+        let ends = match when.what.as_str() {
+            "pushes" => BarEnd::BOTH.map(Some).to_vec(),
+            "slips" => vec![None],
+            _ => return Ok(()),
+        };
+        let name = |bar: usize| ends.iter().map(move |end| section.name_of(bar, *end));
+        let exists = |object: &str| {
+            let mut names = (0..section.bars.len()).flat_map(name);
+            names.any(|name| name == object)
+        };
+        let example = section.name_of(0, ends[0]);
+        when.check_object(
+            exists,
+            format!("name a bar or an end of it, such as {example}"),
+        )
     }
 
     fn warnings(&self, scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {

@@ -1,7 +1,9 @@
 //! The fault of service: an additional point.
 
-use scenario::fault::{Fault, FaultArgument, FaultRange, FaultSpec, Order};
-use scenario::{Problem, Scenario};
+use glam::Vec2;
+use scenario::fault::{EventTrigger, Fault, FaultArgument, FaultRange, FaultSpec, Order};
+use scenario::{KeyPath, Problem, Scenario};
+use world_server::world::Places;
 
 use super::{ServiceSection, TaskGranularity};
 
@@ -37,15 +39,63 @@ pub(super) fn check(scenario: &Scenario, order: &Order) -> Result<(), Problem> {
         let remedy = "set service.spare to the number of points that faults add";
         return Err(Problem::at(["fault", POINT], what, remedy));
     }
-    let Some(every_s) = order.every_s else {
-        return Ok(());
-    };
-    let first_s = order.at_s.unwrap_or_default();
-    let times = ((scenario.limit_s - first_s) / every_s).max(0.0).floor() + 1.0;
+    let times = times(scenario.limit_s, order);
     if times <= f64::from(spare) {
         return Ok(());
     }
     let what = format!("{times} points until limit_s are more than service.spare, {spare}");
     let remedy = "order them less often, or increase service.spare";
     Err(Problem::at(["every_s"], what, remedy))
+}
+
+/// Rejects a trigger by a point that cannot exist.
+pub(super) fn check_trigger(scenario: &Scenario, when: &EventTrigger) -> Result<(), Problem> {
+    if !["begins", "leaves", "finishes"].contains(&when.what.as_str()) {
+        return Ok(());
+    }
+    let count = ServiceSection::of(scenario).max_points();
+    let exists =
+        |object: &str| EventTrigger::number_of(object, "p").is_some_and(|point| point < count);
+    let last = count.saturating_sub(1);
+    when.check_object(exists, format!("name a point from p0 to p{last}"))
+}
+
+/// Returns the number of times that a fault with a time takes effect before the run ends.
+fn times(limit_s: f64, order: &Order) -> f64 {
+    let left_s = limit_s - order.at_s.unwrap_or_default();
+    match order.every_s {
+        Some(every_s) => (left_s / every_s).max(0.0).floor() + 1.0,
+        None => f64::from(u8::from(left_s > 0.0)),
+    }
+}
+
+/// Returns a problem for each point of the timeline at a place where no robot can work, and for more points than
+/// reserved tasks.
+pub(super) fn warnings(scenario: &Scenario) -> Vec<Problem> {
+    let section = ServiceSection::of(scenario);
+    let places = Places::of(scenario);
+    let at = KeyPath::new(["faults", "timeline"]);
+    let mut found = Vec::new();
+    let mut added = 0.0;
+    for (index, order) in scenario.faults.timeline.iter().enumerate() {
+        let Fault::Mission(fault) = &order.fault else {
+            continue;
+        };
+        let place = fault.get("x_m").zip(fault.get("y_m"));
+        let Some((x_m, y_m)) = place.filter(|_| fault.name == POINT) else {
+            continue;
+        };
+        added += times(scenario.limit_s, order);
+        if !places.can_be_worked_on(Vec2::new(x_m as f32, y_m as f32), section.reach_m) {
+            let what = format!("no robot can work at ({x_m}, {y_m})");
+            let remedy = "move the point away from walls and obstacles";
+            found.push(Problem::at(at.index(index), what, remedy));
+        }
+    }
+    let spare = section.spare;
+    if section.tasks == TaskGranularity::Points && added > f64::from(spare) {
+        let what = format!("the faults add {added} points, more than service.spare, {spare}");
+        found.push(Problem::at(at, what, "increase service.spare"));
+    }
+    found
 }

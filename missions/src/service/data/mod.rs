@@ -260,6 +260,9 @@ impl MissionData for Service {
     }
 
     fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {
+        if let Some(when) = &order.when {
+            faults::check_trigger(scenario, when)?;
+        }
         faults::check(scenario, order)
     }
 

@@ -318,6 +318,34 @@ fn orders_for_points_without_a_task_are_refused() {
 }
 
 #[test]
+fn faults_that_add_points_in_vain_give_a_warning() {
+    let warnings = |spare: usize, timeline: &str| {
+        let text = format!(
+            "limit_s = 100\nobstacles = [{{ x_m = 3, y_m = 3, width_m = 1, height_m = 1 }}]\n\
+             [service]\nspare = {spare}\n[[service.kinds]]\nname = 't'\nwork_s = {{ min = 3, max = 5 }}\n\
+             {}[faults]\ntimeline = [{timeline}]\n",
+            point("t", 1.0, 1.0)
+        );
+        let warnings = SERVICE.warnings(&parse(&text), &[Vec2::new(1.0, 2.0)]);
+        let lines: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        lines.join("\n")
+    };
+    let free = "{ fault.point = { x_m = 1, y_m = 4 }, at_s = 9 }";
+    let walled = "{ fault.point = { x_m = 3.5, y_m = 3.5 }, at_s = 9 }";
+    let late = "{ fault.point = { x_m = 1, y_m = 4 }, at_s = 100 }";
+    assert_eq!(warnings(2, &[free; 2].join(", ")), "");
+    assert_eq!(warnings(1, &[free, late].join(", ")), "");
+    assert_eq!(
+        warnings(2, &[free, walled].join(", ")),
+        "faults.timeline[1]: no robot can work at (3.5, 3.5); move the point away from walls and obstacles"
+    );
+    assert_eq!(
+        warnings(2, &[free; 3].join(", ")),
+        "faults.timeline: the faults add 3 points, more than service.spare, 2; increase service.spare"
+    );
+}
+
+#[test]
 fn a_robot_has_the_behaviors_that_its_skills_allow() {
     let text = point("dust", 1.0, 1.0)
         + "[[service.random]]\nn = 3\n\

@@ -1,7 +1,7 @@
 //! Faults of the clean-up: added waste and moved items.
 
 use scenario::Problem;
-use scenario::fault::{Fault, FaultArgument, FaultRange, FaultSpec, Order};
+use scenario::fault::{EventTrigger, Fault, FaultArgument, FaultRange, FaultSpec, Order};
 
 use super::check::{MAX_ITEMS, MAX_ITEMS_TOTAL};
 
@@ -63,4 +63,16 @@ pub(super) fn check(limit_s: f64, order: &Order) -> Result<(), Problem> {
     let remedy =
         format!("keep the total at most {MAX_ITEMS_TOTAL}: add fewer items, or less often");
     Err(Problem::at(["every_s"], what, remedy))
+}
+
+/// Rejects an object of a trigger that no event has. Faults add items, so that any number of an item is possible.
+pub(super) fn check_trigger(when: &EventTrigger) -> Result<(), Problem> {
+    let is_item = |object: &str| EventTrigger::number_of(object, "item-").is_some();
+    match when.what.as_str() {
+        "picks" | "drops" | "delivers" => {
+            when.check_object(is_item, "name an item, such as item-7")
+        }
+        "reports" | "finds" => when.check_object(|_| false, "omit the object"),
+        _ => Ok(()),
+    }
 }

@@ -38,6 +38,8 @@ use scenario::mission::registry::read_section;
 use scenario::mission::section::{MissionSection, Section};
 use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, Setup, UntypedTable};
 
+use crate::duration::beyond_limit;
+
 #[must_use]
 pub fn default_scenario() -> Scenario {
     // Cannot fail: the section has no required key, and a test reads it.
@@ -195,6 +197,9 @@ impl MissionData for WasteData {
     }
 
     fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {
+        if let Some(when) = &order.when {
+            faults::check_trigger(when)?;
+        }
         faults::check(scenario.limit_s, order)
     }
 
@@ -241,7 +246,11 @@ impl MissionData for WasteData {
     }
 
     fn warnings(&self, scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
-        warnings::warnings(scenario, starts)
+        let duration_s = WasteSection::of(scenario).duration_s;
+        let late = duration_s.and_then(|duration_s| beyond_limit(scenario, "waste", duration_s));
+        let mut found = warnings::warnings(scenario, starts);
+        found.extend(late);
+        found
     }
 
     fn check_places(&self, scenario: &Scenario) -> Result<(), Problem> {

@@ -13,6 +13,6 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
         r#"{"babble": "gold"}"#,
         "the robot continues to broadcast its activity but does not act",
     )],
-    commands: &[("babble gold --when \"gold picks any\"", "at an event")],
+    commands: &[("babble gold --when \"gold picks\"", "at an event")],
     ..FaultKind::OF_ROBOT
 };
