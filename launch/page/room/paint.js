@@ -309,7 +309,7 @@ export function paintItems(c, p, view, body_m, palette) {
   c.beginPath();
   // In a large room the edges of items would be a black heap.
   const isLarge = p.scale * body_m < SMALL_BODY_PX;
-  const least = isLarge ? 1.5 : 2.5;
+  const least = isLarge ? 1 : 2.5;
   for (const { position, carrier, radius_m } of view.items) {
     const size = Math.max(least, p.scale * radius_m);
     const front_m = body_m + radius_m;
