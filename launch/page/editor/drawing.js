@@ -206,7 +206,7 @@ export class Drawing {
     this.#palette ??= paint.readPalette(run.colors.tasks);
     attribute(this.#canvas, "width", Math.round(width * devicePixelRatio));
     attribute(this.#canvas, "height", Math.round(height * devicePixelRatio));
-    const p = new Projection(scenario.room, width, height - paint.SCALE_SPACE_PX, MARGIN_PX, new Lens(scenario.room));
+    const p = new Projection(scenario.room, width, height, MARGIN_PX, new Lens(scenario.room), paint.SCALE_SPACE_PX);
     this.#projection = p;
     const palette = this.#palette;
     const c = this.#canvas.getContext("2d");

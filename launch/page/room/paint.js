@@ -217,7 +217,7 @@ function scaleLength(px_per_m) {
 
 /** The height of the scale bar with its label, px, and the part of it that a picture reserves besides its margin. */
 const SCALE_HEIGHT_PX = 16;
-export const SCALE_SPACE_PX = 8;
+export const SCALE_SPACE_PX = 6;
 
 /** Draws a scale bar at the lower right corner of the visible part of the room: below the wall, or inside without space. */
 export function paintScale(c, p, room, palette) {

@@ -127,7 +127,7 @@ export class Room {
   #fit() {
     const { clientWidth: width, clientHeight: height } = this.#canvas.parentElement;
     const size = `${width}×${height}×${devicePixelRatio}`;
-    this.#projection = new Projection(this.#model.run.scenario.room, width, height - paint.SCALE_SPACE_PX, MARGIN_PX, this.lens);
+    this.#projection = new Projection(this.#model.run.scenario.room, width, height, MARGIN_PX, this.lens, paint.SCALE_SPACE_PX);
     if (size === this.#size) return;
     this.#size = size;
     this.#canvas.style.width = `${width}px`;
