@@ -153,8 +153,8 @@ fn the_tables_match_the_runs_and_a_cell_can_be_repeated() {
         6.0
     );
 
-    // The page needs no other file, and its links lead to the files next to it. The answer and one figure come before
-    // the details.
+    // The page needs no other file, and its links lead to the files next to it. The answer and one figure come first, then
+    // the heat maps, and then the details.
     let page = lab.text("whole/comparison.html");
     let page = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!page.contains("http"));
@@ -163,7 +163,10 @@ fn the_tables_match_the_runs_and_a_cell_can_be_repeated() {
         assert!(lab.path("whole").join(name).is_file(), "{name}");
     }
     assert!(page.find("Which allocator copes best?") < page.find("<svg "));
-    let (first, details) = page.split_once("<h2>Details</h2>").unwrap();
+    let (first, figures) = page.split_once("<h2>Figures</h2>").unwrap();
+    let (figures, details) = figures.split_once("<h2>Details</h2>").unwrap();
+    let (_, names) = figures.split_once("<figure id=\"").unwrap();
+    assert!(names.starts_with("heat-"), "{figures}");
     let count = |part: &str| first.matches(part).count();
     assert_eq!((count("<li>"), count("<svg ")), (3, 1));
     let no_data =

@@ -21,7 +21,7 @@ use crate::workers::run_parallel;
 const RANKED: [Metric; 3] = [Metric::Completion, Metric::Bytes, Metric::Distance];
 
 /// The name of the ranking by the deciding metrics, if they differ between blocks.
-const PRIMARY: &str = "primary";
+pub const PRIMARY: &str = "primary";
 
 pub struct Analysis {
     pub blocks: Vec<BlockAnalysis>,

@@ -65,15 +65,15 @@ impl Page<'_> {
             ul.answer { @for sentence in &self.answer.sentences { li { (sentence) } } }
             dl.facts { @for (heading, text) in overview(self.data, self.analysis, self.runs) { dt { (heading) } dd { (text) } } }
             @for figure in self.figures.iter().take(1) { (drawing(figure)) }
-            @if !self.answer.details.is_empty() {
-                h2 { "Details" }
-                ul.answer { @for detail in &self.answer.details { li { (detail) } } }
-            }
             (self.hypotheses())
             h2 { "Figures" }
             (choice())
             p.note { "Each figure is also a file in several formats, with its numbers. Measures in which all allocators are equal are left out." }
             @for figure in self.figures.iter().skip(1) { (drawing(figure)) }
+            @if !self.answer.details.is_empty() {
+                h2 { "Details" }
+                ul.answer { @for detail in &self.answer.details { li { (detail) } } }
+            }
             h2 { "All blocks" }
             p.note {
                 "Means over the seeds with their intervals. Less is better, except for completion, finished work (done) and some missions' own "

@@ -569,7 +569,7 @@ mod tests {
         };
         let none = refusal(|look| look.only = vec!["gant".to_owned()]);
         let start =
-            "--only: there is no figure 'gant'; did you mean 'gantt'? (there are gantt, map, ";
+            "--only: there is no figure 'gant'; did you mean 'gantt'? (there are gantt, mission, ";
         assert!(none.starts_with(start), "{none}");
         let answers = [
             refusal(|look| look.from = Some(80.0)),

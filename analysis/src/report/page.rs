@@ -15,7 +15,7 @@ use super::metrics::{Metrics, Recurring};
 use super::verdict::verdict;
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
-use crate::page::{document, scrolled, table};
+use crate::page::{document, scrolled, sorting, table};
 use crate::sweep::execution::counted;
 use crate::table::figure;
 use observation::stints::Loss;
@@ -28,6 +28,9 @@ pub(super) const INLINE_BYTES: usize = 1_500_000;
 
 /// The maximum number of rows in the fault table. A lossy link can cause thousands of events.
 const FAULT_ROWS: usize = 200;
+
+/// The maximum number of rows of a table that is shown at once. A longer one is opened by the reader.
+const OPEN_ROWS: usize = 40;
 
 /// Returns the definitions of all metrics.
 pub(super) fn definitions() -> Markup {
@@ -149,6 +152,7 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
             "), and a script that draws them with matplotlib (" code { (SCRIPT) } ")."
         }
         (definitions())
+        (sorting())
     };
     (document(&title, "", &body), frames.left_out)
 }
@@ -190,7 +194,7 @@ pub(super) fn tables(part: &RunSection<'_>) -> [(&'static str, Markup); 6] {
     [
         ("Robots", robots(history, metrics)),
         ("Tasks", tasks(history, metrics)),
-        ("Mission", mission(run)),
+        ("Mission", mission(run, history)),
         ("Lost robots", losses(part)),
         ("Takeovers", takeovers(part)),
         ("Faults", fault_table(part, &faults(&history.events))),
@@ -272,9 +276,17 @@ pub(super) fn facts(part: &RunSection<'_>) -> Vec<(String, Markup)> {
     facts
 }
 
+/// Returns a table of this many robots, tasks and so on. A long one is folded.
+fn folded(count: usize, noun: &str, table: Markup) -> Markup {
+    if count <= OPEN_ROWS {
+        return table;
+    }
+    html! { details { summary { (counted(count, noun)) } (table) } }
+}
+
 fn robots(history: &History, metrics: &Metrics) -> Markup {
     html! {
-        (table(&html! {
+        (folded(history.robots.len(), "robot", table(&html! {
             th { "robot" } th { "present" } th { "idle share" } th { "activations" } th { "per minute" }
             th { "messages" } th { "per second" } th { "bytes per second" }
         }, &html! {
@@ -295,13 +307,13 @@ fn robots(history: &History, metrics: &Metrics) -> Markup {
                     }
                 }
             }
-        }))
+        })))
     }
 }
 
 fn tasks(history: &History, metrics: &Metrics) -> Markup {
     html! {
-        (table(&html! { th { "task" } th { "applicable" } th { "orphan" } th { "unattended" } th { "duplicate" } }, &html! {
+        (folded(history.catalog.tasks.len(), "task", table(&html! { th { "task" } th { "applicable" } th { "orphan" } th { "unattended" } th { "duplicate" } }, &html! {
             @for (task, figures) in history.catalog.tasks.iter().zip(&metrics.tasks) {
                 tr {
                     td { (task.name) }
@@ -316,16 +328,19 @@ fn tasks(history: &History, metrics: &Metrics) -> Markup {
                     }
                 }
             }
-        }))
+        })))
     }
 }
 
 /// Returns the mission's figures of the run and of each robot, from run.json.
-fn mission(run: &RunFile) -> Markup {
+fn mission(run: &RunFile, history: &History) -> Markup {
     let figures = run.result.mission.iter();
     let figures = figures.map(|(name, value)| format_value(name, value));
     let figures: Vec<String> = figures.collect();
     let robots = &run.result.robots;
+    // In the order of the other tables, r2 before r10.
+    let by_rank = history.robots.iter();
+    let by_rank = by_rank.filter_map(|robot| Some((&robot.name, robots.get(&robot.name)?)));
     let names = robots.values().next().map(|robot| robot.mission.iter());
     let names: Vec<&str> = names.into_iter().flatten().map(|(name, _)| name).collect();
     html! {
@@ -333,14 +348,14 @@ fn mission(run: &RunFile) -> Markup {
             @if figures.is_empty() { "The mission has no figures for this run." } @else { (figures.join(", ")) "." }
         }
         @if !names.is_empty() {
-            (table(&html! { th { "robot" } @for name in &names { th { (display_name(name)) } } }, &html! {
-                @for (robot, figures) in robots {
+            (folded(robots.len(), "robot", table(&html! { th { "robot" } @for name in &names { th { (display_name(name)) } } }, &html! {
+                @for (robot, figures) in by_rank {
                     tr {
                         td { (robot) }
                         @for name in &names { td { (figure(figures.mission.get(name))) } }
                     }
                 }
-            }))
+            })))
         }
     }
 }
@@ -527,4 +542,17 @@ fn summary(times: impl Iterator<Item = SimTime>) -> String {
         total / count as f64,
         seconds(*most)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_tables_are_folded() {
+        let rows = |count| folded(count, "robot", html! { table {} }).into_string();
+        assert_eq!(rows(OPEN_ROWS), "<table></table>");
+        let closed = "<details><summary>41 robots</summary><table></table></details>";
+        assert_eq!(rows(OPEN_ROWS + 1), closed);
+    }
 }

@@ -206,7 +206,7 @@ export class Drawing {
     this.#palette ??= paint.readPalette(run.colors.tasks);
     attribute(this.#canvas, "width", Math.round(width * devicePixelRatio));
     attribute(this.#canvas, "height", Math.round(height * devicePixelRatio));
-    const p = new Projection(scenario.room, width, height, MARGIN_PX, new Lens(scenario.room));
+    const p = new Projection(scenario.room, width, height, MARGIN_PX, new Lens(scenario.room), paint.SCALE_SPACE_PX);
     this.#projection = p;
     const palette = this.#palette;
     const c = this.#canvas.getContext("2d");
@@ -219,6 +219,7 @@ export class Drawing {
     paint.paintBorder(c, p, scenario.room, palette);
     paint.paintScale(c, p, scenario.room, palette);
     paint.paintItems(c, p, view, scenario.body.radius_m, palette);
+    paint.paintMarkLabels(c, p, scenario.room, view.marks, palette);
     const letters = signs(scenario.robots.map(({ name }) => name));
     view.robots.forEach((robot, rank) => {
       const style = { radius_m: scenario.body.radius_m, color: run.colors.robots[rank], sign: letters[rank], isSelected: false };

@@ -16,6 +16,10 @@ const SLOPING_LINE_PX = 16;
 /** The space for the names of robots and of tasks, px. */
 const NAMES_PX = 64;
 const HEAD_PX = 80;
+/** The space below the last row, px, because a name is higher than a low row. */
+const FOOT_PX = LINE_PX - CELL_PX.height[0];
+/** Below this share of the highest level, a cell is empty. */
+const LEAST_SHARE = 0.02;
 /** The slope of the tasks' names. */
 const SLOPE = -Math.PI / 3;
 
@@ -58,14 +62,14 @@ export class Matrix {
     if (!Matrix.isChosen() || !view) return;
     const place = byId("matrix");
     const fit = (room, count, [least, most]) => Math.max(least, Math.min(most, room / count));
-    const room = Math.max(CELL_PX.height[0], place.clientHeight - HEAD_PX - 4);
+    const room = Math.max(CELL_PX.height[0], place.clientHeight - HEAD_PX - FOOT_PX);
     const robotsPerRow = Math.ceil((names.length * CELL_PX.height[0]) / room);
     const rows = Math.ceil(names.length / robotsPerRow);
     const height = fit(room, rows, CELL_PX.height);
     // The last name slopes beyond its column.
     const width = fit(place.clientWidth - NAMES_PX - HEAD_PX / 2, tasks.length, CELL_PX.width);
     this.#layout = { width, height, robotsPerRow };
-    const c = this.#size(NAMES_PX + width * tasks.length + HEAD_PX / 2, HEAD_PX + height * rows);
+    const c = this.#size(NAMES_PX + width * tasks.length + HEAD_PX / 2, HEAD_PX + height * rows + FOOT_PX);
     c.textBaseline = "middle";
     const ink = themeColor("--ink");
     this.#drawTaskNames(c, ink);
@@ -100,8 +104,9 @@ export class Matrix {
       }
       for (const [task, { state, level }] of this.#cells(robots)) {
         const style = styles[state] ?? { color: ink, share: 1 };
-        const alpha = styles[state] ? 1 : 0.45 * Math.min(1, level / highest);
-        if (alpha < 0.02) continue;
+        const share = Math.min(1, level / highest);
+        if (!styles[state] && share < LEAST_SHARE) continue;
+        const alpha = styles[state] ? 1 : 0.12 + 0.38 * share;
         c.globalAlpha = alpha;
         c.fillStyle = style.color;
         c.fillRect(NAMES_PX + task * width, top + height * (1 - style.share), Math.max(1, width - gapX), height * style.share - gapY);

@@ -49,10 +49,14 @@ export class Lens {
   }
 }
 
-/** Projection of the room onto a canvas, to scale, with a margin, through a lens. */
+/**
+ * Projection of the room onto a canvas, to scale, with a margin, through a lens. Above and below the room, `space_px` is
+ * added to the margin.
+ */
 export class Projection {
-  constructor(room, width_px, height_px, margin_px, lens) {
-    const all = Math.max(LEAST_SCALE, Math.min((width_px - 2 * margin_px) / room.width_m, (height_px - 2 * margin_px) / room.height_m));
+  constructor(room, width_px, height_px, margin_px, lens, space_px = 0) {
+    const high_px = height_px - 2 * (margin_px + space_px);
+    const all = Math.max(LEAST_SCALE, Math.min((width_px - 2 * margin_px) / room.width_m, high_px / room.height_m));
     this.scale = all * lens.zoom;
     this.left = width_px / 2 - this.scale * lens.center.x;
     this.bottom = height_px / 2 + this.scale * lens.center.y;

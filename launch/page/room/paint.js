@@ -50,19 +50,15 @@ export function paintFloor(c, p, room, palette) {
 
 /** Discs below this radius, px, are drawn as rings, which stay visible around a robot. The arc is the share that is left. */
 const RING_BELOW_PX = 24;
-/** Above this number of marks only large ones have labels. */
-const MAX_LABELS = 60;
+/** Below this area of the room for each mark, px², only large marks have labels. */
+const LABEL_AREA_PX2 = 4000;
 
-/**
- * Draws the mission's marks in the color of their kind or role, filled from below by the share of work left, with labels.
- * Returns the extents of the labels.
- */
+/** Draws the mission's marks in the color of their kind or role, filled from below by the share of work left. */
 export function paintMarks(c, p, marks, palette) {
-  const isSmall = ({ outline: { disc } }) => disc && p.scale * disc.radius_m < RING_BELOW_PX;
   for (const mark of marks) {
     const { outline, role } = mark;
     const share = shareLeft(mark);
-    if (isSmall(mark) && mark.work) {
+    if (isSmall(p, mark) && mark.work) {
       paintRing(c, p, mark, palette);
       continue;
     }
@@ -88,27 +84,55 @@ export function paintMarks(c, p, marks, palette) {
     c.stroke();
     c.setLineDash([]);
   }
-  const isCrowded = marks.length > MAX_LABELS;
-  const taken = [];
+}
+
+/** Tests whether a mark is drawn as a ring. */
+function isSmall(p, { outline: { disc } }) {
+  return disc && p.scale * disc.radius_m < RING_BELOW_PX;
+}
+
+/** Draws the labels of marks, within the walls. Returns their extents. */
+export function paintMarkLabels(c, p, room, marks, palette) {
+  const isCrowded = p.scale ** 2 * room.width_m * room.height_m < LABEL_AREA_PX2 * marks.length;
+  // In a crowd a label must not cover small marks, either.
+  const small = isCrowded ? marks.filter((mark) => isSmall(p, mark)) : [];
+  const taken = small.map(({ outline }) => discBox(p, outline.disc));
+  const walls = visiblePart(c, p, room);
   for (const mark of marks) {
-    if (isCrowded && isSmall(mark)) continue;
+    if (small.includes(mark)) continue;
     const style = { color: isDone(mark) ? palette.ink : palette["ink-2"], bold: isDone(mark) };
     const { x, y, align } = labelPlace(p, mark.outline);
-    const width = c.canvas.clientWidth;
-    // Within the picture, where the place is.
     const box = (label) => {
       const found = labelBox(c, label, x, y - 8, { ...style, align });
-      const isInside = x > 0 && x < width;
-      const shift = isInside ? Math.max(2 - found.left, Math.min(0, width - 2 - found.right)) : 0;
+      const isInside = x > walls.left && x < walls.right;
+      const shift = isInside ? Math.max(walls.left + 2 - found.left, Math.min(0, walls.right - 2 - found.right)) : 0;
       return { ...found, left: found.left + shift, right: found.right + shift };
     };
     // Without room for the amount, only the name is drawn.
     const label = [labelOf(mark), mark.label].find((each) => !taken.some((other) => overlaps(other, box(each))));
     if (!label) continue;
     taken.push(box(label));
-    words(c, label, box(label).left, y - 8, { ...style, align: "left" });
+    words(c, label, box(label).left, y - 8, { ...style, align: "left", outline: palette.floor });
   }
   return taken;
+}
+
+/** Returns the box of a disc in pixels. */
+function discBox(p, { center, radius_m }) {
+  const [x, y, radius] = [p.x(center[0]), p.y(center[1]), p.scale * radius_m];
+  return { left: x - radius, right: x + radius, top: y - radius, bottom: y + radius };
+}
+
+/** Returns the box of the visible part of the room in pixels. */
+function visiblePart(c, p, room) {
+  const { clientWidth: width, clientHeight: height } = c.canvas;
+  const [left, bottom] = lowerLeft(room);
+  return {
+    left: Math.max(0, p.x(left)),
+    right: Math.min(width, p.x(left + room.width_m)),
+    top: Math.max(0, p.y(bottom + room.height_m)),
+    bottom: Math.min(height, p.y(bottom)),
+  };
 }
 
 /** Returns the color of a mark's work that is left. */
@@ -191,21 +215,31 @@ function scaleLength(px_per_m) {
   return [1, 2, 5, 10].map((factor) => factor * power).find((length) => length >= least * 0.999);
 }
 
-/** Draws a scale bar inside the lower right corner of the room. */
+/** The height of the scale bar with its label, px, and the part of it that a picture reserves besides its margin. */
+const SCALE_HEIGHT_PX = 16;
+export const SCALE_SPACE_PX = 6;
+
+/** Draws a scale bar at the lower right corner of the visible part of the room: below the wall, or inside without space. */
 export function paintScale(c, p, room, palette) {
   const length_m = scaleLength(p.scale);
   const width = p.scale * length_m;
-  const [left, bottom] = lowerLeft(room);
-  const [x, y] = [p.x(left + room.width_m) - width - 12, p.y(bottom) - 12];
-  c.strokeStyle = palette["ink-2"];
-  c.lineWidth = 1.5;
+  const { right, bottom } = visiblePart(c, p, room);
+  const isBelow = c.canvas.clientHeight - bottom >= SCALE_HEIGHT_PX;
+  const [x, y] = isBelow ? [right - width, bottom + SCALE_HEIGHT_PX - 4] : [right - width - 12, bottom - 12];
+  const outline = isBelow ? palette.outside : palette.floor;
   c.beginPath();
   c.moveTo(x, y - 4);
   c.lineTo(x, y);
   c.lineTo(x + width, y);
   c.lineTo(x + width, y - 4);
-  c.stroke();
-  words(c, `${Number(length_m.toPrecision(1))} m`, x + width / 2, y - 8, { color: palette["ink-2"], outline: palette.floor });
+  for (const [color, line] of [[outline, 4], [palette["ink-2"], 1.5]]) {
+    c.strokeStyle = color;
+    c.lineWidth = line;
+    c.stroke();
+  }
+  const label = `${Number(length_m.toPrecision(1))} m`;
+  if (isBelow) words(c, label, x - 4, y - 2, { color: palette["ink-2"], outline, align: "right" });
+  else words(c, label, x + width / 2, y - 8, { color: palette["ink-2"], outline });
 }
 
 /** Draws an obstacle or a patch. `label` is the id of the fault that created shape, or empty. */
@@ -275,7 +309,7 @@ export function paintItems(c, p, view, body_m, palette) {
   c.beginPath();
   // In a large room the edges of items would be a black heap.
   const isLarge = p.scale * body_m < SMALL_BODY_PX;
-  const least = isLarge ? 1.5 : 2.5;
+  const least = isLarge ? 1 : 2.5;
   for (const { position, carrier, radius_m } of view.items) {
     const size = Math.max(least, p.scale * radius_m);
     const front_m = body_m + radius_m;
@@ -467,10 +501,7 @@ const NEW_LABEL_PX = 3;
  */
 export function paintLabel(c, p, room, { x, y, gap }, { texts, side, mustShow }, taken, palette) {
   // Labels stay within the walls, because text across a wall is illegible.
-  const { canvas } = c;
-  const [fromX, fromY] = lowerLeft(room);
-  const [west, east] = [Math.max(0, p.x(fromX)), Math.min(canvas.clientWidth, p.x(fromX + room.width_m))];
-  const [north, south] = [Math.max(0, p.y(fromY + room.height_m)), Math.min(canvas.clientHeight, p.y(fromY))];
+  const { left: west, right: east, top: north, bottom: south } = visiblePart(c, p, room);
   const around = side === null ? NEW_LABEL_PX : 0;
   const sides = [...new Set([side ?? 0, 0, 1, 2, 3])];
   for (const lines of texts) {

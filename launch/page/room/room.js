@@ -127,7 +127,7 @@ export class Room {
   #fit() {
     const { clientWidth: width, clientHeight: height } = this.#canvas.parentElement;
     const size = `${width}×${height}×${devicePixelRatio}`;
-    this.#projection = new Projection(this.#model.run.scenario.room, width, height, MARGIN_PX, this.lens);
+    this.#projection = new Projection(this.#model.run.scenario.room, width, height, MARGIN_PX, this.lens, paint.SCALE_SPACE_PX);
     if (size === this.#size) return;
     this.#size = size;
     this.#canvas.style.width = `${width}px`;
@@ -153,10 +153,8 @@ export class Room {
     c.fillStyle = palette.outside;
     c.fillRect(0, 0, this.#canvas.width, this.#canvas.height);
     paint.paintFloor(c, p, scenario.room, palette);
-    // The extents of labels, which other labels do not cover.
-    let taken = [];
     if (view) {
-      taken = paint.paintMarks(c, p, view.marks, palette);
+      paint.paintMarks(c, p, view.marks, palette);
       for (const obstacle of view.obstacles) paint.paintObstacle(c, p, obstacle, this.faultBehind(obstacle)?.id ?? "", palette);
     }
     paint.paintBorder(c, p, scenario.room, palette);
@@ -173,6 +171,8 @@ export class Room {
       });
     }
     this.#drawRadio(c);
+    // The extents of labels, which other labels do not cover.
+    const taken = paint.paintMarkLabels(c, p, scenario.room, view.marks, palette);
     this.#drawRobots(c, taken);
     paint.paintScale(c, p, scenario.room, palette);
     if (this.draft) paint.paintDraft(c, p, this.draft, palette);

@@ -148,6 +148,10 @@ fn the_pages_of_results_are_accessible() {
         for (name, file) in pages {
             browser.open(&format!("file://{}", lab.path(file).display()));
             audit.check(&format!("{name}, {theme}"));
+            let overflow = browser.eval(
+                "document.documentElement.scrollWidth - document.documentElement.clientWidth",
+            );
+            assert_eq!(overflow, 0, "{name} scrolls sideways");
             if name == "comparison" || name == "sweep" {
                 choose_parts(&browser, name == "sweep");
                 audit.check(&format!("{name}, {theme}, chosen parts"));

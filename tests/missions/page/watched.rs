@@ -338,7 +338,16 @@ fn the_page_fits_a_laptop_and_a_phone() {
         assert_eq!(seen, json!([size.0, size.1]), "{name}");
         let overflow = browser.eval("document.documentElement.scrollWidth - innerWidth");
         assert_eq!(overflow, 0, "{name} scrolls sideways");
+        let is_whole = browser.eval(
+            "document.querySelector('#progress-bar').getBoundingClientRect().right <= innerWidth",
+        );
+        assert_eq!(is_whole, true, "{name} cuts the progress");
         if size == LAPTOP {
+            let lowest = "Math.max(...[...document.querySelectorAll('#top > *')].map((part) => part.offsetTop))";
+            let is_row = browser.eval(&format!(
+                "{lowest} < document.querySelector('#pause').getBoundingClientRect().bottom"
+            ));
+            assert_eq!(is_row, true, "the head has several rows");
             let below = browser.eval("document.documentElement.scrollHeight - innerHeight");
             assert_eq!(below, 0, "{name} scrolls");
         }

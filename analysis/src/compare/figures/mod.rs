@@ -11,16 +11,19 @@ use crate::columns::{Entry, Table};
 use crate::figures::canvas::Sheet;
 use crate::figures::{Figure, plain};
 
-/// Draws critical differences, heat maps, curves and distributions, in this order. The first figure shows the main result.
+/// Draws the main ranks, heat maps, curves, distributions and further ranks, in this order. The first figure shows the main
+/// result.
 pub fn figures(
     data: &ComparisonData,
     analysis: &Analysis,
     sheet: &Sheet,
 ) -> anyhow::Result<Vec<Figure>> {
     let mut all = ranks::draw(data, analysis, sheet)?;
+    let further = all.split_off(all.len().min(1));
     all.extend(heat::draw(data, analysis, sheet)?);
     all.extend(curves::draw(data, analysis, sheet)?);
     all.extend(distributions::draw(data, analysis, sheet)?);
+    all.extend(further);
     Ok(all)
 }
 

@@ -4,7 +4,7 @@ use plotters::element::Circle;
 use plotters::style::Color;
 
 use crate::columns::{Entry, Table};
-use crate::compare::analysis::{Analysis, Ranking};
+use crate::compare::analysis::{Analysis, PRIMARY, Ranking};
 use crate::compare::answer::p_value;
 use crate::compare::data::ComparisonData;
 use crate::figures::canvas::{Area, DrawResult, INK, Sheet, TextLabel, line, path, px};
@@ -25,7 +25,11 @@ pub(super) fn draw(
     rankings
         .map(|ranking| {
             let name = &ranking.name;
-            let title = format!("Mean ranks by {name}");
+            let by = match name.as_str() {
+                PRIMARY => "each mission's own measure",
+                other => other,
+            };
+            let title = format!("Mean ranks by {by}");
             let bars = bars(ranking);
             let half = data.allocators.len().div_ceil(2) as f64;
             let labels_px = AXIS_PX + 14.0 + bars.len() as f64 * BAR_PX;
@@ -40,7 +44,7 @@ pub(super) fn draw(
             };
             Ok(Figure {
                 caption: format!(
-                    "Mean ranks of {} allocators by {name} over {} blocks; rank 1: {first}. Friedman: χ² = {:.1}, p {}. \
+                    "Mean ranks of {} allocators by {by} over {} blocks; rank 1: {first}. Friedman: χ² = {:.1}, p {}. \
                      Ranks that are CD = {:.2} or more apart differ significantly (Nemenyi, 5 %). A bar joins allocators without a significant difference.{left}",
                     data.allocators.len(),
                     ranking.friedman.blocks,

@@ -237,11 +237,6 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
             Box::new(move |run| room::draw(run, room)),
         );
     }
-    add("map", "Paths of all robots.", Box::new(map::together));
-    if history.robots.len() > 1 {
-        let caption = "The path of each robot on its own map; several robots share a map if there are too many.";
-        add("map-by-robot", caption, Box::new(map::apart));
-    }
     for columns in progress::axes(history.columns()) {
         let (name, title) = match columns.as_slice() {
             [column] if column.kind == ColumnKind::Real => (
@@ -265,6 +260,12 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
             &format!("Time between '{event}' events{against}."),
             Box::new(move |run| progress::recurring(run, recurring)),
         );
+    }
+    // The figures above stay small in a large team. Paths do not, and no figure is drawn after one without room.
+    add("map", "Paths of all robots.", Box::new(map::together));
+    if history.robots.len() > 1 {
+        let caption = "The path of each robot on its own map; several robots share a map if there are too many.";
+        add("map-by-robot", caption, Box::new(map::apart));
     }
     for task in history.tasks() {
         let spec = &history.catalog.tasks[task.index()];
