@@ -63,7 +63,7 @@ proptest! {
         bytes.truncate(cut);
         bytes.extend(more);
         let whole = decode::<arrayvec::ArrayVec<(u16, f32), MOST>>(&bytes);
-        let mut items = vec![(7, 7.0)];
+        let mut items = vec![(7_u16, 7.0_f32)];
         let result = decode_items(&bytes, MOST, &mut items);
         prop_assert_eq!(result.is_ok(), whole.is_ok());
         prop_assert_eq!(
