@@ -149,6 +149,27 @@ fn a_lone_robot_does_all() {
     }
 }
 
+/// A robot continues its work if its estimate of the work left ends before the work, by rounding or a reduced skill.
+#[test]
+fn a_load_is_picked_up_after_the_estimated_end_of_the_work() {
+    let reduced =
+        "[[faults.timeline]]\nat_s = 0\nfault.skill = { robot = 'r0', skill = 't', share = 0.5 }\n";
+    let cases = [0.001, 3.0, 4.0, 5.0, 7.5].map(|work_s| (work_s, ""));
+    for (work_s, fault) in cases.into_iter().chain([(10.0, reduced)]) {
+        let text = format!(
+            "limit_s = 300\nroom = {{ width_m = 8, height_m = 6 }}\n[service]\n\
+             [[service.kinds]]\nname = 't'\nwork_s = {{ min = {work_s}, max = {work_s} }}\n\
+             [[robots]]\nname = 'r0'\n{fault}"
+        );
+        let text = starve::with_points(&text, &[(5.0, 3.0)], "deliver_to = [2, 1]");
+        for allocator in ["alliance", "cbba", "nearest"] {
+            let (run, counts) = starve::outcome(allocator, &text);
+            laws::check(&run);
+            assert_eq!(counts, [1, 1], "{allocator}, {work_s} s {fault}");
+        }
+    }
+}
+
 /// 10,000 instances of all classes, half of them with faults.
 #[test]
 #[ignore = "takes about ten minutes"]

@@ -12,6 +12,9 @@ pub const MAX_SHARED: usize = 20;
 /// The minimum work left of an open point, s. Less would mean that the point is over.
 pub const LEAST_LEFT_S: f32 = 0.001;
 
+/// The work left that stands for a load on its way, s. Less than any robot estimates before the pick-up.
+pub const LOAD_LEFT_S: f32 = LEAST_LEFT_S / 2.0;
+
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointFact {
     pub point: u16,

@@ -254,12 +254,10 @@ impl<'a> File<'a> {
         let keys = keys.map(|key| format!("{key}: no counterpart"));
         let sections = self.other_sections.iter();
         let sections = sections.map(|name| format!("{name}_SECTION: no counterpart"));
-        let weights = self
-            .keys
-            .get("EDGE_WEIGHT_TYPE")
-            .map_or("", |(_, value)| value);
-        let weights = (weights == "EXPLICIT")
-            .then(|| "explicit distances: robots drive from place to place".to_owned());
+        let weights = self.keys.get("EDGE_WEIGHT_TYPE").map(|(_, value)| *value);
+        let weights = weights.filter(|weights| *weights != "EUC_2D");
+        let weights =
+            weights.map(|weights| format!("{weights} distances: robots drive from place to place"));
         keys.chain(sections).chain(weights).collect()
     }
 }

@@ -8,7 +8,7 @@ use scenario::time::SimTime;
 
 use super::ServiceController;
 use super::memory::{KnownPoint, is_open};
-use crate::service::bus::{LEAST_LEFT_S, PointFact};
+use crate::service::bus::{LOAD_LEFT_S, PointFact};
 use crate::service::data::TaskGranularity;
 
 /// The time before the opening of a window at which a robot arrives at the point, if it drives straight, s. It covers
@@ -96,10 +96,10 @@ impl ServiceController {
         delivery.is_none_or(|to| way_m(to).is_some())
     }
 
-    /// Returns whether the load of a point is on its way. The least work left stands for this.
+    /// Returns whether the load of a point is on its way. [`LOAD_LEFT_S`] stands for this.
     pub(super) fn is_load(&self, fact: &PointFact) -> bool {
         let is_delivery = self.briefing.terms(fact.point).deliver_to.is_some();
-        is_delivery && is_open(fact) && fact.left_s <= LEAST_LEFT_S
+        is_delivery && is_open(fact) && fact.left_s <= LOAD_LEFT_S
     }
 
     /// Returns whether a robot could do a task, now or when its window opens: the robot has the capacity and ways, may

@@ -15,7 +15,7 @@ use world_server::world::Grid;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::geometry::nearest;
-use crate::service::bus::{LEAST_LEFT_S, MAX_SENSED, PointFact};
+use crate::service::bus::{LEAST_LEFT_S, LOAD_LEFT_S, MAX_SENSED, PointFact};
 use crate::service::data::{
     PointSpec, ServiceSection, VALUE_COLLECTED, VALUE_LOST, predecessors, successors,
 };
@@ -331,7 +331,7 @@ impl Points {
         };
         let left_s = match state.phase {
             // The load is on the way.
-            Phase::Open if state.carrier.is_some() => LEAST_LEFT_S,
+            Phase::Open if state.carrier.is_some() => LOAD_LEFT_S,
             Phase::Open => ((quarters / 4.0 * state.spec.work_s) as f32).max(LEAST_LEFT_S),
             _ => 0.0,
         };
