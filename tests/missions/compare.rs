@@ -227,7 +227,7 @@ fn the_campaigns_are_valid_plans() {
     for (plan, runs) in [
         ("allocators", 36_960),
         ("allocators-small", 1680),
-        ("radio", 9_600),
+        ("radio", 32_000),
         ("radio-small", 162),
     ] {
         for (run, status) in [(runs - 1, 0), (runs, 2)] {
