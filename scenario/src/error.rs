@@ -48,7 +48,7 @@ impl Problem {
         Self::new(Place::from(key.into()), problem, remedy)
     }
 
-    /// Adds another remedy.
+    /// Adds another way to remove the problem.
     #[must_use]
     pub fn or_remedy(mut self, other: &str) -> Self {
         self.remedy += ", or ";
