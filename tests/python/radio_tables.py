@@ -19,7 +19,6 @@ BEGIN, END = "<!-- radio study -->\n", "<!-- end -->\n"
 METRICS = ["par2_s", "completion", "distance_m", "duplicate_s", "bytes"]
 CELLS = ["mission", "faults", "allocator", "metric", "n", "mean", "mean_from", "mean_to"]
 PARTS = ["hypothesis", "outcome", "mission", "faults", "claim", "mean", "mean_from", "mean_to", "part"]
-MISSIONS = ["visit", "search"]
 
 
 def read(path):
@@ -86,7 +85,7 @@ def tables():
     cells, parts = read(STORED / "cells.csv"), read(STORED / "hypotheses.csv")
     seeds = max(int(row["n"]) for row in cells)
     blocks = []
-    for mission in MISSIONS:
+    for mission in ordered(cells, "mission"):
         blocks += [
             paragraph(f"""**`{mission}`: PAR2 in s**, mean of {seeds} seeds. An incomplete run counts 1,200 s. Bold: the
             least."""),
