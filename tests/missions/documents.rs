@@ -156,8 +156,11 @@ fn are_like(lines: &[&str], shown: &[&str]) -> bool {
     }
 }
 
-/// Returns whether a line shows the progress of a sweep. A slow machine prints more of those.
+/// Returns whether a line shows the progress of a sweep or of a replay. A slow machine prints more of those.
 fn is_progress(line: &str) -> bool {
+    if line.starts_with("replaying the run (about ") {
+        return true;
+    }
     let is_count = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     line.split_once(" runs  ")
         .and_then(|(count, rest)| Some((count.split_once('/')?, rest)))
