@@ -9,7 +9,7 @@ use proto::tick::TaskOffer;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use super::matrix::{Matrix, TaskFilter};
+use super::matrix::{Matrix, Row};
 use crate::allocator::{SelfState, TaskBrief};
 use crate::allocators::oracle::plan::{Plan, Scale};
 
@@ -133,20 +133,17 @@ impl Assignment {
         for task in &self.own_tasks {
             self.is_of_group[task.index()] = true;
         }
-        let mut group: TaskFilter = self.own_tasks.iter().copied().collect();
         let mut has_grown = true;
         while has_grown {
             has_grown = false;
-            for (_, row) in matrix.rows() {
-                if !row.tasks.may_meet(group) {
-                    continue;
-                }
-                let is_of_group = |entry: &EligibleTask| self.is_of_group[entry.task.index()];
-                if row.entries.iter().any(is_of_group) && !row.entries.iter().all(is_of_group) {
-                    for entry in &row.entries {
+            for (_, Row { entries, .. }) in matrix.rows() {
+                let is_of_group = |task: TaskId| self.is_of_group[task.index()];
+                if entries.iter().any(|entry| is_of_group(entry.task))
+                    && !entries.iter().all(|entry| is_of_group(entry.task))
+                {
+                    for entry in entries {
                         self.is_of_group[entry.task.index()] = true;
                     }
-                    group.add(row.tasks);
                     has_grown = true;
                 }
             }

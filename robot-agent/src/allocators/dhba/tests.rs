@@ -292,9 +292,7 @@ fn a_damaged_row_is_corrected() {
         }
         team.run(30);
         let before = rows(&team, 2);
-        let mut matrix = team.allocator(1).matrix.clone();
-        matrix.repeat(RobotId(1));
-        let made = matrix.next_part(RobotId(1), team.now()).versions[0].made;
+        let made = team.allocator(1).matrix.rows().next().unwrap().1.made;
         let version = RowVersion {
             robot: RobotId(0),
             made: made.map(|made| made + SimTime(later_ms)),
