@@ -257,16 +257,16 @@ impl<S: Sink> Team<S> {
         }
     }
 
-    /// Runs to the end, but at most for a number of ticks, after which the run is interrupted. If `then` is
-    /// [`Outcome::NoRobotLeft`] and no robot is left, the run ends in one more tick. Finishes the log. `see` is called
-    /// before the first tick and after each.
+    /// Runs to the end, but at most for a number of ticks, after which the run is interrupted. `expected` is the
+    /// outcome in a log: with [`Outcome::NoRobotLeft`], a run without robots ends in one more tick. Finishes the log. `see`
+    /// is called before the first tick and after each.
     pub fn run_for(
         mut self,
         ticks: u64,
-        then: Outcome,
+        expected: Outcome,
         see: impl FnMut(&mut Simulation),
     ) -> Result<(Outcome, Recorder<S>), TickError> {
-        let outcome = self.continue_for(ticks, then, see)?;
+        let outcome = self.continue_for(ticks, expected, see)?;
         Ok(self.finish(outcome)?)
     }
 
@@ -274,7 +274,7 @@ impl<S: Sink> Team<S> {
     pub fn continue_for(
         &mut self,
         ticks: u64,
-        then: Outcome,
+        expected: Outcome,
         mut see: impl FnMut(&mut Simulation),
     ) -> Result<Outcome, TickError> {
         see(&mut self.run.simulation);
@@ -290,7 +290,7 @@ impl<S: Sink> Team<S> {
         let is_deserted = barrier
             .robots()
             .all(|robot| barrier.presence(robot) != Presence::Present);
-        if then == Outcome::NoRobotLeft && is_deserted {
+        if expected == Outcome::NoRobotLeft && is_deserted {
             self.tick()?;
         }
         // Every other end follows from the run itself.

@@ -95,11 +95,11 @@ function isSmall(p, { outline: { disc } }) {
 export function paintMarkLabels(c, p, room, marks, palette) {
   const isCrowded = p.scale ** 2 * room.width_m * room.height_m < LABEL_AREA_PX2 * marks.length;
   // In a crowd a label must not cover small marks, either.
-  const small = isCrowded ? marks.filter((mark) => isSmall(p, mark)) : [];
-  const taken = small.map(({ outline }) => discBox(p, outline.disc));
+  const isLeftOut = (mark) => isCrowded && isSmall(p, mark);
+  const taken = marks.filter(isLeftOut).map(({ outline }) => discBox(p, outline.disc));
   const walls = visiblePart(c, p, room);
   for (const mark of marks) {
-    if (small.includes(mark)) continue;
+    if (isLeftOut(mark)) continue;
     const style = { color: isDone(mark) ? palette.ink : palette["ink-2"], bold: isDone(mark) };
     const { x, y, align } = labelPlace(p, mark.outline);
     const box = (label) => {

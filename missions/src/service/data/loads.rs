@@ -79,7 +79,7 @@ pub(super) fn check_capacities(scenario: &Scenario) -> Result<(), Problem> {
     };
     let at = KeyPath::new(["service", "points"]).index(usize::from(*point));
     let what = format!("no robot with the task of p{point} has a capacity of {demand}");
-    let remedy = "reduce the demand, give a robot more capacity";
+    let remedy = "reduce the demand, or give a robot more capacity";
     Err(Problem::at(at.key("demand"), what, remedy))
 }
 
@@ -180,7 +180,7 @@ mod tests {
             lines,
             [
                 "service.points[0].demand: no robot with the task of p0 has a capacity of 5; \
-              reduce the demand, give a robot more capacity"
+              reduce the demand, or give a robot more capacity"
             ]
         );
     }
