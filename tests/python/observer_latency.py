@@ -17,7 +17,8 @@ import tempfile
 import time
 from threading import Thread
 
-from control import connect, find_run
+from agent import find_run
+from control import connect
 from foxglove_client import Client
 from ros_topics import free_port, open_session
 
