@@ -30,6 +30,7 @@ fn own_definition(message: &MessageType) -> String {
             Shape::Single => String::new(),
             Shape::Array(length) => format!("[{length}]"),
             Shape::Sequence => "[]".to_owned(),
+            Shape::Bounded(length) => format!("[<={length}]"),
         };
         text += &format!("{base}{shape} {}\n", field.name);
     }

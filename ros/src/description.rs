@@ -41,6 +41,8 @@ pub enum Shape {
     Array(usize),
     /// Any number of values.
     Sequence,
+    /// At most this number of values.
+    Bounded(usize),
 }
 
 /// The type of a value.
@@ -52,6 +54,7 @@ pub enum BaseType {
     Uint8,
     Int32,
     Uint32,
+    Int64,
     Float32,
     Float64,
     String,
@@ -69,6 +72,7 @@ impl BaseType {
             Self::Uint8 => "uint8",
             Self::Int32 => "int32",
             Self::Uint32 => "uint32",
+            Self::Int64 => "int64",
             Self::Float32 => "float32",
             Self::Float64 => "float64",
             Self::String => "string",

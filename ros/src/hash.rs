@@ -39,6 +39,7 @@ fn field(field: &FieldSpec) -> String {
     let (shape, capacity) = match field.of.shape {
         Shape::Single => (0, 0),
         Shape::Array(length) => (48, length),
+        Shape::Bounded(length) => (96, length),
         Shape::Sequence => (144, 0),
     };
     let (base, nested) = match field.of.base {
@@ -47,6 +48,7 @@ fn field(field: &FieldSpec) -> String {
         BaseType::Uint8 => (3, ""),
         BaseType::Int32 => (6, ""),
         BaseType::Uint32 => (7, ""),
+        BaseType::Int64 => (8, ""),
         BaseType::Float32 => (10, ""),
         BaseType::Float64 => (11, ""),
         BaseType::Bool => (15, ""),

@@ -8,7 +8,7 @@
 //!
 //! [`names`] converts names to those that ROS accepts, and [`Qos`] contains the quality of service of a topic.
 //! [`incoming_odometry`] decodes poses of other nodes, and [`incoming_scan`] their scans. [`rmw_zenoh`] contains the keys
-//! under which ROS nodes find a message on zenoh. The crate does no I/O.
+//! under which ROS nodes find messages and [`services`] on zenoh. The crate does no I/O.
 
 mod cdr;
 mod definition;
@@ -23,6 +23,7 @@ pub mod names;
 mod qos;
 mod read;
 pub mod rmw_zenoh;
+pub mod services;
 
 pub use cdr::CdrWriter;
 pub use definition::definition;

@@ -403,6 +403,18 @@ messages! {
         header: Header,
         status: Vec<DiagnosticStatus>,
     }
+
+    /// A request without content. Its only field has no meaning.
+    TriggerRequest = "std_srvs/srv/Trigger_Request" {
+        structure_needs_at_least_one_member: u8,
+    }
+
+    /// The response to a request without content.
+    TriggerResponse = "std_srvs/srv/Trigger_Response" {
+        success: bool,
+        /// The effect, or the reason of the failure.
+        message: String,
+    }
 }
 
 /// Creates a rotation about the vertical axis, rad.

@@ -72,6 +72,12 @@ impl Node {
         self.endpoint(number, "MS", topic, message, qos)
     }
 
+    /// Creates the server of a service, whose requests are queries for its key. `number` is as for a publisher.
+    #[must_use]
+    pub fn service(&self, number: usize, name: &str, service: &MessageType) -> Endpoint {
+        self.endpoint(number, "SS", name, service, Qos::Stream)
+    }
+
     fn endpoint(
         &self,
         number: usize,
@@ -123,6 +129,16 @@ impl Endpoint {
     }
 }
 
+/// Returns the attachment of a response: that of the request with the time of the response, ns. `None` if the request has
+/// none, because ROS programs cannot read a response without.
+#[must_use]
+pub fn response_attachment(request: &[u8], time_ns: i64) -> Option<Vec<u8>> {
+    publisher_of(request)?;
+    let mut bytes = request.to_vec();
+    bytes[8..16].copy_from_slice(&time_ns.to_le_bytes());
+    Some(bytes)
+}
+
 /// Returns the id of the publisher in an attachment; `None` for bytes that do not have its form: 33 bytes, with the length
 /// of the id in its place.
 #[must_use]
@@ -133,8 +149,8 @@ pub fn publisher_of(attachment: &[u8]) -> Option<EndpointId> {
 
 /// Returns the name of a type as DDS has it, such as `std_msgs::msg::dds_::Header_`.
 fn dds_name(message: &MessageType) -> String {
-    let name = message.name.replacen("/msg/", "/msg/dds_/", 1);
-    name.replace('/', "::") + "_"
+    let (package, name) = message.name.rsplit_once('/').unwrap_or_default();
+    format!("{}::dds_::{name}_", package.replace('/', "::"))
 }
 
 /// Returns the quality of service in a token: reliability, durability, history and depth, deadline, lifespan and
@@ -156,6 +172,7 @@ mod tests {
     use super::*;
     use crate::message::Message;
     use crate::messages::{StringMessage, TfMessage};
+    use crate::services::TRIGGER;
 
     const NODE: Node = Node {
         domain: 2,
@@ -184,6 +201,15 @@ mod tests {
         let subscriber = node.subscriber(10, "/blue/chatter", StringMessage::MESSAGE, Qos::Stream);
         assert_eq!(subscriber.key, chatter.key);
         assert_eq!(subscriber.token, chatter.token.replace("/MP/", "/MS/"));
+        let pause = node.service(12, "/alliance/pause", TRIGGER);
+        let kind = "std_srvs::srv::dds_::Trigger_";
+        assert!(
+            pause
+                .key
+                .starts_with(&format!("2/alliance/pause/{kind}/RIHS01_eeff"))
+        );
+        let rest = format!("/12/SS/%/%/alliance/%alliance%pause/{kind}/RIHS01_eeff");
+        assert!(pause.token.starts_with(&format!("{start}{rest}")));
         let fixed = node.publisher(11, "/tf_static", TfMessage::MESSAGE, Qos::Latched);
         assert!(fixed.token.ends_with("/:1:,1:,:,:,,"), "{}", fixed.token);
     }
@@ -196,8 +222,11 @@ mod tests {
         assert_eq!(bytes[8..16], 50_000_001_i64.to_le_bytes());
         assert_eq!(bytes[16], 16);
         assert_eq!(publisher_of(&bytes), Some(publisher.id));
+        let response = response_attachment(&bytes, 60_000_001).unwrap();
+        assert_eq!(response, publisher.attachment(0x0102, 60_000_001));
         for wrong in [&bytes[..32], &[&bytes[..], &[0]].concat(), &[0; 33], &[]] {
             assert_eq!(publisher_of(wrong), None);
+            assert_eq!(response_attachment(wrong, 0), None);
         }
         assert_eq!(
             bytes[17..],

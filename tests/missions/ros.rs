@@ -66,6 +66,43 @@ fn no_subscriber_changes_a_byte_of_the_run() {
     }
 }
 
+/// A client by others calls the services. The run is that of the same orders on the control topic, and replays.
+#[test]
+fn nodes_of_ros_control_a_run_on_request() {
+    let Some(python) = python(&["zenoh", "rosbags", "zenoh_ros2_sdk"]) else {
+        return;
+    };
+    let lab = Lab::new();
+    lab.write(
+        "two.toml",
+        "robots = [{ name = \"blue\" }, { name = \"gold\" }]",
+    );
+    let arguments = ("run", "two.toml --limit 5 --speed 5x");
+    let found = facts(&lab, &python, "ros_services.py", &["7"], arguments);
+    let expected = json!([
+        "/alliance/pause",
+        "/alliance/resume",
+        "/alliance/step",
+        "/blue/kill",
+        "/blue/restart",
+        "/gold/kill",
+        "/gold/restart",
+    ]);
+    assert_eq!(found["services"], expected);
+    for service in ["step", "kill", "resume"] {
+        assert_eq!(found[service][0], true, "{found}");
+    }
+    let reply: Value = serde_json::from_str(found["kill"][1].as_str().unwrap()).unwrap();
+    assert_eq!(reply["armed"]["tick"], 2, "{reply}");
+    assert_eq!(found["armed"]["armed"]["t_ms"], 3000, "{found}");
+    let refused = found["refused"]["refused"].as_str();
+    assert!(
+        refused.is_some_and(|why| why.contains("'nobody'")),
+        "{found}"
+    );
+    lab.assert_repeated("run");
+}
+
 #[test]
 fn a_run_continues_without_its_process_for_ros() {
     let lab = Lab::new();

@@ -2,11 +2,16 @@
 //! [`bodies`] is the connection to bodies of another world.
 //!
 //! The process has a zenoh session of its own, to the router of ROS. It takes part neither in the bus of the team nor in
-//! that of the operators, so nothing in ROS reaches the run.
+//! that of the operators, so nothing in ROS reaches the run. Only with control, it offers services that send commands on
+//! the control topic of the run.
 //!
 //! `robot` is the agent of a robot whose controller is a node of ROS.
 
 pub mod bodies;
+#[cfg(feature = "ros")]
+mod control;
+#[cfg(feature = "ros")]
+mod dropped;
 #[cfg(feature = "ros")]
 mod publish;
 #[cfg(not(feature = "ros"))]
@@ -75,6 +80,9 @@ pub struct RosArgs {
         hide = !cfg!(feature = "ros")
     )]
     external: Option<u8>,
+    /// Offer services and a topic of ROS with which every node controls faults and clock
+    #[arg(long, requires = "ros", hide = !cfg!(feature = "ros"))]
+    ros_control: bool,
     /// Address of the zenoh router of ROS [default: tcp/127.0.0.1:7447]
     #[arg(long, value_name = "LOCATOR", requires = PEER, value_parser = router, hide = !cfg!(feature = "ros"))]
     ros_router: Option<Locator>,
@@ -92,6 +100,9 @@ pub struct RosCommand {
     /// Address of the zenoh router of ROS
     #[arg(long, value_name = "LOCATOR", default_value = ROUTER, value_parser = router)]
     router: Locator,
+    /// Offer services that control the live run with this id
+    #[arg(long, value_name = "ID")]
+    control: Option<String>,
     /// Run as the bridge to bodies of another world, with the settings on standard input
     #[arg(long, hide = true, exclusive = true)]
     bodies: bool,
@@ -171,13 +182,14 @@ impl RosArgs {
         Ok(())
     }
 
-    /// Returns the process that publishes the run, if it has topics in ROS 2.
+    /// Returns the process that publishes the run with this id, if it has topics in ROS 2.
     #[must_use]
-    pub fn observer(&self, folder: PathBuf) -> Option<ObserverCommand> {
+    pub fn observer(&self, folder: PathBuf, run: &str) -> Option<ObserverCommand> {
         let command = RosCommand {
             folder,
             domain: self.ros?,
             router: self.router().parse().ok()?,
+            control: self.ros_control.then(|| run.to_owned()),
             bodies: false,
             from_start: true,
         };
@@ -197,6 +209,9 @@ impl RosCommand {
         arguments.push(self.folder.display().to_string());
         arguments.push(format!("--domain={}", self.domain));
         arguments.push(format!("--router={}", self.router));
+        if let Some(run) = &self.control {
+            arguments.push(format!("--control={run}"));
+        }
         if self.from_start {
             arguments.push("--from-start".to_owned());
         }

@@ -14,6 +14,7 @@ use tokio::runtime::Handle;
 use tokio::task::spawn_blocking;
 use tokio::time::sleep;
 
+use super::control::RosControl;
 use super::topics::{RosTopics, connect};
 use super::{OPTION, RosCommand, no_router};
 use crate::follow::{self, EndRequests, FollowedRun, follow, while_live};
@@ -61,12 +62,19 @@ async fn publish(command: &RosCommand) -> anyhow::Result<()> {
     // The present state is published, but not the past.
     topics.set_silent(!command.from_start);
     let names = robot_names(run.setup(), OPTION)?;
+    let control = match &command.control {
+        Some(id) => Some(RosControl::new(&topics, id, run.setup(), &names)?),
+        None => None,
+    };
     let mut messages = LiveMessages::new(run.setup(), &names, topics)?;
     let followed = follow(&mut run, &mut messages, &mut ends, |messages| {
         messages.destination.set_silent(false);
     });
     followed.await?;
     sleep(DRAIN_TIME).await;
+    if let Some(control) = control {
+        control.report();
+    }
     messages.destination.close().await;
     Ok(())
 }

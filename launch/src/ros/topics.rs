@@ -107,6 +107,11 @@ impl RosTopics {
         })
     }
 
+    /// Returns the session of the node.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
     /// Returns the node, for the names of its subscriptions.
     pub fn node(&self) -> &Node {
         &self.node

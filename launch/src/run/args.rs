@@ -167,7 +167,7 @@ impl RunCommand {
         };
         set_run(&run);
         let over = self.over.as_ref();
-        let ros = self.ros.observer(folder.clone());
+        let ros = self.ros.observer(folder.clone(), &run);
         let foxglove = self.foxglove.observer(folder.clone(), &run);
         let plan = RunPlan {
             observers: ros.into_iter().chain(foxglove).collect(),

@@ -18,6 +18,8 @@ use scenario::time::SimTime;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::ros::dropped::Dropped;
+
 /// The time for which a command counts without lockstep.
 const IN_FORCE: SimTime = SimTime(500);
 
@@ -59,21 +61,6 @@ pub struct Activity {
     pub progress: bool,
     /// The action besides driving.
     pub action: MissionAction,
-}
-
-/// The reason why a message has no effect.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Dropped {
-    /// The kind under which the message is counted.
-    pub kind: &'static str,
-    pub why: String,
-}
-
-impl Dropped {
-    pub fn new(kind: &'static str, why: impl ToString) -> Self {
-        let why = why.to_string();
-        Self { kind, why }
-    }
 }
 
 /// The commands of a node for one robot.

@@ -25,11 +25,12 @@ use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 use zenoh::Session;
 
+use super::dropped::DroppedCommands;
 use super::topics::connect_with_patience;
 use super::{RosAgentArgs, no_router};
 use crate::runtime::start_runtime;
 use controller::{FollowingAllocator, RosController};
-use node::{Connection, DroppedCommands, RosNode};
+use node::{Connection, RosNode};
 
 /// The name of the controller in the registry. No scenario can contain it, because it is two words.
 const CONTROLLER: &str = "ROS node";

@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use analysis::ros_messages::{CLOCK, RobotMessages, robot_names};
 use anyhow::Context;
-use proto::ignored::IgnoredMessages;
 use proto::readings::Readings;
 use proto::team::Broadcast;
 use robot_agent::allocator::OwnBehavior;
@@ -16,15 +15,15 @@ use scenario::Setup;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use tokio::task::block_in_place;
-use tokio::time::Instant;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use super::clock::ClockDuty;
-use super::commands::{Command, CommandTopic, Commands, Dropped};
+use super::commands::{Command, CommandTopic, Commands};
 use crate::ros::OPTION;
+use crate::ros::dropped::{Dropped, DroppedCommands};
 use crate::ros::topics::{RosTopics, declare_token};
 
 /// The number of the first subscriber in the node. Publishers have smaller numbers.
@@ -41,10 +40,6 @@ pub struct Connection {
     pub lockstep: Option<Duration>,
     pub dropped: Arc<DroppedCommands>,
 }
-
-/// The numbers of messages without an effect, by kind.
-#[derive(Default)]
-pub struct DroppedCommands(Mutex<IgnoredMessages>);
 
 /// The node of a robot.
 pub struct RosNode {
@@ -67,23 +62,6 @@ struct Inbox {
     commands: Mutex<Commands>,
     has_arrived: Condvar,
     dropped: Arc<DroppedCommands>,
-}
-
-impl DroppedCommands {
-    /// Counts a message, and reports the first one of its kind.
-    fn count(&self, dropped: &Dropped) {
-        let Dropped { kind, why } = dropped;
-        if lock(&self.0).count(kind, Instant::now().into_std()) == Some(1) {
-            tracing::warn!(kind, %why, "command dropped; further ones are only counted");
-        }
-    }
-
-    /// Reports the numbers of all kinds.
-    pub fn report(&self) {
-        for (kind, count) in lock(&self.0).counts() {
-            tracing::warn!(kind, count, "commands dropped in all");
-        }
-    }
 }
 
 impl RosNode {
