@@ -347,6 +347,9 @@ pub fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan>
         read_scenario(&source, known)
     })?;
     plan.best_known = plan.best_known.map(|best_known| folder.join(best_known));
+    for note in plan.notes.iter().take(SHOWN) {
+        stderr_line!("note: {note}");
+    }
     Ok(plan)
 }
 
