@@ -55,9 +55,14 @@ impl RunNews {
             return Vec::new();
         }
         self.events = Some(news.tick);
+        let failed = news.events.iter().filter(|event| event.kind == "failed");
+        let failed: Vec<&str> = failed.map(|event| event.subject.as_str()).collect();
         let mut found = Vec::new();
         for kind in ["applied", "healed", "failed", "gone", "stalled", "back"] {
             let events = news.events.iter().filter(|event| event.kind == kind);
+            // A fault that fails at once has only one line.
+            let events =
+                events.filter(|event| kind != "applied" || !failed.contains(&&*event.subject));
             let events: Vec<&EventLine> = events.collect();
             if let Some(first) = events.first() {
                 found.push((first.t_ms, self.describe(kind, &events)));
