@@ -22,7 +22,7 @@ pub use difference::{Comparison, Difference};
 use crate::{LATEST, exit_status, open};
 use causes::{ValueDifference, input_difference, setup_difference, values_that_differ};
 use sections::sections_of;
-use tables::{difference_of_tick, row_difference, table_difference};
+use tables::{damage_difference, difference_of_tick, row_difference, table_difference};
 
 /// Find the first difference between two runs
 #[derive(Args, Clone, Debug)]
@@ -74,6 +74,9 @@ pub(crate) fn compare_parts(
     again: &RunLog,
     run: &RunLog,
 ) -> Result<Comparison, ReadError> {
+    if let Some(damaged) = damage_difference(logged, again) {
+        return Ok(Comparison::Differs(damaged));
+    }
     let comparison = compare(logged, again)?;
     if let Comparison::Differs(_) = comparison {
         return Ok(comparison);
