@@ -33,6 +33,10 @@ pub fn table_difference(a: &RunLog, b: &RunLog) -> Result<Option<Difference>, Re
 /// with its seals, or in the seals.
 pub fn damage_difference(logged: &RunLog, again: &RunLog) -> Option<Difference> {
     logged.damage()?;
+    if logged.torn == Some(Table::Inputs) {
+        // A replay without these inputs is another run.
+        return Some(torn_difference(logged, Table::Inputs));
+    }
     let damaged = logged.torn.or_else(|| logged.excess.first().copied());
     let tables = damaged.into_iter().chain([Table::Ticks]);
     let mut tables =
@@ -45,6 +49,13 @@ pub fn damage_difference(logged: &RunLog, again: &RunLog) -> Option<Difference> 
             again.table(table),
         )
     })
+}
+
+/// Returns the difference of a table that ends before its seals.
+pub fn torn_difference(logged: &RunLog, table: Table) -> Difference {
+    let whole = logged.last.map_or(0, |seal| seal.tick + 1);
+    let found = format!("rows that agree with their seals for {whole} ticks only");
+    Difference::at_end(table.file_name(), None, found, "more".to_owned())
 }
 
 /// Returns the first line of a table that differs, with its time in the log `of`.

@@ -135,6 +135,14 @@ fn a_changed_row_differs_with_remade_and_with_removed_seals() {
     set_lines(&mut shorter, Table::Ticks, &seals);
     let text = compare_files(&open(&shorter), &again).unwrap().to_string();
     assert!(text.contains(&last), "{text}");
+    let mut altered = memory.clone();
+    let mut inputs = lines(&memory, Table::Inputs);
+    inputs[1] = inputs[1].replace("incarnation\":1", "incarnation\":2");
+    set_lines(&mut altered, Table::Inputs, &inputs);
+    assert_eq!(
+        compare_files(&open(&altered), &again).unwrap().to_string(),
+        "differs: world inputs.jsonl: 'rows that agree with their seals for 0 ticks only' and 'more'"
+    );
     let mut longer = memory.clone();
     let inputs = longer.tables.get_mut(&Table::Inputs).unwrap();
     inputs.extend(b"{}\n");
