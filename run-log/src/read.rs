@@ -267,7 +267,7 @@ struct Cut {
     torn: Option<Table>,
     /// The tables of which the removed part begins after the last complete tick.
     later: Vec<Table>,
-    /// The removed parts.
+    /// The removed part of each table.
     rests: BTreeMap<Table, Vec<u8>>,
 }
 
