@@ -98,6 +98,12 @@ impl BranchArgs {
     /// Returns one line with the problem and the remedy.
     pub fn plan(&self, log: Option<LogLevel>) -> anyhow::Result<Option<BranchPlan>> {
         let (Some(folder), Some(at_s)) = (&self.from, self.at) else {
+            // With a scenario or a seed, which exclude --from, clap does not require it.
+            if self.at.is_some() || self.faults.is_some() || !self.parameters.is_empty() {
+                bail!(
+                    "--at, --faults and --set need a run; give --from RUN, without a scenario and a seed"
+                );
+            }
             return Ok(None);
         };
         let folder = &without_link(folder);
@@ -224,6 +230,9 @@ fn read_faults(name: &str, setup: &Setup, tick: Tick) -> anyhow::Result<Vec<Orde
             let what = format!("{due} is before the branch at {}", SimTime(tick * step));
             let remedy = "use a later time, or branch earlier";
             bail!(file.error_at(at.key("at_s"), what, remedy));
+        }
+        if let Some(problem) = order.beyond_limit(setup.scenario.limit_s) {
+            bail!(file.locate(problem.under(&at)));
         }
         if let Some(id) = &order.id
             && !ids.insert(id)

@@ -2,9 +2,11 @@
 
 mod wire;
 
-use scenario::fault::{Fault, Order};
+use scenario::Catalog;
+use scenario::fault::{Fault, Order, RandomFaults};
+use world_server::faults::campaign::expand;
 
-use crate::fixtures::parse;
+use crate::fixtures::{parse, read};
 use crate::testkit::check_mission;
 
 #[test]
@@ -111,5 +113,33 @@ fn triggers_by_objects_that_do_not_exist_are_refused() {
             expected,
             "{when}"
         );
+    }
+}
+
+/// A gripper can fail only in missions that have one, in files as in orders by hand. Random faults keep to the rule.
+#[test]
+fn only_existing_grippers_fail() {
+    let service = "limit_s = 100000.0\n[service]\n[[service.kinds]]\nname = 't'\nwork_s = { min = 5, max = 5 }\n\
+        [[service.random]]\nn = 1\n";
+    let push = "[[push.bars]]\nx_m = 2\ny_m = 2\ngoal_x_m = 4\n";
+    let robot = "[[robots]]\nname = 'a'\n";
+    let fault = "[[faults.timeline]]\nfault.actuator = { robot = 'a', mode = 'gripper' }\n";
+    let refusal = |text: &str| read(text).err().map(|problem| problem.to_string());
+    for mission in [service, push, "[observe]\nn = 3\n"] {
+        let problem = refusal(&format!("{mission}{robot}{fault}")).unwrap();
+        let expected = "faults.timeline[0].fault.actuator.mode: \
+            the robots of this mission have no gripper; choose another mode";
+        assert!(problem.ends_with(expected), "{problem}");
+    }
+    assert_eq!(refusal(&format!("[waste]\n{robot}{fault}")), None);
+    let scenario = parse(&format!("{service}{robot}"));
+    let orders = expand(&RandomFaults::default(), &scenario, 1);
+    let catalog = Catalog::new(&scenario);
+    let actuators = orders
+        .iter()
+        .filter(|order| order.fault.name() == "actuator");
+    assert!(actuators.count() > 100);
+    for order in &orders {
+        assert_eq!(order.check(&scenario, &catalog), Ok(()), "{order}");
     }
 }

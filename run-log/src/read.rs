@@ -63,6 +63,8 @@ pub struct RunLog {
     folder: PathBuf,
     /// The complete part of every table.
     tables: BTreeMap<Table, Vec<u8>>,
+    /// The rest of each table that was cut off.
+    rests: BTreeMap<Table, Vec<u8>>,
     /// The times of the sealed ticks up to `last`.
     times: Vec<SimTime>,
 }
@@ -130,13 +132,19 @@ impl RunLog {
             lengths.collect()
         };
         let before = lengths(&tables);
-        let Cut { seals, torn, later } = if run.log == LogLevel::Off {
+        let is_running = run.outcome == RunOutcome::Running;
+        let Cut {
+            seals,
+            torn,
+            later,
+            rests,
+        } = if run.log == LogLevel::Off {
             for (table, bytes) in &mut tables {
                 bytes.truncate(whole_rows(*table, bytes).map(<[u8]>::len).sum());
             }
             Cut::default()
         } else {
-            cut(&mut tables, run.log)
+            cut(&mut tables, run.log, is_running)
         };
         let last = seals.last().copied();
         let mut times: Vec<SimTime> = seals.into_iter().map(|seal| seal.now).collect();
@@ -145,7 +153,6 @@ impl RunLog {
         let pairs = before.into_iter().zip(lengths(&tables));
         let excess = pairs.filter(|(before, after)| before != after);
         let excess = excess.map(|((table, _), _)| table);
-        let is_running = run.outcome == RunOutcome::Running;
         let excess = excess.filter(|table| !(is_running && later.contains(table)));
         Self {
             run_json: run.to_json().into_bytes(),
@@ -155,6 +162,7 @@ impl RunLog {
             excess: excess.collect(),
             folder: folder.to_owned(),
             tables,
+            rests,
             times,
         }
     }
@@ -171,6 +179,13 @@ impl RunLog {
     #[must_use]
     pub fn table(&self, table: Table) -> &[u8] {
         &self.tables[&table]
+    }
+
+    /// Returns a table with the rest that was cut off, also damaged rows.
+    #[must_use]
+    pub fn whole_table(&self, table: Table) -> Vec<u8> {
+        let rest = self.rests.get(&table).map_or(&[][..], Vec::as_slice);
+        [self.table(table), rest].concat()
     }
 
     /// Returns the rows of a table; none for a table that the log level omits.
@@ -191,7 +206,8 @@ impl RunLog {
         Rows::new(source)
     }
 
-    /// Returns the inputs in order.
+    /// Returns the inputs in order. Those of a damaged log of an ended run go on after the last complete tick, up to
+    /// their own damage, so that a replay repeats the run.
     pub fn inputs(&self) -> Result<Vec<InputLine>, ReadError> {
         whole_lines(&self.tables[&Table::Inputs])
             .map(serde_json::from_slice)
@@ -251,10 +267,13 @@ struct Cut {
     torn: Option<Table>,
     /// The tables of which the removed part begins after the last complete tick.
     later: Vec<Table>,
+    /// The removed part of each table.
+    rests: BTreeMap<Table, Vec<u8>>,
 }
 
-/// Truncates all tables after the last tick that is complete in each.
-fn cut(tables: &mut BTreeMap<Table, Vec<u8>>, level: LogLevel) -> Cut {
+/// Truncates all tables after the last tick that is complete in each. Without them, a replay of an ended run would have
+/// other inputs and answers, so these are only truncated after their own last complete tick.
+fn cut(tables: &mut BTreeMap<Table, Vec<u8>>, level: LogLevel, is_running: bool) -> Cut {
     let seals = seals(&tables[&Table::Ticks], level);
     let ends: BTreeMap<Table, Vec<usize>> = tables
         .iter()
@@ -267,22 +286,25 @@ fn cut(tables: &mut BTreeMap<Table, Vec<u8>>, level: LogLevel) -> Cut {
     let (first, whole) = first.map_or((None, 0), |(table, ends)| (Some(*table), ends.len()));
     let torn = first.filter(|_| whole < seals.len());
     let last = whole.checked_sub(1).map(|last| seals[last].seal.now);
-    let mut later = Vec::new();
+    let (mut later, mut rests) = (Vec::new(), BTreeMap::new());
     for (&table, bytes) in tables {
-        let end = match whole.checked_sub(1) {
+        let is_repeated = !is_running && matches!(table, Table::Inputs | Table::External);
+        let own = ends[&table].last().filter(|_| is_repeated).copied();
+        let end = own.unwrap_or_else(|| match whole.checked_sub(1) {
             Some(last) => ends[&table][last],
             None => header_length(table, bytes, level),
-        };
+        });
         if begins_after(table, &bytes[end..], last) {
             later.push(table);
         }
-        bytes.truncate(end);
+        rests.insert(table, bytes.split_off(end));
     }
     let whole = seals.into_iter().take(whole);
     Cut {
         seals: whole.map(|rows| rows.seal).collect(),
         torn,
         later,
+        rests,
     }
 }
 

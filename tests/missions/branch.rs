@@ -276,10 +276,11 @@ fn impossible_branches_are_refused_in_one_line() {
     let write = |name: &str, text: &str| std::fs::write(lab.path(name), text).unwrap();
     let fault = |at: &str, fault: &str| format!("[[faults.timeline]]\n{at}fault.{fault}\n");
     write("early.toml", &fault("at_s = 3.0\n", "kill = \"gold\""));
+    write("late.toml", &fault("at_s = 12.0\n", "kill = \"gold\""));
     write("robot.toml", &fault("at_s = 20.0\n", "kill = \"glod\""));
     write(
         "id.toml",
-        &fault("id = \"f1\"\nat_s = 20.0\n", "mute = \"gold\""),
+        &fault("id = \"f1\"\nat_s = 11.0\n", "mute = \"gold\""),
     );
     write("random.toml", "[faults.random]\nmtbf_s = 100.0\n");
     write("key.toml", "[[fault.timeline]]\nat_s = 20.0\n");
@@ -327,6 +328,7 @@ fn impossible_branches_are_refused_in_one_line() {
         "--from run --at -1s",
         "--from run --at 10s --faults nowhere.toml",
         "--from run --at 10s --faults early.toml",
+        "--from run --at 10s --faults late.toml",
         "--from run --at 10s --faults robot.toml",
         "--from run --at 10s --faults id.toml",
         "--from run --at 10s --faults random.toml",

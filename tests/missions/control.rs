@@ -121,7 +121,7 @@ fn orders_that_cannot_take_effect_are_refused() {
         (babble(59.9), "armed"),
         (
             babble(60.0),
-            "at_s: 60 s is not before the end of the run, 60 s; choose an earlier time",
+            "at_s: 'babble a' is due at 60 s, not before the end of the run, 60 s; choose an earlier time",
         ),
         (
             gripper,

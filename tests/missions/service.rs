@@ -203,3 +203,31 @@ fn an_idle_robot_makes_way() {
         }
     }
 }
+
+/// A robot that waits at a point ends the work in a window that is exactly as long, also by its own attempt and in a
+/// crew. Steps of 50 ms are no binary fractions.
+#[test]
+fn a_window_as_long_as_its_work_suffices() {
+    for (work_s, kind, point) in [
+        (1, "", ""),
+        (3, "", ""),
+        (4, "", ""),
+        (5, "", ""),
+        (4, "kept = false", ""),
+        (4, "", ", needs = { t = 2 }"),
+    ] {
+        let scenario = |window_s: f64| {
+            parse(&format!(
+                "limit_s = 90\nroom = {{ width_m = 8, height_m = 8 }}\nallocator = 'nearest'\n\
+                 [service]\npoints = [{{ kind = 't', x_m = 4, y_m = 4, opens_s = 30, deadline_s = {}{point} }}]\n\
+                 [[service.kinds]]\nname = 't'\nwork_s = {{ min = {work_s}, max = {work_s} }}\n{kind}\n\
+                 [[robots]]\nname = 'a'\nstart = {{ x_m = 4, y_m = 3.7 }}\n\
+                 [[robots]]\nname = 'b'\nstart = {{ x_m = 4, y_m = 4.3 }}\n",
+                30.0 + window_s
+            ))
+        };
+        let work_s = f64::from(work_s);
+        events(&scenario(work_s), Outcome::Complete);
+        events(&scenario(work_s - 0.1), Outcome::Expired);
+    }
+}

@@ -94,18 +94,10 @@ const NOTES: usize = 3;
 
 /// Returns values of the scenario that contradict each other or its time limit, and work to which no way leads.
 fn contradictions(scenario: &Scenario, starts: &[Vec2]) -> Vec<String> {
-    let limit_s = scenario.limit_s;
-    let timeline = scenario.faults.timeline.iter().enumerate();
-    let late = timeline.filter_map(|(index, order)| {
-        let at_s = order.at_s.filter(|at_s| *at_s >= limit_s)?;
-        let fault = &order.fault;
-        Some(format!(
-            "faults.timeline[{index}].at_s: '{fault}' is due at {at_s} s, not before limit_s, {limit_s} s; \
-             let it begin earlier, or allow more time"
-        ))
-    });
+    let late = scenario.faults.beyond_limit(scenario.limit_s).into_iter();
     let of_mission = scenario.mission().warnings(scenario, starts);
-    late.chain(of_mission.iter().map(ToString::to_string))
+    late.chain(of_mission)
+        .map(|problem| problem.to_string())
         .collect()
 }
 

@@ -80,6 +80,12 @@ impl Pair {
         self.mean == Some((0.0, (0.0, 0.0)))
     }
 
+    /// Checks whether the difference is exact, because the seed has no effect on either allocator. No test applies.
+    #[must_use]
+    pub fn is_exact(&self) -> bool {
+        self.n > 0 && self.p.is_none()
+    }
+
     /// Checks whether the difference is exact or significant.
     #[must_use]
     pub fn is_significant(&self) -> bool {
@@ -91,6 +97,14 @@ impl Pair {
 }
 
 impl BlockAnalysis {
+    /// Checks whether the seed has no effect on any pair of allocators with data.
+    #[must_use]
+    pub fn has_no_chance(&self) -> bool {
+        let pairs = self.pairs.iter().flat_map(|(_, pairs)| pairs);
+        let mut pairs = pairs.filter(|pair| pair.n > 0).peekable();
+        pairs.peek().is_some() && pairs.all(Pair::is_exact)
+    }
+
     /// Checks whether the number of pairs of runs suffices for a significant difference by a metric.
     #[must_use]
     pub fn can_differ(&self, metric: &Metric) -> bool {
@@ -511,9 +525,42 @@ mod tests {
         let completion = data.metric_index(&Metric::Completion);
         let summary = analysis.blocks[0].summaries[0][completion].unwrap();
         assert_eq!((summary.n, summary.interval), (1, (1.0, 1.0)));
-        let details = answer(&data, &analysis, &[]).details.join("\n");
+        let found = answer(&data, &analysis, &[]);
+        let details = found.details.join("\n");
         let text = "All seeds give the same run, which counts once: near, none; near, dead; far, none; far, dead.";
         assert!(details.contains(text), "{details}");
+        assert_eq!(
+            [&*found.sentences[0], &found.sentences[2]],
+            [
+                "Over 4 blocks (a block is a mission under a class of faults) alliance has the best mean rank, 1.0 of 3; \
+                 all seeds give the same run, so each block is one run of each (n = 1).",
+                "In 4 of 4 blocks some allocator is worse than the best, by an exact difference without a test, \
+                 because all seeds give the same run (n = 1).",
+            ]
+        );
+        assert!(!details.contains("significant"), "{details}");
+    }
+
+    /// With chance in one mission only, the tests concern that mission only.
+    #[test]
+    fn exact_and_tested_differences_are_told_apart() {
+        let data = data(
+            |block, rival, seed| {
+                let varied = if block < 2 {
+                    (seed * seed % 7) as f64
+                } else {
+                    0.0
+                };
+                Some(40.0 + varied + 2.5 * rival as f64)
+            },
+            8,
+        );
+        let analysis = Analysis::new(&data, JOBS);
+        assert_eq!(
+            answer(&data, &analysis, &[]).sentences[2],
+            "In 2 of 2 blocks some allocator is significantly worse than the best; in 2 of 2 more some allocator is \
+             worse than the best, by an exact difference without a test, because all seeds give the same run (n = 1)."
+        );
     }
 
     #[test]

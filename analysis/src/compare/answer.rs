@@ -55,7 +55,11 @@ fn best_of_all(data: &ComparisonData, analysis: &Analysis) -> String {
     let first = order[0];
     let mut near = order[1..].to_vec();
     near.retain(|place| ranks[*place] - ranks[first] < ranking.critical);
+    let no_chance = |block: &usize| analysis.blocks[*block].has_no_chance();
     let others = match near.len() {
+        _ if ranking.blocks.iter().all(no_chance) => {
+            "all seeds give the same run, so each block is one run of each (n = 1)".to_owned()
+        }
         0 => "all others are significantly worse".to_owned(),
         _ if ranking.friedman.p >= SIGNIFICANT => format!(
             "the ranks of all allocators together do not differ significantly (Friedman, p {})",
@@ -160,7 +164,8 @@ fn incomplete_of(data: &ComparisonData, rival: usize) -> usize {
     outcomes.filter(|outcome| **outcome == 0.0).count()
 }
 
-/// States in how many blocks some allocator is significantly worse than the best, or that the seeds are too few.
+/// States in how many blocks some allocator is significantly worse than the best, or exactly in missions without chance,
+/// or that the seeds are too few.
 fn significance(data: &ComparisonData, analysis: &Analysis) -> String {
     let blocks = 0..data.blocks.len();
     let compared = blocks.filter(|block| data.deciding(*block).is_some());
@@ -182,16 +187,33 @@ fn significance(data: &ComparisonData, analysis: &Analysis) -> String {
     let shows = |block: &&usize| {
         best(data, **block).is_some_and(|best| !worse(analysis, data, **block, best).is_empty())
     };
-    let some = can.iter().filter(shows).count();
-    let mut text = format!(
-        "In {some} of {} some allocator is significantly worse than the best",
-        counted(can.len(), "block")
-    );
+    let (exact, tested): (Vec<usize>, Vec<usize>) = can
+        .into_iter()
+        .partition(|block| analysis.blocks[*block].has_no_chance());
+    let mut parts = Vec::new();
+    for (blocks, is_worse) in [
+        (tested, "is significantly worse than the best"),
+        (
+            exact,
+            "is worse than the best, by an exact difference without a test, because all seeds give the same run (n = 1)",
+        ),
+    ] {
+        if !blocks.is_empty() {
+            let some = blocks.iter().filter(shows).count();
+            let of = match parts.is_empty() {
+                true => format!("In {some} of {}", counted(blocks.len(), "block")),
+                false => format!("in {some} of {} more", blocks.len()),
+            };
+            parts.push(format!("{of} some allocator {is_worse}"));
+        }
+    }
     if !cannot.is_empty() {
         let count = cannot.len();
-        text += &format!("; {count} more have too few runs to show a difference");
+        parts.push(format!(
+            "{count} more have too few runs to show a difference"
+        ));
     }
-    text + "." + &undecided_by_primary(data)
+    parts.join("; ") + "." + &undecided_by_primary(data)
 }
 
 /// Names the primary metrics by which all allocators of a block are equal, and the metrics by which they differ.
@@ -236,6 +258,7 @@ fn best_in(data: &ComparisonData, analysis: &Analysis, block: usize) -> Option<S
     let ties = match ties.len() {
         0 => "all others are worse".to_owned(),
         _ if !can_differ(data, analysis, block) => "too few seeds for a difference".to_owned(),
+        _ if analysis.blocks[block].has_no_chance() => format!("equal: {}", names(data, &ties)),
         _ => format!("no significant difference to {}", names(data, &ties)),
     };
     let mission = match data.blocks[block].mission.as_str() {

@@ -1,7 +1,7 @@
 //! The comparison at a glance: what was compared, by which measure and which tests, what is left out, and what would change
 //! the answer.
 
-use super::analysis::{Analysis, Ranking};
+use super::analysis::{Analysis, BlockAnalysis, Ranking};
 use super::answer::{best, named, next_best, p_value, rivals};
 use super::data::ComparisonData;
 use super::metrics::Metric;
@@ -115,16 +115,8 @@ fn lead_in_block(data: &ComparisonData, analysis: &Analysis, block: usize) -> Op
     let summary = analysis.blocks[block].summaries[first][data.metric_index(metric)]?;
     let (mean, interval) = pair.mean?;
     let show = |(from, to): (f64, f64)| format!("{} to {}", metric.show(from), metric.show(to));
-    let p = match pair.adjusted {
-        Some(p) => format!(
-            "p {} by Wilcoxon's test after Holm's correction, {}",
-            p_value(p),
-            counted(pair.n, "pair")
-        ),
-        None => "exact".to_owned(),
-    };
-    Some(format!(
-        "{}{}: {} {} (95 %: {}). The next, {}, differs by {} ({}): effect {:.2}, {p}.",
+    let head = format!(
+        "{}{}: {} {}",
         if data.blocks.len() == 1 {
             String::new()
         } else {
@@ -133,9 +125,23 @@ fn lead_in_block(data: &ComparisonData, analysis: &Analysis, block: usize) -> Op
         data.allocators[first],
         metric.heading().trim_end_matches(" in s"),
         metric.show(summary.mean),
+    );
+    let (next, lead) = (&data.allocators[second], metric.show(mean));
+    if pair.is_exact() {
+        return Some(format!(
+            "{head}. The next, {next}, differs by {lead}: exact, because all seeds give the same run (n = 1)."
+        ));
+    }
+    let p = pair.adjusted.map_or_else(String::new, |p| {
+        let pairs = counted(pair.n, "pair");
+        format!(
+            ", p {} by Wilcoxon's test after Holm's correction, {pairs}",
+            p_value(p)
+        )
+    });
+    Some(format!(
+        "{head} (95 %: {}). The next, {next}, differs by {lead} ({}): effect {:.2}{p}.",
         show(summary.interval),
-        data.allocators[second],
-        metric.show(mean),
         show(interval),
         pair.effect,
     ))
@@ -151,9 +157,14 @@ fn tests(data: &ComparisonData, analysis: &Analysis) -> String {
             p_value(friedman.p),
         )
     });
+    let over_blocks = over_blocks.unwrap_or_default();
+    if analysis.blocks.iter().all(BlockAnalysis::has_no_chance) {
+        return format!(
+            "{over_blocks}Within a block: none. All seeds give the same run, so differences are exact (n = 1)."
+        );
+    }
     format!(
-        "{}Within a block: Wilcoxon's signed-rank test of runs with the same seed, with Holm's correction for {}. A difference is significant below {SIGNIFICANT}.",
-        over_blocks.unwrap_or_default(),
+        "{over_blocks}Within a block: Wilcoxon's signed-rank test of runs with the same seed, with Holm's correction for {}. A difference is significant below {SIGNIFICANT}.",
         counted(pairs_of(data.allocators.len()), "pair"),
     )
 }
@@ -277,6 +288,11 @@ fn of_block(data: &ComparisonData, analysis: &Analysis, block: usize) -> Option<
     let (_, pair) = analysis.decided(data, block, (first, second))?;
     let (mean, (from, to)) = pair.mean?;
     let other = &data.allocators[second];
+    if pair.is_exact() {
+        return Some(format!(
+            "Other missions and faults: all seeds give the same run, so the difference to {other} is exact, and more seeds show nothing new."
+        ));
+    }
     if pair.is_significant() {
         return Some(format!(
             "Other missions and faults: this is one block. More seeds only narrow the intervals, as the lead over {other} is significant."

@@ -22,7 +22,9 @@ pub use difference::{Comparison, Difference};
 use crate::{LATEST, exit_status, open};
 use causes::{ValueDifference, input_difference, setup_difference, values_that_differ};
 use sections::sections_of;
-use tables::{difference_of_tick, row_difference, table_difference};
+use tables::{
+    damage_difference, difference_of_tick, row_difference, table_difference, torn_difference,
+};
 
 /// Find the first difference between two runs
 #[derive(Args, Clone, Debug)]
@@ -74,15 +76,15 @@ pub(crate) fn compare_parts(
     again: &RunLog,
     run: &RunLog,
 ) -> Result<Comparison, ReadError> {
+    if let Some(damaged) = damage_difference(logged, again) {
+        return Ok(Comparison::Differs(damaged));
+    }
     let comparison = compare(logged, again)?;
     if let Comparison::Differs(_) = comparison {
         return Ok(comparison);
     }
     if let Some(table) = logged.torn {
-        let whole = logged.last.map_or(0, |seal| seal.tick + 1);
-        let found = format!("rows that agree with their seals for {whole} ticks only");
-        let difference = Difference::at_end(table.file_name(), None, found, "more".to_owned());
-        return Ok(Comparison::Differs(difference));
+        return Ok(Comparison::Differs(torn_difference(logged, table)));
     }
     if let Some(table) = logged.excess.first() {
         let found = if logged.run.log.keeps(*table) {

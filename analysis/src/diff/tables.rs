@@ -22,15 +22,44 @@ pub fn table_difference(a: &RunLog, b: &RunLog) -> Result<Option<Difference>, Re
                 let [a, b] = [bytes_a, bytes_b].map(|bytes| format!("{} bytes", bytes.len()));
                 return Ok(Some(Difference::at_end(table.file_name(), None, a, b)));
             }
-        } else if let Some(found) = line_difference(table, bytes_a, bytes_b) {
-            let tick = found.t_ms.map(|t_ms| t_ms.0 / a.run.setup.scenario.step_ms);
-            return Ok(Some(Difference { tick, ..found }));
+        } else if let Some(found) = line_difference(a, table, bytes_a, bytes_b) {
+            return Ok(Some(found));
         }
     }
     Ok(None)
 }
 
-fn line_difference(table: Table, a: &[u8], b: &[u8]) -> Option<Difference> {
+/// Returns the first line of a damaged log of an ended run that its replay does not have: in the table that disagrees
+/// with its seals, or in the seals.
+pub fn damage_difference(logged: &RunLog, again: &RunLog) -> Option<Difference> {
+    logged.damage()?;
+    if logged.torn == Some(Table::Inputs) {
+        // A replay without these inputs is another run.
+        return Some(torn_difference(logged, Table::Inputs));
+    }
+    let damaged = logged.torn.or_else(|| logged.excess.first().copied());
+    let tables = damaged.into_iter().chain([Table::Ticks]);
+    let mut tables =
+        tables.filter(|table| *table != Table::External && logged.run.log.keeps(*table));
+    tables.find_map(|table| {
+        line_difference(
+            logged,
+            table,
+            &logged.whole_table(table),
+            again.table(table),
+        )
+    })
+}
+
+/// Returns the difference of a table that ends before its seals.
+pub fn torn_difference(logged: &RunLog, table: Table) -> Difference {
+    let whole = logged.last.map_or(0, |seal| seal.tick + 1);
+    let found = format!("rows that agree with their seals for {whole} ticks only");
+    Difference::at_end(table.file_name(), None, found, "more".to_owned())
+}
+
+/// Returns the first line of a table that differs, with its time in the log `of`.
+fn line_difference(of: &RunLog, table: Table, a: &[u8], b: &[u8]) -> Option<Difference> {
     // The seal of foreign.bin depends on the compression.
     let external = format!(",{},", Table::External.file_name());
     let lines = |bytes: &[u8]| -> Vec<String> {
@@ -62,15 +91,19 @@ fn line_difference(table: Table, a: &[u8], b: &[u8]) -> Option<Difference> {
         .find(|column| cell(&row_a, *column) != cell(&row_b, *column))
         .unwrap_or_default();
     let row = if row_a.is_empty() { &row_b } else { &row_a };
-    let of = |name: &str| {
+    let cell_of = |name: &str| {
         let column = columns.iter().position(|column| column == name)?;
         row.get(column)
     };
-    let robot = of("robot").or(of("receiver")).or(of("sender"));
+    let robot = cell_of("robot")
+        .or(cell_of("receiver"))
+        .or(cell_of("sender"));
     let name = columns.get(column).map_or("", String::as_str);
     let shown = |row: &[String]| cell(row, column).unwrap_or_else(|| "no row".to_owned());
+    let t_ms = cell_of("t_ms").and_then(|t_ms| t_ms.parse().ok());
     Some(Difference {
-        t_ms: of("t_ms").and_then(|t_ms| t_ms.parse().ok()).map(SimTime),
+        tick: t_ms.map(|t_ms: u64| t_ms / of.run.setup.scenario.step_ms),
+        t_ms: t_ms.map(SimTime),
         robot: robot
             .filter(|robot| !robot.is_empty())
             .map_or(WORLD_ROBOT, String::as_str)

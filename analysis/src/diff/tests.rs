@@ -99,12 +99,57 @@ fn a_changed_row_differs_with_remade_and_with_removed_seals() {
             "{text}"
         );
     }
+    // A table that disagrees with its seals is named with its row.
+    for table in [Poses, Events, Mission, Motivations] {
+        let rows = lines(&memory, table);
+        for row in [1, rows.len() / 2, rows.len() - 1] {
+            for change in ["changed", "removed", "doubled"] {
+                let mut altered_rows = rows.clone();
+                match change {
+                    "changed" => altered_rows[row] = rows[row].replace(',', ",0"),
+                    "removed" => drop(altered_rows.remove(row)),
+                    _ => altered_rows.insert(row, rows[row].clone()),
+                }
+                let first = (0..)
+                    .find(|at| altered_rows.get(*at) != rows.get(*at))
+                    .unwrap();
+                let mut altered = memory.clone();
+                set_lines(&mut altered, table, &altered_rows);
+                let text = compare_files(&open(&altered), &again).unwrap().to_string();
+                let place = format!(" {}, ", table.file_name());
+                let line = format!(" in line {}: ", first + 1);
+                assert!(
+                    text.contains(&place) && text.contains(&line),
+                    "{change}: {text}"
+                );
+            }
+        }
+    }
+    let mut shorter = memory.clone();
+    let mut seals = lines(&memory, Table::Ticks);
+    let _ = seals.pop();
+    let last = format!(
+        " ticks.csv, t_ms in line {}: 'no row' and ",
+        seals.len() + 1
+    );
+    set_lines(&mut shorter, Table::Ticks, &seals);
+    let text = compare_files(&open(&shorter), &again).unwrap().to_string();
+    assert!(text.contains(&last), "{text}");
+    let mut altered = memory.clone();
+    let mut inputs = lines(&memory, Table::Inputs);
+    inputs[1] = inputs[1].replace("incarnation\":1", "incarnation\":2");
+    set_lines(&mut altered, Table::Inputs, &inputs);
+    assert_eq!(
+        compare_files(&open(&altered), &again).unwrap().to_string(),
+        "differs: world inputs.jsonl: 'rows that agree with their seals for 0 ticks only' and 'more'"
+    );
     let mut longer = memory.clone();
     let inputs = longer.tables.get_mut(&Table::Inputs).unwrap();
     inputs.extend(b"{}\n");
+    let line = lines(&memory, Table::Inputs).len() + 1;
     assert_eq!(
         compare_files(&open(&longer), &again).unwrap().to_string(),
-        "differs: world inputs.jsonl: 'rows without a seal in ticks.csv' and 'none'"
+        format!("differs: world inputs.jsonl, in line {line}: '{{}}' and 'no row'")
     );
 }
 

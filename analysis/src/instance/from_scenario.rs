@@ -1,6 +1,7 @@
 //! The instance of a scenario of the mission *service*, for exports.
 
 use missions::service::data::{SERVICE, ServiceSection, points};
+use scenario::fault::EventTrigger;
 use scenario::{Problem, Scenario};
 use toml::Table;
 
@@ -30,6 +31,14 @@ pub fn instance(scenario: &Scenario, seed: u64, starts: &[[f64; 2]]) -> Result<E
         ));
     }
     let section = ServiceSection::of(scenario);
+    // A point is known by its name or by its number.
+    let id = |number: usize| {
+        let name = section
+            .points
+            .get(number)
+            .and_then(|point| point.name.clone());
+        name.unwrap_or_else(|| format!("p{number}"))
+    };
     let text = Table::try_from(section);
     let text = text.map_err(|error| Problem::of_value(error.to_string(), ""))?;
     let stated = text.get("points").and_then(|points| points.as_array());
@@ -39,7 +48,7 @@ pub fn instance(scenario: &Scenario, seed: u64, starts: &[[f64; 2]]) -> Result<E
         .map(|(index, point)| {
             let kind = &section.kinds[point.kind];
             let mut task = Task {
-                id: format!("p{index}"),
+                id: id(index),
                 x_m: readable(point.at.x),
                 y_m: readable(point.at.y),
                 work_s: point.work_s,
@@ -56,12 +65,9 @@ pub fn instance(scenario: &Scenario, seed: u64, starts: &[[f64; 2]]) -> Result<E
                     (property.read)(&mut task, value);
                 }
             }
-            // A predecessor may have a name of its own. Instances have ids only.
             for before in &mut task.after {
-                let mut points = section.points.iter();
-                let named = points.position(|point| point.name.as_ref() == Some(before));
-                if let Some(number) = named {
-                    *before = format!("p{number}");
+                if let Some(number) = EventTrigger::number_of(before, "p") {
+                    *before = id(number);
                 }
             }
             task

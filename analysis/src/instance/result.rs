@@ -1,9 +1,8 @@
 //! The result of a run: the state, the robots and the times of each task, from the events of its log.
 
-use std::collections::BTreeMap;
-
 use run_log::{EventRow, RunLog, RunOutcome, Table};
 use scenario::Problem;
+use scenario::fault::EventTrigger;
 use scenario::time::SimTime;
 
 use super::from_scenario::{self, Extracted};
@@ -25,11 +24,10 @@ pub fn of_run(log: &RunLog, starts: &[[f64; 2]]) -> anyhow::Result<Extracted> {
         events.push(row?);
     }
     let result = result(log, &extracted.instance, &events);
+    let stated = extracted.instance.tasks.len();
     let added = events
         .iter()
-        .filter(|event| {
-            event.kind == "arrived" && !result.tasks.iter().any(|task| task.id == event.subject)
-        })
+        .filter(|event| event.kind == "arrived" && number_of(event) >= Some(stated))
         .count();
     if added > 0 {
         extracted.notes.push(format!(
@@ -38,6 +36,11 @@ pub fn of_run(log: &RunLog, starts: &[[f64; 2]]) -> anyhow::Result<Extracted> {
     }
     extracted.instance.result = Some(result);
     Ok(extracted)
+}
+
+/// Returns the number of the point that an event concerns.
+fn number_of(event: &EventRow) -> Option<usize> {
+    EventTrigger::number_of(&event.subject, "p")
 }
 
 fn result(log: &RunLog, instance: &Instance, events: &[EventRow]) -> RunResult {
@@ -51,8 +54,6 @@ fn result(log: &RunLog, instance: &Instance, events: &[EventRow]) -> RunResult {
         ..TaskResult::default()
     };
     let mut tasks: Vec<TaskResult> = instance.tasks.iter().map(|task| new(&task.id)).collect();
-    let index: BTreeMap<String, usize> =
-        tasks.iter().map(|task| task.id.clone()).zip(0..).collect();
     let mut robots: Vec<RobotResult> = instance
         .robots
         .iter()
@@ -62,7 +63,7 @@ fn result(log: &RunLog, instance: &Instance, events: &[EventRow]) -> RunResult {
         })
         .collect();
     for event in events {
-        let Some(task) = index.get(&event.subject).map(|task| &mut tasks[*task]) else {
+        let Some(task) = number_of(event).and_then(|number| tasks.get_mut(number)) else {
             continue;
         };
         let at_s = event.t_ms.as_secs_f64();
@@ -78,7 +79,7 @@ fn result(log: &RunLog, instance: &Instance, events: &[EventRow]) -> RunResult {
         }
         match event.kind.as_str() {
             // A task that comes back begins anew.
-            "arrived" => *task = new(&event.subject),
+            "arrived" => *task = new(&task.id.clone()),
             "begun" => {
                 task.begun_s.get_or_insert(at_s);
             }

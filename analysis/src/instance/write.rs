@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
-use missions::service::data::MAX_KINDS;
+use missions::service::data::{MAX_KINDS, ServiceSection};
+use scenario::fault::EventTrigger;
 use scenario::limits::LONGEST_S;
 use scenario::names::is_name;
 use scenario::{Body, Problem, Scenario};
@@ -122,22 +123,34 @@ pub fn scenario(loaded: &Loaded, frame: &Frame, title: &str) -> Result<Written, 
         // The check of the instance guarantees that the task exists.
         point: &|id| format!("p{}", index.get(id).copied().unwrap_or(0)),
     };
-    let rows = points.iter().map(|Point { kind, task }| {
-        let [x_m, y_m] = frame.place([task.x_m, task.y_m]);
-        let mut each = Table::new();
-        each.insert("kind".to_owned(), Value::String(kinds[*kind].name.clone()));
-        each.extend(numbers([("x_m", x_m), ("y_m", y_m)]));
-        if task.arrival_s > 0.0 {
-            each.extend(numbers([("arrival_s", task.arrival_s)]));
-        }
-        each.extend(numbers([("work_s", task.work_s)]));
-        for property in PROPERTIES {
-            if let Some(value) = (property.write)(task, &context) {
-                each.insert(property.name.to_owned(), value);
+    let rows = points
+        .iter()
+        .enumerate()
+        .map(|(number, Point { kind, task })| {
+            let [x_m, y_m] = frame.place([task.x_m, task.y_m]);
+            let mut each = Table::new();
+            // The id remains in exports of the scenario, unless it is that of another point or no name.
+            let comment = match EventTrigger::number_of(&task.id, "p") {
+                Some(other) if other == number => String::new(),
+                None if is_name(&task.id) => {
+                    each.insert("name".to_owned(), Value::String(task.id.clone()));
+                    String::new()
+                }
+                _ => task.id.clone(),
+            };
+            each.insert("kind".to_owned(), Value::String(kinds[*kind].name.clone()));
+            each.extend(numbers([("x_m", x_m), ("y_m", y_m)]));
+            if task.arrival_s > 0.0 {
+                each.extend(numbers([("arrival_s", task.arrival_s)]));
             }
-        }
-        (Value::Table(each), task.id.clone())
-    });
+            each.extend(numbers([("work_s", task.work_s)]));
+            for property in PROPERTIES {
+                if let Some(value) = (property.write)(task, &context) {
+                    each.insert(property.name.to_owned(), value);
+                }
+            }
+            (Value::Table(each), comment)
+        });
     file.list("points", rows);
     Ok(Written {
         text: file.0,
@@ -273,33 +286,53 @@ fn room(floor: &Floor) -> Table {
     room
 }
 
+/// Returns the top speed of the slowest robot, m/s.
+fn slowest_m_s(instance: &Instance, frame: &Frame) -> f64 {
+    let default = f64::from(Body::default().speed_m_s);
+    let own = instance.robots.iter().filter_map(|robot| robot.speed_m_s);
+    frame.length(own.fold(instance.speed_m_s.unwrap_or(default), f64::min))
+}
+
 /// Returns the length of a step, ms: the default, or the first longer one whose steps exceed the resolution of the
 /// room's coordinates.
 fn step_ms(instance: &Instance, frame: &Frame) -> u64 {
-    let default = f64::from(Body::default().speed_m_s);
-    let own = instance.robots.iter().filter_map(|robot| robot.speed_m_s);
-    let slowest = own.fold(instance.speed_m_s.unwrap_or(default), f64::min);
-    let slowest_m_s = frame.length(slowest);
+    let slowest_m_s = slowest_m_s(instance, frame);
     let least_m = f64::from(frame.room.as_room().least_step_m());
     let suffices = |step_ms: &u64| slowest_m_s * *step_ms as f64 / 1000.0 >= least_m;
     let steps = [Scenario::default().step_ms, 100, 200];
     steps.into_iter().find(suffices).unwrap_or(500)
 }
 
-/// Returns the stated time limit, or the time after which one robot has done all tasks one after another, s. Obstacles
-/// extend it.
+/// Returns the stated time limit, or the time after which the slowest robot with the least skills has done all tasks one
+/// after another, s. Obstacles extend it, and so does the wait for the robots of each slot.
 fn limit_s(instance: &Instance, points: &[Point], frame: &Frame) -> f64 {
     if let Some(limit_s) = instance.limit_s {
         return limit_s;
     }
-    let default = f64::from(Body::default().speed_m_s);
-    let speed_m_s = frame.length(instance.speed_m_s.unwrap_or(default));
-    let across_s = frame.room.width_m.hypot(frame.room.height_m) / speed_m_s;
+    let across_s = frame.room.width_m.hypot(frame.room.height_m) / slowest_m_s(instance, frame);
+    let wait_s = ServiceSection::COALITION_WAIT_S;
+    let pace = |task: &Task| {
+        let skills = task
+            .needs
+            .keys()
+            .chain(task.kind.as_ref().filter(|_| task.needs.is_empty()));
+        let levels = skills.flat_map(|skill| {
+            let robots = instance
+                .robots
+                .iter()
+                .filter_map(|robot| robot.skills.as_ref());
+            robots.filter_map(move |levels| levels.get(skill).copied())
+        });
+        levels.filter(|level| *level > 0.0).fold(1.0, f64::min)
+    };
     let opening_s = |point: &Point| point.task.arrival_s + point.task.opens_s.unwrap_or(0.0);
     let last_s = points.iter().map(opening_s).fold(0.0, f64::max);
     let work_s: f64 = points
         .iter()
-        .map(|point| point.task.work_s + across_s)
+        .map(|Point { task, .. }| {
+            let slots = f64::from(task.needs.values().sum::<u32>());
+            task.work_s / pace(task) + across_s + slots * (across_s + wait_s)
+        })
         .sum();
     let ways = if instance.obstacles.is_empty() {
         1.0

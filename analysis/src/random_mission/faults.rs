@@ -334,7 +334,7 @@ impl Dice<'_> {
             }
             "actuator" => {
                 let robot = self.robot();
-                random_actuator_fault(self.rng, &robot)
+                random_actuator_fault(self.rng, &robot, self.scenario.mission())
             }
             "skill" => Fault::Skill(self.worse_skill()?),
             "obstacle" => {

@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use missions::Registry;
 use run_log::{LogLevel, MemoryLog, RunFile, RunLog};
+use scenario::Setup;
 use scenario::time::{SimTime, seconds};
 use terminal::stderr_line;
 use world_server::simulation::Simulation;
@@ -212,6 +214,10 @@ fn note_figures(number: usize, what: &str, notes: &mut Vec<String>) {
     }
 }
 
+/// The largest number of motivations or utilities for which a run without a log of every tick is replayed with all of
+/// them. Above, they take minutes to hours.
+const REPLAYED_ROWS_MAX: u64 = 5_000_000;
+
 /// Returns the history of a run with its run.json, and the room at `times`, s. Replays the run if its log does not contain
 /// them.
 fn full_history(
@@ -219,10 +225,21 @@ fn full_history(
     times: &[f64],
     notes: &mut Vec<String>,
 ) -> anyhow::Result<(RunFile, History, Vec<Room>)> {
-    let is_full = logged.run.log.has_every_tick();
+    let Setup {
+        scenario, catalog, ..
+    } = &logged.run.setup;
+    let sets = scenario.robots.iter();
+    let sets: usize = sets.map(|robot| catalog.behaviors_of(robot).count()).sum();
+    let ticks = logged
+        .last
+        .map_or(logged.run.result.ticks, |last| last.tick + 1);
+    let level = logged.run.log;
+    let is_long = ticks * sets as u64 > REPLAYED_ROWS_MAX;
+    let has_tables = level.has_every_tick() || (is_long && level == LogLevel::Summary);
     let mut rooms = Vec::new();
-    if !is_full || !times.is_empty() {
-        let step = SimTime(logged.run.setup.scenario.step_ms);
+    let mut replayed = None;
+    if !has_tables || !times.is_empty() {
+        let step = SimTime(scenario.step_ms);
         let wanted: Vec<SimTime> = times
             .iter()
             .map(|at| SimTime(SimTime::from_secs_f64(*at).0 / step.0 * step.0))
@@ -233,33 +250,53 @@ fn full_history(
                 rooms.push(Room { view });
             }
         };
-        let (end, replayed) = if is_full {
-            let again = retrace_into(logged, LogLevel::Off, MemoryLog::default(), see)?;
+        let end = if has_tables || is_long {
+            let level = match has_tables {
+                true => LogLevel::Off,
+                false => LogLevel::Summary,
+            };
+            let again = retrace_into(logged, level, MemoryLog::default(), see)?;
             notes.extend(again.differs);
-            (again.end.now, None)
+            if !has_tables {
+                let log = RunLog::from_memory(&again.sink, &Registry::current().vocabulary())?;
+                replayed = Some((again.run, History::read(&log)?));
+            }
+            again.end.now
         } else {
             let history = History::new(logged.run.setup.clone(), SimTime::ZERO);
             let again = retrace_into(logged, LogLevel::Full, HistorySink::new(history), see)?;
             notes.extend(again.differs);
             let mut history = again.sink.history;
             history.finish(&again.run);
-            (again.end.now, Some((again.run, history)))
+            replayed = Some((again.run, history));
+            again.end.now
         };
         if let Some(at) = wanted.iter().find(|at| **at > end) {
             bail!("--snapshot {}: the run ended at {end}", at.as_secs_f64());
         }
-        if let Some((run, history)) = replayed {
-            notes.push(format!(
-                "the run was logged with --log {}, so it was replayed for this report",
-                logged.run.log.as_str()
-            ));
-            return Ok((run, history, rooms));
-        }
     }
-    let rows = History::count_rows(logged) as u64;
-    let mut progress = Progress::new("reading the log", "rows", rows);
-    let history = History::read_with(logged, || progress.step())?;
-    Ok((logged.run.clone(), history, rooms))
+    let level = level.as_str();
+    let (run, history) = match replayed {
+        Some(replayed) => {
+            notes.push(format!(
+                "the run was logged with --log {level}, so it was replayed for this report"
+            ));
+            replayed
+        }
+        None => {
+            let rows = History::count_rows(logged) as u64;
+            let mut progress = Progress::new("reading the log", "rows", rows);
+            let history = History::read_with(logged, || progress.step())?;
+            (logged.run.clone(), history)
+        }
+    };
+    if history.is_summary {
+        notes.push(format!(
+            "with --log {level} and {sets} behavior sets the report has no levels, ways, messages and detections, and not \
+             the time in which tasks were applicable; a run with --log compact has them"
+        ));
+    }
+    Ok((run, history, rooms))
 }
 
 /// Writes the wanted figures as files, and those that are too large for the page.
@@ -282,7 +319,6 @@ fn write_figures(out: &Path, figures: &[Figure], look: &FigureOptions) -> anyhow
 mod tests {
     use std::fs;
 
-    use missions::Registry;
     use missions::waste::data::{default_scenario, default_setup};
     use run_log::recorder::Folder;
     use run_log::{RunFile, Table};
@@ -482,6 +518,72 @@ mod tests {
             );
             assert_eq!((full.0, replayed.0), (Vec::new(), vec![note]));
             assert!(full.1 == replayed.1, "{allocator}, {}", level.as_str());
+        }
+    }
+
+    /// A summary contains the same work as a full log. The report says what it does not contain.
+    #[test]
+    fn a_summary_alone_has_the_same_work_and_names_what_it_lacks() {
+        for allocator in ["alliance", "cbba"] {
+            let read = |level| {
+                let folder = run_of(allocator, level);
+                let log = RunLog::open(folder.path(), &Registry::built_in().vocabulary()).unwrap();
+                let history = History::read(&log).unwrap();
+                let metrics = Metrics::compute(&history, &log.run);
+                (log.run.clone(), history, metrics)
+            };
+            let ((_, full, of_full), (run, summary, metrics)) =
+                (read(LogLevel::Full), read(LogLevel::Summary));
+            let work = |history: &History, metrics: &Metrics| {
+                let robots = history.robots.iter().map(|robot| {
+                    let sets = robot.sets.iter();
+                    let sets = sets.map(|set| (set.active.clone(), set.waiting.clone()));
+                    (robot.present.clone(), sets.collect::<Vec<_>>())
+                });
+                let robots = robots.collect::<Vec<_>>();
+                let tasks = metrics.tasks.iter().map(|task| &task.duplicate);
+                let tasks = tasks.collect::<Vec<_>>();
+                let (stints, takeovers) = (&metrics.stints, &metrics.takeovers);
+                format!(
+                    "{robots:?}\n{tasks:?}\n{stints:?}\n{takeovers:?}\n{:?}",
+                    metrics.robots
+                )
+            };
+            assert_eq!(
+                work(&full, &of_full),
+                work(&summary, &metrics),
+                "{allocator}"
+            );
+            assert!(summary.is_summary && !full.is_summary);
+            let wanted = FigureSelection {
+                sheet: SizeOptions::default().sheet().unwrap(),
+                from_s: None,
+                to_s: None,
+                end_s: 80.0,
+                only: Vec::new(),
+                rooms: Vec::new(),
+                max_bytes: None,
+            };
+            let DrawnFigures { figures, .. } = figures(&summary, &metrics, &wanted).unwrap();
+            let names = figures.iter().map(|figure| figure.name.as_str());
+            assert_eq!(
+                names.collect::<Vec<_>>(),
+                ["gantt", "mission", "every-reported"]
+            );
+            assert!(!figures[0].svg.contains("orphan"));
+            let (text, _) = page(&RunSection {
+                run: &run,
+                history: &summary,
+                metrics: &metrics,
+                figures,
+                undrawn: Vec::new(),
+                made: RunOrigin::of(Path::new("run"), Path::new("run/report"), &wanted),
+            });
+            assert!(text.contains("<td>unknown</td>"));
+            assert!(
+                !text.contains("was without a productive robot"),
+                "{allocator}"
+            );
         }
     }
 

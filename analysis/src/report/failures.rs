@@ -110,7 +110,11 @@ fn losses(history: &History, stints: &[Stint]) -> Vec<Failure> {
         .collect()
 }
 
+/// Returns the first sign of a detection; `None` also for a summary, which has no claims and motivations.
 fn detection(history: &History, failure: &Failure, task: TaskId) -> Option<Detection> {
+    if history.is_summary {
+        return None;
+    }
     let until = failure.returned_at.unwrap_or(history.end);
     history
         .behaviors_for(task)

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::history::History;
 use super::metrics::Metrics;
+use super::spans::Spans;
 use crate::columns::latex::{self, LatexCell};
 use crate::columns::{Entry, Table};
 use crate::figures::files::write_script;
@@ -55,7 +56,8 @@ fn tasks(history: &History, metrics: &Metrics) -> Table {
         let duplicate = duplicate.map(|spans| spans.total().as_secs_f64());
         let [applicable, orphan, unattended] =
             [&found.applicable, &found.orphan, &found.unattended]
-                .map(|spans| Entry::number(spans.total().as_secs_f64()));
+                .map(|spans| (!history.is_summary).then(|| spans.total().as_secs_f64()))
+                .map(Entry::number);
         [
             ("task", Entry::text(&task.name)),
             ("applicable_s", applicable),
@@ -116,15 +118,17 @@ fn tex(history: &History, metrics: &Metrics) -> String {
         .iter()
         .zip(&metrics.tasks)
         .map(|(task, found)| {
-            let seconds = |total: f64| format!("{total:.1}");
-            let duplicate = found.duplicate.as_ref();
-            let duplicate = duplicate.map(|spans| seconds(spans.total().as_secs_f64()));
+            let known = |spans| Some(spans).filter(|_| !history.is_summary);
+            let seconds = |spans: Option<&Spans>| {
+                let total = spans.map(|spans| spans.total().as_secs_f64());
+                total.map_or_else(|| "–".to_owned(), |total| format!("{total:.1}"))
+            };
             [
                 task.name.clone(),
-                seconds(found.applicable.total().as_secs_f64()),
-                seconds(found.orphan.total().as_secs_f64()),
-                seconds(found.unattended.total().as_secs_f64()),
-                duplicate.unwrap_or_else(|| "–".to_owned()),
+                seconds(known(&found.applicable)),
+                seconds(known(&found.orphan)),
+                seconds(known(&found.unattended)),
+                seconds(found.duplicate.as_ref()),
             ]
         });
     format!(

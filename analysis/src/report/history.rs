@@ -18,7 +18,7 @@ use scenario::{Catalog, Obstacle, Setup};
 use world_server::simulation::Simulation;
 
 use super::links::LinkHistory;
-use super::robot_history::{ReceivedClaim, RobotHistory, SetHistory, TrackPoint};
+use super::robot_history::{ReceivedClaim, RobotHistory, SetHistory, SetState, TrackPoint};
 use super::spans::Spans;
 use observation::stints::{Span, end_of_last_counted};
 
@@ -49,6 +49,8 @@ pub struct History {
     pub level_step: SimTime,
     level_count: usize,
     levels_max: usize,
+    /// True if the log is a summary, without motivations, utilities, messages and poses.
+    pub is_summary: bool,
 }
 
 /// An error for a log that does not belong to its run.json or cannot be read.
@@ -113,6 +115,7 @@ impl History {
         }
         history.events = log.rows()?;
         history.mission = log.rows()?;
+        history.is_summary = !log.run.log.has_every_tick();
         history.finish(&log.run);
         Ok(history)
     }
@@ -168,6 +171,7 @@ impl History {
             level_step: step,
             level_count: 0,
             levels_max: LEVELS_MAX,
+            is_summary: false,
             setup,
         }
     }
@@ -202,15 +206,15 @@ impl History {
         }
     }
 
-    /// Reconstructs presence and active sets of robots without motivations from the events. Such robots have another kind
-    /// of allocator.
+    /// Reconstructs presence, active and waiting sets of robots without motivations from the events. Such robots have
+    /// another kind of allocator, or the log is a summary.
     fn find_other_allocators(&mut self) {
         let (step, end) = (self.step, self.end);
         let others = self.robots.iter_mut();
         for robot in others.filter(|robot| !robot.has_motivations) {
             robot.measure = LevelUnit::Utility;
             let mut since = None;
-            let mut active_since = vec![None; robot.sets.len()];
+            let mut state_since = vec![None; robot.sets.len()];
             for event in self.events.iter().filter(|row| row.robot == robot.name) {
                 let at = event.t_ms;
                 match event.kind.as_str() {
@@ -227,23 +231,30 @@ impl History {
                     }
                     _ => {}
                 }
-                let sets = robot.sets.iter_mut().zip(&mut active_since);
-                for (set, active_since) in sets {
+                let sets = robot.sets.iter_mut().zip(&mut state_since);
+                for (set, since) in sets {
                     let is_own = set.name == event.subject;
-                    match event.kind.as_str() {
-                        "activated" if is_own => *active_since = Some(at),
-                        "hibernated" | "waiting" if is_own => set.end_active(active_since, at),
-                        "joined" => set.end_active(active_since, at),
-                        _ => {}
+                    let (ends, begins) = match event.kind.as_str() {
+                        "activated" if is_own => (true, Some((SetState::Active, at))),
+                        "waiting" if is_own => (true, Some((SetState::Waiting, at))),
+                        "hibernated" if is_own => (true, None),
+                        "joined" => (true, None),
+                        _ => (false, None),
+                    };
+                    if ends {
+                        set.end_state(since, at);
+                        *since = begins;
                     }
                 }
             }
             if let Some(from) = since {
                 robot.present.push(Span { from, to: end });
             }
-            for (set, active_since) in robot.sets.iter_mut().zip(&mut active_since) {
-                set.end_active(active_since, end);
-                set.active = set.active.without(&set.active.without(&robot.present));
+            for (set, since) in robot.sets.iter_mut().zip(&mut state_since) {
+                set.end_state(since, end);
+                for spans in [&mut set.active, &mut set.waiting] {
+                    *spans = spans.without(&spans.without(&robot.present));
+                }
             }
         }
     }

@@ -317,9 +317,14 @@ fn tasks(history: &History, metrics: &Metrics) -> Markup {
             @for (task, figures) in history.catalog.tasks.iter().zip(&metrics.tasks) {
                 tr {
                     td { (task.name) }
-                    td { (seconds(figures.applicable.total())) }
-                    td { (seconds(figures.orphan.total())) }
-                    td { (seconds(figures.unattended.total())) }
+                    @for spans in [&figures.applicable, &figures.orphan, &figures.unattended] {
+                        td {
+                            @match history.is_summary {
+                                true => "unknown",
+                                false => (seconds(spans.total())),
+                            }
+                        }
+                    }
                     td {
                         @match &figures.duplicate {
                             Some(spans) => (seconds(spans.total())),
@@ -425,6 +430,7 @@ fn losses(part: &RunSection<'_>) -> Markup {
                                         (seconds(found.at.since(failure.at))) " by " (name(history, found.robot))
                                         " (" (sign(found.sign)) ")"
                                     },
+                                    None if history.is_summary => "unknown",
                                     None => "not detected",
                                 }
                             }

@@ -52,6 +52,13 @@ pub struct SetHistory {
     impatience: f64,
 }
 
+/// A state of a behavior set that is not hibernating.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum SetState {
+    Active,
+    Waiting,
+}
+
 /// A message that the sender executes or has done a task. comm_received counts it under every preset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReceivedClaim {
@@ -155,10 +162,12 @@ impl SetHistory {
         }
     }
 
-    /// Ends a time in which the set was active, if there is one.
-    pub(super) fn end_active(&mut self, since: &mut Option<SimTime>, to: SimTime) {
-        if let Some(from) = since.take() {
-            self.active.push(Span { from, to });
+    /// Ends a time in which the set was active or waiting, if there is one.
+    pub(super) fn end_state(&mut self, since: &mut Option<(SetState, SimTime)>, to: SimTime) {
+        match since.take() {
+            Some((SetState::Active, from)) => self.active.push(Span { from, to }),
+            Some((SetState::Waiting, from)) => self.waiting.push(Span { from, to }),
+            None => {}
         }
     }
 

@@ -10,14 +10,12 @@ use super::failures::{Failure, OrphanOutcome};
 use super::history::History;
 use super::metrics::Metrics;
 
-/// Returns the outcome, the losses with their takeovers, and the longest wait, one sentence each.
+/// Returns the outcome, the losses with their takeovers, and the longest wait, one sentence each. The wait is absent if
+/// the log does not contain it.
 #[must_use]
-pub fn verdict(run: &RunFile, history: &History, metrics: &Metrics) -> [String; 3] {
-    [
-        outcome(run, history),
-        losses(history, metrics),
-        wait(history, metrics),
-    ]
+pub fn verdict(run: &RunFile, history: &History, metrics: &Metrics) -> Vec<String> {
+    let first = [outcome(run, history), losses(history, metrics)];
+    first.into_iter().chain(wait(history, metrics)).collect()
 }
 
 fn outcome(run: &RunFile, history: &History) -> String {
@@ -91,7 +89,7 @@ fn losses(history: &History, metrics: &Metrics) -> String {
 }
 
 /// Returns the latest recurring event, or else the task that was without a productive robot for the longest time.
-fn wait(history: &History, metrics: &Metrics) -> String {
+fn wait(history: &History, metrics: &Metrics) -> Option<String> {
     let late = metrics.recurring.iter().flat_map(|recurring| {
         let moments = recurring.moments.iter();
         moments.map(|moment| (recurring.event, moment.late, moment.at))
@@ -101,11 +99,16 @@ fn wait(history: &History, metrics: &Metrics) -> String {
         && late > SimTime::ZERO
     {
         let (late, at) = (seconds(late), seconds(at));
-        return format!("The event '{event}' was at most {late} late, at {at}.");
+        return Some(format!(
+            "The event '{event}' was at most {late} late, at {at}."
+        ));
+    }
+    if history.is_summary {
+        return None;
     }
     let tasks = history.tasks().zip(&metrics.tasks);
     let longest = tasks.max_by_key(|(_, figures)| figures.orphan.total());
-    match longest {
+    Some(match longest {
         Some((task, figures)) if figures.orphan.total() > SimTime::ZERO => format!(
             "{} was without a productive robot for {} of {}, the longest of all tasks.",
             history.catalog.task_name(task),
@@ -113,7 +116,7 @@ fn wait(history: &History, metrics: &Metrics) -> String {
             seconds(figures.applicable.total())
         ),
         _ => "No task was ever without a productive robot.".to_owned(),
-    }
+    })
 }
 
 fn seconds(time: SimTime) -> String {

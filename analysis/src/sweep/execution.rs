@@ -203,10 +203,13 @@ impl Arguments {
             check: plan.check,
             comparison,
         };
+        let notes = plan.notes.clone();
         if self.dry_run {
+            show_notes(&notes);
             return Ok(Box::new(move || self.estimate(&plan, &header, study)));
         }
         let work = Work::open((plan, &text), header, folder, self.shard, sheet)?;
+        show_notes(&notes);
         let stated = shell_quoted(file) + &self.controllers.options();
         Ok(Box::new(move || {
             work.run(self.jobs(), study, &self.again(study), &stated)
@@ -348,6 +351,13 @@ pub fn read_plan(file: &Path, text: &str, known: &Known) -> anyhow::Result<Plan>
     })?;
     plan.best_known = plan.best_known.map(|best_known| folder.join(best_known));
     Ok(plan)
+}
+
+/// Prints the contradictions of a valid plan before its runs.
+pub fn show_notes(notes: &[String]) {
+    for note in notes.iter().take(SHOWN) {
+        stderr_line!("note: {note}");
+    }
 }
 
 fn known_rows(folder: &Path, header: &Header) -> anyhow::Result<RowsByRun> {

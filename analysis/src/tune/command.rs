@@ -28,7 +28,7 @@ use crate::progress::RunProgress;
 use crate::shell::shell_quoted;
 use crate::sweep::design::apply_change;
 use crate::sweep::execution::{
-    PLAN, command_words, jobs, jobs_or_cores, plan_name, read_plan, read_text,
+    PLAN, command_words, jobs, jobs_or_cores, plan_name, read_plan, read_text, show_notes,
 };
 use crate::sweep::shard::Shard;
 use crate::table::bullets;
@@ -102,6 +102,7 @@ impl TuneCommand {
         let folder = self.out.clone();
         let folder = folder.unwrap_or_else(|| Path::new("tunings").join(&name));
         let header = Header::new("tuning", &name, self.controllers.digest(plan.digest())?);
+        let notes = plan.notes.clone();
         let task = Task::of(plan).with_context(|| self.plan.display().to_string())?;
         let all = (0..task.allocators.len())
             .flat_map(|allocator| Method::ALL.map(|method| (allocator, method)));
@@ -139,6 +140,7 @@ impl TuneCommand {
         });
         let searches: Vec<Search> = searches.collect::<anyhow::Result<_>>()?;
         write_atomically(&folder.join(PLAN), text.as_bytes())?;
+        show_notes(&notes);
         Ok((task, searches, folder))
     }
 

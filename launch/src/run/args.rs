@@ -46,7 +46,7 @@ pub struct RunCommand {
     #[arg(long = "controller", value_name = "NAME[@VERSION]=COMMAND", value_parser = ControllerCommand::parse, help_heading = "Execution")]
     controllers: Vec<ControllerCommand>,
     /// Run everything in this process: the same log, but no page and no pace
-    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "metrics", "ros", "external", "foxglove"])]
+    #[arg(long, help_heading = "Execution", conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "metrics", "ros", "external", "foxglove", "foxglove_control"])]
     in_process: bool,
     /// Number of threads with --in-process [default: all cores, fewer for a small team]
     #[arg(long, value_name = "N", value_parser = jobs, requires = "in_process", help_heading = "Execution")]
@@ -63,7 +63,7 @@ pub struct RunCommand {
         default_missing_value = DEFAULT_ROUNDS,
         value_parser = clap::value_parser!(u64).range(1..=1_000_000),
         help_heading = "Execution",
-        conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "check", "mcap", "ros", "external", "foxglove", "out", "log", "from", "controllers"],
+        conflicts_with_all = ["open", "port", "paused", "speed", "stall_after", "check", "mcap", "ros", "external", "foxglove", "foxglove_control", "out", "log", "from", "at", "controllers"],
     )]
     allocate_only: Option<u64>,
     #[command(flatten)]

@@ -55,12 +55,23 @@ impl RunNews {
             return Vec::new();
         }
         self.events = Some(news.tick);
+        let failed = news.events.iter().filter(|event| event.kind == "failed");
+        let failed: Vec<&str> = failed.map(|event| event.subject.as_str()).collect();
         let mut found = Vec::new();
         for kind in ["applied", "healed", "failed", "gone", "stalled", "back"] {
             let events = news.events.iter().filter(|event| event.kind == kind);
+            // A fault that fails at once has only one line.
+            let events =
+                events.filter(|event| kind != "applied" || !failed.contains(&&*event.subject));
             let events: Vec<&EventLine> = events.collect();
             if let Some(first) = events.first() {
-                found.push((first.t_ms, self.describe(kind, &events)));
+                let mut line = self.describe(kind, &events);
+                if let ("applied", [one]) = (kind, &events[..])
+                    && let Some(place) = place_of(one, news)
+                {
+                    line += &format!(": {place}");
+                }
+                found.push((first.t_ms, line));
             }
         }
         for event in &news.events {
@@ -212,6 +223,13 @@ fn detection(event: &EventLine) -> (SimTime, String) {
     (*t_ms, line)
 }
 
+/// Returns the thing that a fault placed, with its place, m. The place can differ from the wanted one.
+fn place_of<'n>(applied: &EventLine, news: &'n TickEvents) -> Option<&'n str> {
+    let mut hits = news.events.iter().filter(|event| event.kind == "hit");
+    let hit = hits.find(|event| event.subject == applied.subject)?;
+    Some(hit.reason.as_str()).filter(|reason| reason.contains(' '))
+}
+
 #[cfg(test)]
 mod tests {
     use scenario::testkit::default_setup;
@@ -266,6 +284,29 @@ mod tests {
             format!("4.500 s: green takes over {task} from gold, 3.50 s after its death");
         assert_eq!(news.takeovers_until(SimTime(4600), &[]), [takeover]);
         assert_eq!(news.finish(), None);
+    }
+
+    #[test]
+    fn a_fault_names_its_place_or_the_reason_of_its_failure() {
+        let mut news = RunNews::new(&default_setup(1));
+        let of = |kind: &str, id: &str, reason: &str| EventLine {
+            reason: reason.to_owned(),
+            detail: "waste --x-m 2.5".to_owned(),
+            ..event(20, kind, "", id)
+        };
+        let placed = vec![
+            of("applied", "w", "at 1 s"),
+            of("hit", "w", "item-24 4.1 2.5"),
+            of("applied", "v", "at 1 s"),
+            of("failed", "v", "no room"),
+        ];
+        assert_eq!(
+            news.add(&at(20, placed)),
+            [
+                "1.000 s: w applied waste --x-m 2.5 (at 1 s): item-24 4.1 2.5",
+                "1.000 s: v failed waste --x-m 2.5 (no room)"
+            ]
+        );
     }
 
     #[test]

@@ -7,11 +7,12 @@ use analysis::report::takeovers::takeovers_in;
 use analysis::shell::shell_quoted;
 use analysis::table;
 use comfy_table::Table;
-use proto::control::FaultStatus;
+use proto::control::{FaultStatus, Phase};
 use proto::tick::Outcome;
 use run_log::{LogLevel, RunFile, RunOutcome};
 use scenario::mission::FigureValue;
 use scenario::mission::columns::{ColumnValue, Progress, display_name, format_value};
+use scenario::time::SimTime;
 use serde_json::json;
 use terminal::stderr_line;
 
@@ -67,7 +68,7 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
     if let Some(others @ 1..) = takeovers.len().checked_sub(TAKEOVERS) {
         stderr_line!("and {others} more takeovers; `alliance report` lists them");
     }
-    if let Some(line) = faults(&run.faults) {
+    if let Some(line) = faults(&run.faults, run.result.sim_time_ms) {
         stderr_line!("{line}");
     }
     stderr_line!("folder  {}", plan.folder.display());
@@ -113,7 +114,7 @@ fn reduced_log(chosen: Option<LogLevel>, behavior_sets: usize) -> Option<String>
     let level = LogLevel::default_for(behavior_sets);
     (chosen.is_none() && !level.has_every_tick()).then(|| {
         format!(
-            "log     {}, because the team has {behavior_sets} behavior sets; use --log compact for a report",
+            "log     {}, because the team has {behavior_sets} behavior sets; --log compact keeps each tick",
             level.as_str()
         )
     })
@@ -152,21 +153,37 @@ fn mission(run: &RunFile) -> String {
     parts.join(", ")
 }
 
-/// Returns a line with the number of effective faults, the ids of ineffective ones, and the number of faults due after the end.
-fn faults(faults: &[FaultStatus]) -> Option<String> {
+/// Returns a line with the number of effective faults, the ids of ineffective ones, and the number of faults due after
+/// the end of the run.
+fn faults(faults: &[FaultStatus], end: SimTime) -> Option<String> {
     if faults.is_empty() {
         return None;
     }
-    // A fault that was due after the end is no mistake in the scenario, so it is only counted.
-    let (due, later): (Vec<_>, Vec<_>) = faults
+    let (due, others): (Vec<_>, Vec<_>) = faults
         .iter()
         .partition(|fault| fault.hits > 0 || fault.applied_ms.is_some());
     let idle = due.iter().filter(|fault| fault.hits == 0);
-    let idle: Vec<&str> = idle.map(|fault| fault.id.as_str()).collect();
+    let idle: Vec<String> = idle
+        .map(|fault| match &fault.failed {
+            None => fault.id.clone(),
+            Some(why) => format!("{} ({why})", fault.id),
+        })
+        .collect();
     let hit = due.len() - idle.len();
     let mut line = format!("faults  {hit} of {} took effect", faults.len());
     if !idle.is_empty() {
         line += &format!("; without effect: {}", idle.join(", "));
+    }
+    // A fault that was due after the end is no mistake in the scenario, so it is only counted.
+    let armed = others
+        .into_iter()
+        .filter(|fault| fault.phase == Phase::Armed);
+    let (later, waiting): (Vec<&FaultStatus>, Vec<&FaultStatus>) =
+        armed.partition(|fault| fault.order.at().is_some_and(|at| at >= end));
+    if !waiting.is_empty() {
+        let waiting = waiting.iter().map(|fault| fault.id.as_str());
+        let waiting: Vec<&str> = waiting.collect();
+        line += &format!("; still waiting at the end: {}", waiting.join(", "));
     }
     if !later.is_empty() {
         line += &format!("; not due before the end: {}", later.len());
@@ -223,9 +240,7 @@ fn robots(plan: &RunPlan, run: &RunFile) -> Table {
 
 #[cfg(test)]
 mod tests {
-    use proto::control::Phase;
     use scenario::fault::{Fault, Order};
-    use scenario::time::SimTime;
 
     use super::*;
 
@@ -248,19 +263,28 @@ mod tests {
         assert_eq!(
             reduced_log(None, 2_001).as_deref(),
             Some(
-                "log     summary, because the team has 2001 behavior sets; use --log compact for a report"
+                "log     summary, because the team has 2001 behavior sets; --log compact keeps each tick"
             )
         );
     }
 
     #[test]
     fn faults_due_after_the_end_are_counted_and_not_listed() {
-        let all = [
+        let mut all = [
             fault("a", true, 1),
             fault("b", true, 0),
+            fault("c", true, 0),
             fault("random-5", false, 0),
             fault("random-6", false, 0),
+            fault("waits", false, 0),
+            fault("cleared", false, 0),
         ];
+        all[2].failed = Some("no process".to_owned());
+        all[3].order.at_s = Some(60.0);
+        all[4].order.at_s = Some(70.0);
+        all[5].order.when = Some("gold picks".parse().unwrap());
+        all[6].phase = Phase::Over;
+        let faults = |all: &[FaultStatus]| faults(all, SimTime(60_000));
         assert_eq!(faults(&[]), None);
         assert_eq!(
             faults(&all[..1]).as_deref(),
@@ -268,7 +292,10 @@ mod tests {
         );
         assert_eq!(
             faults(&all).as_deref(),
-            Some("faults  1 of 4 took effect; without effect: b; not due before the end: 2")
+            Some(
+                "faults  1 of 7 took effect; without effect: b, c (no process); still waiting at the end: waits; \
+                 not due before the end: 2"
+            )
         );
     }
 }

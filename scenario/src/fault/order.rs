@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{EventTrigger, Fault, RandomFaults};
 use crate::time::SimTime;
+use crate::{KeyPath, Problem};
 
 /// A fault with its trigger and its duration. Without a trigger it takes effect at once.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -49,6 +50,18 @@ impl Order {
         self.at_s.map(SimTime::from_secs_f64)
     }
 
+    /// Returns a problem if the fault is due after the end of a run with this limit, s. For an order by hand it is a
+    /// mistake; a file may contain later times for longer runs.
+    #[must_use]
+    pub fn beyond_limit(&self, limit_s: f64) -> Option<Problem> {
+        let at_s = self.at_s.filter(|at_s| *at_s >= limit_s)?;
+        let what = format!(
+            "'{}' is due at {at_s} s, not before the end of the run, {limit_s} s",
+            self.fault
+        );
+        Some(Problem::at(["at_s"], what, "choose an earlier time"))
+    }
+
     /// Returns the duration of the fault, if it is limited.
     #[must_use]
     pub fn duration(&self) -> Option<SimTime> {
@@ -72,5 +85,17 @@ impl Faults {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.timeline.is_empty() && self.random.is_none()
+    }
+
+    /// Returns a problem for each fault that is due after the end of a run with this limit, s.
+    #[must_use]
+    pub fn beyond_limit(&self, limit_s: f64) -> Vec<Problem> {
+        let at = KeyPath::new(["faults", "timeline"]);
+        let timeline = self.timeline.iter().enumerate();
+        let late = timeline.filter_map(|(index, order)| {
+            let problem = order.beyond_limit(limit_s)?;
+            Some(problem.under(at.index(index)))
+        });
+        late.collect()
     }
 }

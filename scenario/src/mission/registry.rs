@@ -48,6 +48,12 @@ impl Mission {
     pub fn scenario_name(&self) -> &'static str {
         self.data.vocabulary().scenario_name.unwrap_or(self.name)
     }
+
+    /// Returns true if the mission's robots have a gripper, which can fail.
+    #[must_use]
+    pub fn has_gripper(&self) -> bool {
+        self.data.vocabulary().devices.contains(&"gripper")
+    }
 }
 
 impl Deref for Mission {

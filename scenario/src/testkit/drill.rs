@@ -99,7 +99,7 @@ impl MissionData for Drill {
     fn vocabulary(&self) -> MissionVocabulary {
         MissionVocabulary {
             faults: FAULTS,
-            devices: &["eye", "hand"],
+            devices: &["eye", "hand", "gripper"],
             optional_devices: &[Robot::SIDE_BORDER, "horn"],
             measuring_devices: &["eye"],
             notes: &["noticed"],

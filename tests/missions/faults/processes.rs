@@ -1,5 +1,6 @@
 //! Process faults: real signals in a stated tick, and restarted processes.
 
+use alliance_tests::harness::Lab;
 use alliance_tests::runs::Events;
 use proto::control::Phase;
 use proto::tick::Outcome;
@@ -216,4 +217,67 @@ fn robots_are_added_and_removed_during_a_mission() {
     let of = |robot: &'static str| poses.iter().filter(move |row| row.robot == robot);
     assert_eq!(of("red").next().unwrap().t_ms, at(80.0));
     assert_eq!(of("gold").next_back().unwrap().t_ms, at(119.95));
+}
+
+/// Faults that the world rules out when they are due fail, each with its reason in the log, on the terminal and in the
+/// answer to an operator. Processes and one process have the same events.
+#[test]
+fn faults_that_are_impossible_when_due_are_reported() {
+    let timeline = [
+        ("k1", 5, "kill = 'gold'", ""),
+        ("k2", 6, "kill = 'gold'", "no process of 'gold' takes part"),
+        (
+            "t",
+            7,
+            "terminate = 'gold'",
+            "no process of 'gold' takes part",
+        ),
+        ("p", 8, "pause = 'gold'", "no process of 'gold' takes part"),
+        (
+            "c1",
+            9,
+            "continue = 'gold'",
+            "no process of 'gold' takes part",
+        ),
+        ("c2", 10, "continue = 'blue'", "no fault has paused 'blue'"),
+        ("m1", 11, "remove = 'gold'", ""),
+        (
+            "m2",
+            12,
+            "remove = 'gold'",
+            "the robot is not in the mission",
+        ),
+        ("k3", 13, "kill = 'gold'", "no process of 'gold' takes part"),
+    ];
+    let mut scenario = "limit_s = 15\n".to_owned();
+    for (id, at_s, fault, _) in timeline {
+        scenario += &format!("[[faults.timeline]]\nid = '{id}'\nat_s = {at_s}\nfault.{fault}\n");
+    }
+    let lab = Lab::new();
+    lab.write("faults.toml", scenario);
+    let here = lab.run("run faults.toml --in-process --out here").expect(1);
+    lab.mission("run", "faults.toml").expect(1);
+    lab.assert_same_bytes("here", "run");
+    lab.assert_repeated("run");
+    let log = lab.log("run");
+    for (id, at_s, _, why) in timeline {
+        let failed = log.events("failed").into_iter();
+        let failed: Vec<EventRow> = failed.filter(|row| row.subject == id).collect();
+        if why.is_empty() {
+            assert!(failed.is_empty(), "{id}: {failed:?}");
+            continue;
+        }
+        let [row] = &failed[..] else {
+            panic!("{id}: {failed:?}")
+        };
+        assert_eq!((row.t_ms, row.reason.as_str()), (at(f64::from(at_s)), why));
+        let status = log.run.faults.iter().find(|fault| fault.id == id).unwrap();
+        assert_eq!(
+            (status.failed.as_deref(), status.hits),
+            (Some(why), 0),
+            "{id}"
+        );
+        here.shows(&format!("{at_s}.000 s: {id} failed "));
+        here.shows(&format!("{id} ({why})"));
+    }
 }

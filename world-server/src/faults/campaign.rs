@@ -142,8 +142,8 @@ fn sensor(rng: &mut ChaCha8Rng, robot: &Robot, mission: Mission) -> Vec<Fault> {
     vec![random_sensor_fault(rng, robot, mission)]
 }
 
-fn actuator(rng: &mut ChaCha8Rng, robot: &Robot, _: Mission) -> Vec<Fault> {
-    vec![random_actuator_fault(rng, robot)]
+fn actuator(rng: &mut ChaCha8Rng, robot: &Robot, mission: Mission) -> Vec<Fault> {
+    vec![random_actuator_fault(rng, robot, mission)]
 }
 
 /// Draws a fault of any device that the robot has, in any possible mode.
@@ -189,8 +189,13 @@ pub fn random_sensor_fault(rng: &mut ChaCha8Rng, robot: &Robot, mission: Mission
 
 /// Draws a fault of any motor or the gripper, in any possible mode.
 #[must_use]
-pub fn random_actuator_fault(rng: &mut ChaCha8Rng, robot: &Robot) -> Fault {
-    let mode = match choice(rng, 5) {
+pub fn random_actuator_fault(rng: &mut ChaCha8Rng, robot: &Robot, mission: Mission) -> Fault {
+    let mut drawn = choice(rng, 5);
+    if drawn == 4 && !mission.has_gripper() {
+        // Another draw keeps those of the other modes.
+        drawn = choice(rng, 4);
+    }
+    let mode = match drawn {
         0 => ActuatorMode::Dead,
         1 => ActuatorMode::Slowed(between(rng, 0.1, 0.8) as f32),
         2 => ActuatorMode::TurnBias(either_sign(rng, 5.0, 30.0)),
@@ -330,8 +335,8 @@ mod tests {
                 _ => {}
             }
         }
-        // Five devices with lengths have five modes, two others three; actuators have five modes.
-        assert_eq!(seen.len(), 5 * 5 + 2 * 3 + 5);
+        // Five devices with lengths have five modes, three others three; actuators have five modes.
+        assert_eq!(seen.len(), 5 * 5 + 3 * 3 + 5);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use proto::control::{Armed, Cleared, FaultStatus, Phase};
 use run_log::{Branch, Input};
-use scenario::fault::{ActuatorFault, ActuatorMode, Fault, Order};
+use scenario::fault::{Fault, Order};
 use scenario::ids::Tick;
 use scenario::time::SimTime;
 use scenario::{Problem, Setup};
@@ -69,37 +69,11 @@ impl Simulation {
     /// # Errors
     /// If the order is invalid, or would have no effect at once or in this run; the text contains a remedy.
     pub fn order_by_hand(&mut self, order: Order, is_stopped: bool) -> Result<Armed, Problem> {
-        self.check_possible(&order)?;
+        let limit_s = self.setup.scenario.limit_s;
+        order.beyond_limit(limit_s).map_or(Ok(()), Err)?;
         self.check_target(&order, is_stopped)?;
         self.refusal(&order).map_or(Ok(()), Err)?;
         self.order(order)
-    }
-
-    /// Rejects a fault that is due after the end of the run, and one of a gripper in a mission without grippers.
-    fn check_possible(&self, order: &Order) -> Result<(), Problem> {
-        let Setup {
-            scenario, catalog, ..
-        } = &self.setup;
-        let limit_s = scenario.limit_s;
-        if let Some(at_s) = order.at_s.filter(|at_s| *at_s >= limit_s) {
-            let what = format!("{at_s} s is not before the end of the run, {limit_s} s");
-            return Err(Problem::at(["at_s"], what, "choose an earlier time"));
-        }
-        let devices = catalog.mission.vocabulary().devices;
-        if let Fault::Actuator(ActuatorFault {
-            mode: ActuatorMode::Gripper,
-            ..
-        }) = &order.fault
-            && !devices.contains(&"gripper")
-        {
-            let what = "the robots of this mission have no gripper";
-            return Err(Problem::at(
-                ["fault", "actuator", "mode"],
-                what,
-                "choose another mode",
-            ));
-        }
-        Ok(())
     }
 
     /// Rejects an immediate fault of a process that does not exist, or a continuation of one that is not stopped.

@@ -9,6 +9,7 @@ use super::process_actions::PendingAction;
 use crate::barrier::Presence;
 use crate::faults::schedule::{FaultIndex, Transition};
 use crate::interruption::Interruption;
+use crate::world::ChangeError;
 use run_log::recorder::{Event, EventKind, FaultEvent, FaultHits};
 
 impl Simulation {
@@ -82,6 +83,14 @@ impl Simulation {
                 }
             }
             Fault::Continue(_) if on => {
+                let runs = self.barrier.presence(robot) == Presence::Present
+                    && !self.barrier.is_lost(robot)
+                    && !self.barrier.is_suspended(robot);
+                if runs {
+                    // A signal from outside may have stopped the process, so the action follows all the same.
+                    let why = format!("no fault has paused '{}'", self.name(robot));
+                    self.push_fault_event(FaultEvent::Failed, index, &why);
+                }
                 for pause in self.in_force_on(robot, |fault| matches!(fault, Fault::Pause(_))) {
                     self.clear_one(pause);
                 }
@@ -90,6 +99,10 @@ impl Simulation {
             Fault::Restart(_) if on => self.restart(index, robot),
             Fault::Add(_) if on => self.add(index, robot),
             Fault::Add(_) => self.remove(index, robot),
+            Fault::Remove(_) if on && !self.world.is_present(robot) => {
+                let why = ChangeError::Absent.to_string();
+                self.push_fault_event(FaultEvent::Failed, index, &why);
+            }
             Fault::Remove(_) if on => self.remove(index, robot),
             Fault::Remove(_) => self.add(index, robot),
             Fault::Power(_) => {
@@ -160,8 +173,8 @@ impl Simulation {
     /// Starts a robot's process in a new incarnation. Permanent faults that have ended the process are over then.
     fn restart(&mut self, index: FaultIndex, robot: RobotId) {
         if self.barrier.is_absent(robot) {
-            let why = "the robot is not in the mission";
-            return self.push_fault_event(FaultEvent::Failed, index, why);
+            let why = ChangeError::Absent.to_string();
+            return self.push_fault_event(FaultEvent::Failed, index, &why);
         }
         let kills = |fault: &Fault| matches!(fault, Fault::Kill(_) | Fault::Terminate(_));
         for kill in self.in_force_on(robot, kills) {

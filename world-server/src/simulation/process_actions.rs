@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use proto::process::ProcessAction;
 use run_log::Input;
+use scenario::fault::Fault;
 use scenario::ids::RobotId;
 
 use super::Simulation;
@@ -78,20 +79,32 @@ impl Simulation {
         self.order_index += 1;
         // A joining robot does not take part yet and is missing in the log.
         let is_coming = self.barrier.is_joining(next.robot);
+        let lives = self.barrier.presence(next.robot) != Presence::Empty
+            && !self.barrier.is_lost(next.robot);
+        let ends = matches!(next.act, ProcessAction::Kill | ProcessAction::Terminate);
         match next.act {
-            ProcessAction::Start if is_coming => self.barrier.expect(next.robot),
-            ProcessAction::Stop | ProcessAction::Continue if is_coming => return Some(None),
-            ProcessAction::Kill | ProcessAction::Terminate
-                if self.barrier.is_killed(next.robot) =>
-            {
+            ProcessAction::Start if is_coming || !lives => self.barrier.expect(next.robot),
+            ProcessAction::Start => return Some(None),
+            _ if ends && self.barrier.is_killed(next.robot) => {
                 // Another action was faster in the same tick.
                 self.hit(next.fault, "");
                 return Some(None);
             }
-            _ if self.has_no_effect(next) => return Some(None),
-            ProcessAction::Start => self.barrier.expect(next.robot),
-            ProcessAction::Kill | ProcessAction::Terminate => next.takes_part = !is_coming,
-            ProcessAction::Stop | ProcessAction::Continue => {}
+            _ if is_coming || !lives => {
+                let fault = &self.schedule.status(next.fault).order.fault;
+                if matches!(fault, Fault::Remove(_)) {
+                    // The body is removed in any case.
+                    self.hit(next.fault, "");
+                } else if Self::is_effect(fault, next.act) {
+                    let why = format!("no process of '{}' takes part", self.name(next.robot));
+                    self.push_fault_event(FaultEvent::Failed, next.fault, &why);
+                }
+                if !ends || !lives {
+                    return Some(None);
+                }
+                next.takes_part = false;
+            }
+            _ => {}
         }
         self.acts.under_way = Some(next);
         // A replay has no joining robots, so actions on them do not count.
@@ -116,13 +129,6 @@ impl Simulation {
     #[must_use]
     pub fn act_number(&self) -> u32 {
         self.acts.started.saturating_sub(1)
-    }
-
-    /// Checks whether an action has nothing to do: a start of a living agent, or an end of a dead one.
-    fn has_no_effect(&self, act: PendingAction) -> bool {
-        let lives =
-            self.barrier.presence(act.robot) != Presence::Empty && !self.barrier.is_lost(act.robot);
-        (act.act == ProcessAction::Start) == lives
     }
 
     /// Records the launcher's success or failure at the action of [`Simulation::next_act`].
@@ -174,8 +180,9 @@ impl Simulation {
     fn conclude(&mut self, done: PendingAction) {
         self.acts.under_way = None;
         self.order_index += u32::from(done.takes_part);
-        let is_effect = Self::is_effect(&self.schedule.status(done.fault).order.fault, done.act);
-        if is_effect && done.takes_part {
+        let status = self.schedule.status(done.fault);
+        let is_effect = Self::is_effect(&status.order.fault, done.act);
+        if is_effect && done.takes_part && status.failed.is_none() {
             self.hit(done.fault, "");
         }
         self.settle();

@@ -53,9 +53,13 @@ impl Places {
     /// Returns the first of many places in a rectangle, spread evenly, for which `will_do` holds. The rectangle has
     /// a lower left and an upper right corner, m.
     pub fn any(&self, [min, max]: [Vec2; 2], will_do: impl Fn(Vec2) -> bool) -> Option<Vec2> {
+        self.spread([min, max]).find(|place| will_do(*place))
+    }
+
+    /// Returns many places in a rectangle, spread evenly, m.
+    pub fn spread(&self, [min, max]: [Vec2; 2]) -> impl Iterator<Item = Vec2> {
         let shares = (0..TRIES).map(|index| (0.5 + R2 * index as f32).fract());
-        let mut places = shares.map(|share| min + share * (max - min));
-        places.find(|place| will_do(*place))
+        shares.map(move |share| min + share * (max - min))
     }
 }
 

@@ -187,6 +187,7 @@ impl<'a> File<'a> {
             return Err(source.error(line, what, "correct one of them"));
         }
         self.check_nodes(places)?;
+        self.check_type()?;
         let no_depot = || source.error(*head, "there is no depot", "add DEPOT_SECTION with a node");
         let depots = match self.sections.get("DEPOT") {
             Some((_, depots)) if !depots.is_empty() => depots.keys().copied().collect(),
@@ -208,6 +209,7 @@ impl<'a> File<'a> {
             }
         });
         let found = found.collect();
+        self.check_rows(places, &depots)?;
         let service = self
             .number("SERVICE_TIME")?
             .map_or(0.0, |(_, service)| service);
@@ -231,6 +233,43 @@ impl<'a> File<'a> {
         let mut loaded = load(name, &customers, found);
         loaded.dropped = self.unused();
         Ok(loaded)
+    }
+
+    /// Rejects a problem without what its type needs: the key CAPACITY, or sections.
+    fn check_type(&self) -> Result<(), Problem> {
+        let Some((line, stated)) = self.keys.get("TYPE") else {
+            return Ok(());
+        };
+        let sections: &[&str] = match *stated {
+            "CVRP" => &["DEMAND"],
+            "VRPTW" | "CVRPTW" => &["DEMAND", "TIME_WINDOW"],
+            _ => return Ok(()),
+        };
+        let mut missing = sections
+            .iter()
+            .filter(|name| !self.sections.contains_key(*name));
+        let missing = match missing.next() {
+            Some(name) => format!("{name}_SECTION"),
+            None if self.keys.contains_key("CAPACITY") => return Ok(()),
+            None => "CAPACITY".to_owned(),
+        };
+        let what = format!("TYPE is {stated}, and {missing} is missing");
+        Err(self.source.error(*line, what, "add it, or correct TYPE"))
+    }
+
+    /// Rejects a section that lacks a customer.
+    fn check_rows(&self, places: &Rows, depots: &[u64]) -> Result<(), Problem> {
+        for (name, (line, rows)) in &self.sections {
+            let customers = places.keys().filter(|node| !depots.contains(node));
+            let mut missing = customers.filter(|node| !rows.contains_key(node));
+            if *name != "DEPOT"
+                && let Some(node) = missing.next()
+            {
+                let what = format!("node {node} has no row in {name}_SECTION");
+                return Err(self.source.error(*line, what, "give each customer one row"));
+            }
+        }
+        Ok(())
     }
 
     /// Rejects a row for a node without coordinates.

@@ -60,6 +60,10 @@ fn bad_vehicle_routing_files_are_refused() {
             ("\n1\n-1", "\n7\n-1"),
             ("NODE_COORD_SECTION", "EDGE_WEIGHT_SECTION"),
             ("NAME : tiny-n4-k2", "NAME : tiny"),
+            ("DEMAND_SECTION\n1 0\n2 7\n3 3\n4 5\n", ""),
+            ("4 5\n", ""),
+            ("CAPACITY : 10\n", ""),
+            ("TYPE : CVRP", "TYPE : VRPTW"),
         ],
     );
     let cordeau = refusals(

@@ -97,6 +97,8 @@ fn instance() -> impl Strategy<Value = Instance> {
         }
         for (index, robot) in robots.iter_mut().enumerate() {
             robot.id = format!("r{index}");
+            // Robots must not start inside each other.
+            robot.x_m = robot.x_m.map(|x_m| x_m + 101.0 * index as f64);
         }
         robots[0].skills = None;
         Instance {
@@ -134,7 +136,7 @@ fn json(instance: &Instance) -> String {
 }
 
 #[test]
-fn a_predecessor_with_a_name_has_the_id_of_its_point() {
+fn points_and_predecessors_keep_their_names() {
     let vocabulary = Registry::built_in().vocabulary();
     let text = "
 robots = [{ name = 'blue', start = { x_m = 1, y_m = 1 } }]
@@ -143,18 +145,24 @@ kinds = [{ name = 'task', work_s = { min = 1, max = 1 } }]
 points = [
     { kind = 'task', x_m = 3, y_m = 3, name = 'gate' },
     { kind = 'task', x_m = 5, y_m = 3, after = ['gate'] },
-    { kind = 'task', x_m = 7, y_m = 3, after = ['p1'] },
+    { kind = 'task', x_m = 7, y_m = 3, after = ['p1', 'p0'] },
 ]
 ";
     let scenario = Scenario::parse("named.toml", text, &vocabulary).unwrap();
     let instance = exported(&scenario);
-    let after: Vec<_> = instance
-        .tasks
-        .iter()
-        .map(|task| task.after.join(" "))
-        .collect();
-    assert_eq!(after, ["", "p0", "p1"]);
-    imported("named.json", &json(&instance));
+    let names = |instance: &Instance| -> Vec<String> {
+        let tasks = instance.tasks.iter();
+        let names = tasks.map(|task| format!("{} after {:?}", task.id, task.after));
+        names.collect()
+    };
+    let expected = [
+        "gate after []",
+        "p1 after [\"gate\"]",
+        "p2 after [\"p1\", \"gate\"]",
+    ];
+    assert_eq!(names(&instance), expected);
+    let again = imported("named.json", &json(&instance));
+    assert_eq!(names(&exported(&again.scenario)), expected);
 }
 
 proptest! {

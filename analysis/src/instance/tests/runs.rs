@@ -53,13 +53,13 @@ fn the_result_of_a_run_names_robots_times_and_value() {
         .iter()
         .map(|robot| format!("{}: {}", robot.id, robot.tasks.join(" ")))
         .collect();
-    assert_eq!(order, ["blue: p0 p1", "gold: p2 p3"]);
+    assert_eq!(order, ["blue: a b", "gold: c d"]);
     assert_eq!(result.tasks[1].robots, ["blue"]);
     for task in &result.tasks[..4] {
         let (begun_s, ended_s) = (task.begun_s.unwrap(), task.ended_s.unwrap());
         // A task with 2 s of work takes 2 s from its first to its last step.
         let work_s = ended_s - begun_s;
-        let expected = if ["p0", "p2"].contains(&task.id.as_str()) {
+        let expected = if ["a", "c"].contains(&task.id.as_str()) {
             2.0
         } else {
             3.0

@@ -50,10 +50,12 @@ struct Lanes {
 }
 
 impl Lanes {
-    /// Creates lanes with a total height of at most `most_px`.
-    fn fit(robots: usize, tasks: usize, most_px: f64) -> Self {
+    /// Creates lanes with a total height of at most `most_px`. Tasks have lanes below the robots if their orphan time is
+    /// known.
+    fn fit(robots: usize, tasks: usize, knows_orphans: bool, most_px: f64) -> Self {
         let lanes = robots * tasks;
-        let by_task = (lanes + tasks) as f64 * LANE_PX <= most_px;
+        let orphans = if knows_orphans { tasks } else { 0 };
+        let by_task = (lanes + orphans) as f64 * LANE_PX <= most_px;
         let rows = match by_task {
             true => Rows::fit(lanes, most_px),
             // A few robots leave room for many tasks.
@@ -63,9 +65,9 @@ impl Lanes {
             by_task,
             tasks,
             robots: rows,
-            orphans: Rows::fit(tasks, f64::INFINITY),
+            orphans: Rows::fit(orphans, f64::INFINITY),
         };
-        fitted.orphans = Rows::fit(tasks, most_px - fitted.orphans_px());
+        fitted.orphans = Rows::fit(orphans, most_px - fitted.orphans_px());
         fitted
     }
 
@@ -118,10 +120,12 @@ pub fn draw(run: &RunFigures<'_>) -> anyhow::Result<String> {
     let (robots, tasks) = (run.history.robots.len(), run.history.catalog.tasks.len());
     let head = |lanes: &Lanes| Timeline::new(run, run.window.clone(), left_px, legend(run, lanes));
     // The legend depends on the lanes, and the room for the lanes depends on the legend.
-    let mut lanes = Lanes::fit(robots, tasks, run.sheet.max_height_px());
+    let knows_orphans = !run.history.is_summary;
+    let mut lanes = Lanes::fit(robots, tasks, knows_orphans, run.sheet.max_height_px());
     for _ in 0..2 {
         let above_px = head(&lanes).head_px() + X_AXIS_PX + 4.0;
-        lanes = Lanes::fit(robots, tasks, run.sheet.max_height_px() - above_px);
+        let most_px = run.sheet.max_height_px() - above_px;
+        lanes = Lanes::fit(robots, tasks, knows_orphans, most_px);
     }
     let timeline = head(&lanes);
     let gantt = Gantt {
@@ -136,8 +140,10 @@ fn legend<'r>(run: &RunFigures<'r>, lanes: &Lanes) -> Vec<(Sample, &'r str)> {
     let mut legend = vec![
         (Sample::Fill(FAINT, ABSENT), "dead or stopped"),
         (Sample::Mark(Mark::Diamond, INK), "took over"),
-        (Sample::Hatch(INK, 2.5), "applicable, no robot productive"),
     ];
+    if lanes.orphans.len() > 0 {
+        legend.push((Sample::Hatch(INK, 2.5), "applicable, no robot productive"));
+    }
     if lanes.by_task {
         let of_bars = [
             (Sample::Fill(INK, 1.0), "active"),
@@ -272,6 +278,10 @@ impl Gantt<'_> {
         Ok(())
     }
 
+    fn has_orphans(&self) -> bool {
+        self.lanes.orphans.len() > 0
+    }
+
     fn orphans(&self, area: &Area<'_>, chart: &Chart<'_>) -> DrawResult {
         let tasks = &self.run.metrics.tasks;
         let window = &self.timeline.window;
@@ -348,7 +358,9 @@ impl Gantt<'_> {
         let (history, window) = (self.run.history, &self.timeline.window);
         let title = TextLabel::BOLD;
         let top_px = self.lanes.orphans_px();
-        for (text, top) in [("robots", 0.0), ("orphan", top_px)] {
+        let orphan = ("orphan", top_px);
+        let heads = [Some(("robots", 0.0)), self.has_orphans().then_some(orphan)];
+        for (text, top) in heads.into_iter().flatten() {
             let at = chart.plotting_area().map_coordinate(&(0.0, top + 8.0));
             area.draw_text(text, &title.style(), (px(6.0), at.1))?;
         }
@@ -371,7 +383,8 @@ impl Gantt<'_> {
         let left_px = self.timeline.edges.start;
         let robots = history.robots.iter().map(|robot| robot.name.as_str());
         let robots = robots.zip(self.run.colors.iter().copied());
-        for (rank, (name, color)) in robots.chain([("orphan", INK)]).enumerate() {
+        let orphan = self.has_orphans().then_some(("orphan", INK));
+        for (rank, (name, color)) in robots.chain(orphan).enumerate() {
             let lanes = self.lanes.of_robot(rank);
             let ends = vec![(window.start, lanes.start), (window.end, lanes.start)];
             curve(chart, ends, line(FAINT, 0.75))?;

@@ -219,12 +219,15 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
             draw,
         });
     };
-    add(
-        "gantt",
-        "Activity of the robots. Bars: a behavior set for the task is active; ticks at their upper edge: effects on the \
-         world, where there is room. Rows under \"orphan\": the task was applicable, and no robot was productive on it.",
-        Box::new(gantt::draw),
-    );
+    let activity = "Activity of the robots. Bars: a behavior set for the task is active; ticks at their upper edge: effects \
+         on the world, where there is room.";
+    let orphans =
+        " Rows under \"orphan\": the task was applicable, and no robot was productive on it.";
+    let caption = match history.is_summary {
+        true => activity.to_owned(),
+        false => activity.to_owned() + orphans,
+    };
+    add("gantt", &caption, Box::new(gantt::draw));
     for room in rooms {
         let caption = format!(
             "The room at {} s, and the paths of the {} s before. A place is the paler, the less of its work is left.",
@@ -260,6 +263,9 @@ fn planned<'p>(run: &'p RunFigures<'_>, rooms: &'p [Room]) -> Vec<Planned<'p>> {
             &format!("Time between '{event}' events{against}."),
             Box::new(move |run| progress::recurring(run, recurring)),
         );
+    }
+    if history.is_summary {
+        return figures;
     }
     // The figures above stay small in a large team. Paths do not, and no figure is drawn after one without room.
     add("map", "Paths of all robots.", Box::new(map::together));

@@ -22,7 +22,7 @@ use scenario::mission::registry::Mission;
 use scenario::{KeyPath, Problem, Scenario, Setup, TomlFile, Vocabulary};
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::design::{Design, apply_change};
+use super::design::{Design, FAULTS, apply_change};
 use crate::random_mission::RandomMission;
 use crate::shell::shell_quoted;
 use factors::{
@@ -60,6 +60,8 @@ pub struct Plan {
     pub metrics: Vec<StatedMetric>,
     /// The settings of `alliance tune`.
     pub tuning: Option<SearchSettings>,
+    /// Values that contradict each other but are valid, such as faults after the end of a run, as lines.
+    pub notes: Vec<String>,
 }
 
 /// A primary metric that a plan states for one of its missions.
@@ -177,6 +179,25 @@ impl Plan {
             columns.extend(drawn_starts(&bases));
         }
         disjoint(&file, &columns)?;
+        let mut notes = Vec::new();
+        let mut note = |at: String, scenario: &Scenario| {
+            let late = scenario.faults.beyond_limit(scenario.limit_s);
+            for problem in late {
+                let text = format!("{at}: {problem}");
+                if !notes.contains(&text) {
+                    notes.push(text);
+                }
+            }
+        };
+        // Classes of faults replace those of the scenarios.
+        if !columns.iter().any(|(_, of)| of[0] == FAULTS) {
+            for base in &bases {
+                note(
+                    file_name.to_owned(),
+                    &Scenario::from_table(base, &vocabulary())?,
+                );
+            }
+        }
         for (number, CheckedSetting { at, changes }) in stated.iter().enumerate() {
             // Settings of a mission are validated on that mission, all others on every mission.
             let bases = if number < of_missions {
@@ -189,7 +210,9 @@ impl Plan {
                 for each in changes {
                     apply_change(&mut table, each).with_context(|| place(at))?;
                 }
-                Scenario::from_table(&table, &vocabulary()).with_context(|| place(at))?;
+                let scenario =
+                    Scenario::from_table(&table, &vocabulary()).with_context(|| place(at))?;
+                note(place(at), &scenario);
             }
         }
 
@@ -226,6 +249,7 @@ impl Plan {
             hypotheses,
             metrics,
             tuning: contents.tune,
+            notes,
         })
     }
 

@@ -231,6 +231,40 @@ fn mistakes_give_one_line() {
 }
 
 #[test]
+fn faults_after_the_end_of_a_run_give_a_note() {
+    let late = "timeline = [{ fault.kill = 'gold', at_s = 60.0 }]";
+    let end = "'kill gold' is due at 60 s, not before the end of the run,";
+    for (text, expected) in [
+        (
+            format!("limit_s = 60.0\n[faults.late]\n{late}\n"),
+            vec![format!("plan.toml:2: faults.timeline[0].at_s: {end} 60 s")],
+        ),
+        (format!("limit_s = 61.0\n[faults.late]\n{late}\n"), vec![]),
+        (
+            format!("[grid]\nlimit_s = [50.0,\n70.0]\n[scenario.faults]\n{late}\n"),
+            vec![format!("plan.toml:2: faults.timeline[0].at_s: {end} 50 s")],
+        ),
+        (
+            format!("limit_s = 9.0\n[scenario.faults]\n{late}\n"),
+            vec![format!("plan.toml: faults.timeline[0].at_s: {end} 9 s")],
+        ),
+        (
+            format!("[missions.short]\nset.limit_s = 9.0\n[faults.late]\n{late}\n"),
+            vec![format!("plan.toml:3: faults.timeline[0].at_s: {end} 9 s")],
+        ),
+    ] {
+        let expected = expected
+            .iter()
+            .map(|note| format!("{note}; choose an earlier time"));
+        assert_eq!(
+            parse(&text).unwrap().notes,
+            expected.collect::<Vec<_>>(),
+            "{text}"
+        );
+    }
+}
+
+#[test]
 fn missions_with_their_faults_keep_file_order() {
     let plan = parse(
         "limit_s = 5.0\nseeds = [7]\n[grid]\nallocator = ['nearest', 'static']\n\

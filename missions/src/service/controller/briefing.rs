@@ -67,7 +67,11 @@ impl Briefing {
             kept: kind.kept,
             period: kind.period_s.map(SimTime::from_secs_f64),
         });
-        let coalition_wait = SimTime::from_secs_f64(section.coalition_wait_s.unwrap_or(30.0));
+        let coalition_wait = SimTime::from_secs_f64(
+            section
+                .coalition_wait_s
+                .unwrap_or(ServiceSection::COALITION_WAIT_S),
+        );
         let slots = Slots::new(section);
         // A round has time for the way and for a wait.
         let round = coalition_wait + coalition_wait;

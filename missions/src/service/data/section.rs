@@ -1,6 +1,7 @@
 //! The section `[service]` of a scenario file.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::iter;
 
 use glam::Vec2;
 use scenario::Scenario;
@@ -202,6 +203,9 @@ pub struct RandomPoints {
 }
 
 impl ServiceSection {
+    /// The default of `coalition_wait_s`, s.
+    pub const COALITION_WAIT_S: f64 = 30.0;
+
     #[must_use]
     pub fn of(scenario: &Scenario) -> &Self {
         scenario.section()
@@ -246,7 +250,7 @@ impl ServiceSection {
         point.and_then(|point| point.priority).unwrap_or_default()
     }
 
-    /// Returns the skills that a point of a kind requires.
+    /// Returns the skills that a point of a kind requires, one for each robot that it needs at once.
     pub fn skills_of(&self, point: u16, kind: usize) -> impl Iterator<Item = &String> {
         let needs = self
             .points
@@ -254,7 +258,10 @@ impl ServiceSection {
             .map(|point| &point.needs);
         let needs = needs.filter(|needs| !needs.is_empty());
         let alone = needs.is_none().then_some(&self.kinds[kind].name);
-        needs.into_iter().flat_map(BTreeMap::keys).chain(alone)
+        let needs = needs.into_iter().flatten();
+        needs
+            .flat_map(|(skill, count)| iter::repeat_n(skill, *count as usize))
+            .chain(alone)
     }
 
     /// Returns the names of all skills: those of the kinds, then those that only needs of points contain.

@@ -540,6 +540,37 @@ fn points_without_a_way_give_a_warning() {
     insta::assert_snapshot!(answers.concat());
 }
 
+/// A wall separates robot b, at 7 m, from robot a.
+#[test]
+fn robots_that_a_wall_separates_cannot_work_together() {
+    for (point, expected) in [
+        ("needs = { t = 1 }", ""),
+        (
+            "needs = { t = 2 }",
+            "service.points[0]: obstacles leave no way to p0 at (6, 2) for all 2 robots that it needs; \
+             move the obstacles, or let a robot start there",
+        ),
+        ("deliver_to = [7, 1]", ""),
+        (
+            "deliver_to = [2, 2]",
+            "service.points[0].deliver_to: obstacles leave no way from p0 to its delivery at (2, 2); \
+             move the obstacles, or let a robot start there",
+        ),
+    ] {
+        let text = format!(
+            "room = {{ width_m = 8, height_m = 4 }}\n\
+             [[obstacles]]\nx_m = 4\ny_m = 0\nwidth_m = 0.2\nheight_m = 4\n\
+             [service]\npoints = [{{ kind = 't', x_m = 6, y_m = 2, {point} }}]\n\
+             [[service.kinds]]\nname = 't'\nwork_s = {{ min = 5, max = 5 }}\n\
+             [[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\n"
+        );
+        let starts = [Vec2::new(1.0, 2.0), Vec2::new(7.0, 2.0)];
+        let warnings = SERVICE.warnings(&parse(&text), &starts);
+        let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(warnings.concat(), expected);
+    }
+}
+
 /// The graph of ways grows fast with the obstacles.
 #[test]
 fn costs_by_path_need_few_obstacles() {

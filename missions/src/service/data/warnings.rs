@@ -92,17 +92,21 @@ fn without_a_way(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
     let points = section.points.iter().zip(section.kinds_of_points());
     for (index, (point, kind)) in points.enumerate() {
         let (x_m, y_m) = (point.x_m, point.y_m);
-        let skills = section.skills_of(index as u16, kind);
-        if !ways.lead_to(skills, Vec2::new(x_m, y_m)) {
-            let what = format!("obstacles leave no way to p{index} at ({x_m}, {y_m})");
+        let place = Vec2::new(x_m, y_m);
+        let skills: Vec<&String> = section.skills_of(index as u16, kind).collect();
+        if !ways.lead_to(&skills, place, None) {
+            let what = match skills.len() {
+                1 => format!("obstacles leave no way to p{index} at ({x_m}, {y_m})"),
+                count => format!(
+                    "obstacles leave no way to p{index} at ({x_m}, {y_m}) for all {count} robots that it needs"
+                ),
+            };
             found.push(Problem::at(at.key("points").index(index), what, remedy));
-        }
-        let skills = section.skills_of(index as u16, kind);
-        if let Some([x_m, y_m]) = point.deliver_to
-            && !ways.lead_to(skills, Vec2::new(x_m, y_m))
+        } else if let Some([x_m, y_m]) = point.deliver_to
+            && !ways.lead_to(&skills, place, Some(Vec2::new(x_m, y_m)))
         {
             let what =
-                format!("obstacles leave no way to the delivery of p{index} at ({x_m}, {y_m})");
+                format!("obstacles leave no way from p{index} to its delivery at ({x_m}, {y_m})");
             let at = at.key("points").index(index).key("deliver_to");
             found.push(Problem::at(at, what, remedy));
         }

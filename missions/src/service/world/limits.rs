@@ -44,9 +44,8 @@ impl TeamLimits {
         let unreachable = ways.iter().flat_map(|ways| {
             let points = specs.iter().zip(0..);
             points.filter(|(point, number)| {
-                let mut places = [Some(point.at), point.deliver_to].into_iter().flatten();
-                let skills = || section.skills_of(*number, point.kind);
-                places.any(|place| !ways.lead_to(skills(), place))
+                let skills: Vec<&String> = section.skills_of(*number, point.kind).collect();
+                !ways.lead_to(&skills, point.at, point.deliver_to)
             })
         });
         Self {

@@ -222,7 +222,10 @@ impl Service {
             let (_, arrived) = self.points.work_and_arrival(point);
             self.log.record_wait(point, now.since(arrived));
             let quarters = self.points.quarters_left(point);
-            if self.points.reduce_work(point, pace * constants.step_s) {
+            if self
+                .points
+                .reduce_work(point, pace * constants.step_s, now + constants.step)
+            {
                 let change = self.points.finish(point, now);
                 let first = crew.first().copied();
                 let event = self
@@ -289,14 +292,15 @@ impl Service {
         let skill = skill * floor.apply_skill(robot, &spec.name);
         let work_s = skill * constants.step_s;
         let is_done = if spec.kept {
-            self.points.reduce_work(point, work_s)
+            self.points.reduce_work(point, work_s, now + constants.step)
         } else {
             let round = self.points.round(point);
             if is_new || worker.attempt.0 != round {
                 worker.attempt = (round, self.points.work_and_arrival(point).0);
             }
             worker.attempt.1 -= work_s;
-            self.points.attempt(point, worker.attempt.1)
+            self.points
+                .attempt(point, worker.attempt.1, now + constants.step)
         };
         if is_done && self.points.spec(point).deliver_to.is_some() {
             self.points.pick_up(point, robot);
@@ -431,7 +435,8 @@ impl MissionWorld for Service {
             let kind = self.points.open_kind(point);
             let is_alone = self.constants.crews.slots.of_point(point).is_empty();
             if is_alone && kind.is_some_and(|kind| !self.constants.section.kinds[kind].kept) {
-                self.points.attempt(point, robot.attempt.1);
+                self.points
+                    .attempt(point, robot.attempt.1, floor.now() + self.constants.step);
             }
         }
     }

@@ -24,6 +24,8 @@ use super::limits::TeamLimits;
 
 /// The radius of a displayed point, m. It is larger than a robot, so that the point stays visible.
 const SHOWN_M: f32 = 0.28;
+/// The work left that can be an error of rounding, s. Steps such as 0.05 s are no binary fractions.
+const ROUNDING_S: f64 = 1e-7;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
@@ -412,16 +414,28 @@ impl Points {
         Some((number, change))
     }
 
-    /// Takes work off an open point, s at skill 1. Returns whether none is left.
-    pub fn reduce_work(&mut self, number: u16, work_s: f64) -> bool {
-        self.change(number, |point| {
-            point.left_s = (point.left_s - work_s).max(0.0);
-        });
-        self.points[usize::from(number)].left_s <= 0.0
+    /// Takes work off an open point in a step that ends at `end`, s at skill 1. Returns whether none is left.
+    pub fn reduce_work(&mut self, number: u16, work_s: f64, end: SimTime) -> bool {
+        let left_s = self.points[usize::from(number)].left_s - work_s;
+        let left_s = self.without_rounding(number, left_s, end);
+        self.change(number, |point| point.left_s = left_s.max(0.0));
+        left_s <= 0.0
     }
 
-    /// Records the progress of a robot's own attempt, s left. Returns whether the attempt is complete.
-    pub fn attempt(&mut self, number: u16, left_s: f64) -> bool {
+    /// Returns the work left, s, or 0 if the last step before the expiration leaves only an error of rounding.
+    fn without_rounding(&self, number: u16, left_s: f64, end: SimTime) -> f64 {
+        let next = || self.points[usize::from(number)].next(self.until);
+        if left_s < ROUNDING_S && next().is_some_and(|next| next <= end) {
+            0.0
+        } else {
+            left_s
+        }
+    }
+
+    /// Records the progress of a robot's own attempt in a step that ends at `end`, s left. Returns whether the attempt is
+    /// complete.
+    pub fn attempt(&mut self, number: u16, left_s: f64, end: SimTime) -> bool {
+        let left_s = self.without_rounding(number, left_s, end);
         if left_s < self.points[usize::from(number)].left_s {
             self.change(number, |point| point.left_s = left_s.max(0.0));
         }

@@ -11,11 +11,10 @@ use super::map::KnownPlaces;
 use super::memory::{Memory, SAME_PLACE_M};
 use super::sight::FloorView;
 use super::views::{AT_POINT_M, Views};
+use crate::waste::data::INSIDE_DEPOSIT_M;
 use robot_agent::body::goal::{is_shorter, is_within, length};
 use robot_agent::body::{Goal, Status};
 
-/// The distance inside the deposit's edge at which a robot that faces inward drops its load, m.
-const INSIDE_DEPOSIT_M: f32 = 0.1;
 /// The safety margin that is subtracted from the gripper's reach, m.
 const REACH_MARGIN_M: f32 = 0.02;
 /// The maximum distance between two observations of the same item, m.

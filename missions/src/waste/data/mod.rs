@@ -22,8 +22,8 @@ pub use figures::{
     REPORTS_MADE, WasteFigures, WasteRow,
 };
 pub use kinds::BehaviorKind;
-pub(super) use section::report_site;
 pub use section::{Deposit, ReportSite, Spill, Spot, WasteSection};
+pub(super) use section::{INSIDE_DEPOSIT_M, report_site};
 pub(super) use work::{EMPTY_EXPIRES, sweep_cells};
 
 use glam::Vec2;

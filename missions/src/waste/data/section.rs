@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use scenario::{Room, Scenario};
 
+/// The distance inside the deposit's edge at which a robot that faces inward drops its load, m.
+pub(in crate::waste) const INSIDE_DEPOSIT_M: f32 = 0.1;
+
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct WasteSection {

@@ -4,6 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Target;
+use crate::Problem;
+use crate::fault::Fault;
+use crate::fault::checker::{Checked, Checker};
 use crate::fault::spec::{
     FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec, Mode, ModeForm, ModeSize,
 };
@@ -48,6 +51,7 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
     },
     group: FaultGroup::Robot,
     takes_role: false,
+    check,
     examples: &[
         (
             r#"{"actuator": {"robot": "gold", "mode": "dead"}}"#,
@@ -85,6 +89,23 @@ impl Target for ActuatorFault {
     fn robot(&self) -> Option<&str> {
         Some(&self.robot)
     }
+}
+
+/// Checks that the robots of the mission have a gripper if it fails.
+fn check(fault: &Fault, checker: &Checker<'_>) -> Checked {
+    let Fault::Actuator(ActuatorFault {
+        mode: ActuatorMode::Gripper,
+        ..
+    }) = fault
+    else {
+        return Ok(());
+    };
+    if checker.catalog.mission.has_gripper() {
+        return Ok(());
+    }
+    let at = ["fault", "actuator", "mode"];
+    let what = "the robots of this mission have no gripper";
+    Err(Problem::at(at, what, "choose another mode"))
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

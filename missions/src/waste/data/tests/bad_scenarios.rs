@@ -364,11 +364,43 @@ fn a_spill_without_a_way_gives_a_warning() {
     };
     let from = |text: String| {
         let text = text.replace("no way to spill", "no way from spill");
-        text.replace("'; ", "' to a deposit; ")
+        text.replace("'; ", "' into the nearest deposit; ")
     };
     let (top, bottom) = (to(0, "top"), to(1, "bottom"));
+    let site = "waste.report_site: obstacles leave no way to the report site; \
+         move the obstacles, or let a robot start there";
     assert_eq!(warned(&[], &[1.0, 1.0]), [""; 0]);
     assert_eq!(warned(&[2.0], &[1.0, 1.0]), [top.clone(), bottom.clone()]);
     assert_eq!(warned(&[2.0], &[1.0, 3.0]), [""; 0], "one robot suffices");
+    assert_eq!(warned(&[2.0], &[3.0, 3.0]), [site]);
     assert_eq!(warned(&[6.0], &[1.0, 11.0]), [from(top), from(bottom)]);
+}
+
+/// Robots drive into a deposit by more than 0.1 m. Waste goes to the deposit nearest to its spill, also if another one
+/// has a way.
+#[test]
+fn a_deposit_that_no_robot_can_enter_gives_a_warning() {
+    let warned = |text: &str| {
+        let warnings = WASTE.warnings(&parse(text), &[Vec2::new(1.0, 1.0)]);
+        let warnings = warnings.iter().map(ToString::to_string);
+        warnings.collect::<Vec<_>>().join("\n")
+    };
+    let block = |x_m: f32, y_m: f32, width_m: f32, height_m: f32| {
+        format!(
+            "[[obstacles]]\nx_m = {x_m}\ny_m = {y_m}\nwidth_m = {width_m}\nheight_m = {height_m}\n"
+        )
+    };
+    let expected = |name: &str, index: usize| {
+        format!(
+            "waste.spills[{index}]: obstacles leave no way from spill '{name}' into the nearest deposit; \
+             move it or the obstacles"
+        )
+    };
+    let both = [expected("top", 0), expected("bottom", 1)].join("\n");
+    // The deposit has a radius of 1 m round (9.6, 4.5). A robot at its left side stands 0.2 m beside the block.
+    assert_eq!(warned(&block(8.75, 3.5, 2.0, 2.0)), both);
+    assert_eq!(warned(&block(8.95, 3.5, 2.0, 2.0)), "");
+    let further = "[[waste.further_deposits]]\nx_fraction = 0.4\ny_fraction = 0.75\n";
+    let covered = block(3.95, 5.9, 1.7, 1.7);
+    assert_eq!(warned(&(covered + further)), both);
 }
