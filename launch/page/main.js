@@ -190,7 +190,7 @@ async function show(source, run) {
   // A large team has thousands of links: they are redrawn less often.
   loop.add(400, () => links.draw());
   new ResizeObserver(changed).observe(byId("room"));
-  new ResizeObserver(changed).observe(byId("chart-list"));
+  for (const id of ["chart-list", "matrix"]) new ResizeObserver(changed).observe(byId(id));
 
   window.alliance = Object.freeze({
     get view() {

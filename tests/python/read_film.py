@@ -16,6 +16,8 @@ for path in sys.argv[3:]:
         durations = []
         for number in range(film.n_frames):
             film.seek(number)
+            # The duration of a WebP frame is known after decoding.
+            film.load()
             durations.append(film.info["duration"])
         films[path] = {
             "size": film.size,

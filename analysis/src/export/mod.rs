@@ -89,7 +89,7 @@ struct Formats {
     /// The room as PNG at these times, two pixels per px [default: end]
     #[arg(long, value_name = "TIME,…", num_args = 0..=1, default_missing_value = "end")]
     png: Option<Moments>,
-    /// A film of the room: an animated PNG (.png) with all colors, or a GIF (.gif) for slides
+    /// A film of the room: an animated WebP (.webp) with all colors, or a GIF (.gif) for slides
     #[arg(long, value_name = "FILE")]
     video: Option<PathBuf>,
 }

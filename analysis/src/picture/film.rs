@@ -9,7 +9,7 @@ use plotters::style::RGBColor;
 use scenario::Problem;
 
 use super::gif_film::GifFilm;
-use super::png_film::PngFilm;
+use super::webp_film::WebpFilm;
 use crate::figures::pixels::Pixels;
 use crate::progress::Progress;
 
@@ -19,9 +19,9 @@ const SAMPLES: usize = 16;
 /// The formats of films.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilmFormat {
-    /// Animated PNG: all colors. Browsers and converters read it; elsewhere it shows its first frame.
-    Png,
-    /// GIF: 255 colors. Slides, chats and pages show it.
+    /// Animated WebP: all colors. Browsers, chats and image libraries read it.
+    Webp,
+    /// GIF: 255 colors. Slides show it, and converters of films read it.
     Gif,
 }
 
@@ -33,12 +33,12 @@ impl FilmFormat {
     pub fn of(path: &Path) -> Result<Self, Problem> {
         let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
         match ending.as_ref().and_then(|ending| ending.to_str()) {
-            Some("png" | "apng") => Ok(Self::Png),
+            Some("webp") => Ok(Self::Webp),
             Some("gif") => Ok(Self::Gif),
             _ => Err(Problem::with_source(
                 format!("--video {}", path.display()),
                 "no known format of a film",
-                "end the name with .gif, or with .png for an animated PNG",
+                "end the name with .webp or .gif",
             )),
         }
     }
@@ -46,19 +46,28 @@ impl FilmFormat {
 
 /// A film in the making.
 trait FilmWriter {
-    /// Adds a frame, which is shown for a whole period or, as the last one, for [`LAST_S`].
+    /// Adds a frame, which is shown for a whole period or, as the last one, for [`LAST_S`](super::region::LAST_S).
     fn add(&mut self, frame: &Pixels, is_last: bool) -> anyhow::Result<()>;
+    fn finish(self: Box<Self>) -> anyhow::Result<()>;
 }
 
 impl<W: Write> FilmWriter for GifFilm<W> {
     fn add(&mut self, frame: &Pixels, is_last: bool) -> anyhow::Result<()> {
         self.add_frame(frame, is_last)
     }
+
+    fn finish(self: Box<Self>) -> anyhow::Result<()> {
+        (*self).finish()
+    }
 }
 
-impl<W: Write> FilmWriter for PngFilm<W> {
-    fn add(&mut self, frame: &Pixels, is_last: bool) -> anyhow::Result<()> {
-        self.add_frame(frame, is_last)
+impl<W: Write> FilmWriter for WebpFilm<W> {
+    fn add(&mut self, frame: &Pixels, _is_last: bool) -> anyhow::Result<()> {
+        self.add_frame(frame)
+    }
+
+    fn finish(self: Box<Self>) -> anyhow::Result<()> {
+        (*self).finish()
     }
 }
 
@@ -78,7 +87,7 @@ pub fn write(
         return Ok(());
     };
     let mut film: Box<dyn FilmWriter> = match format {
-        FilmFormat::Png => Box::new(PngFilm::new(file, &draw(&svgs[0])?, svgs.len(), rate)?),
+        FilmFormat::Webp => Box::new(WebpFilm::new(file, &draw(&svgs[0])?, rate)?),
         FilmFormat::Gif => {
             let samples = sample(svgs).map(|svg| draw(svg));
             let samples = samples.collect::<anyhow::Result<Vec<Pixels>>>()?;
@@ -95,7 +104,7 @@ pub fn write(
             progress.step();
         }
     }
-    Ok(())
+    film.finish()
 }
 
 /// Returns evenly spaced SVGs, with the first and the last one.

@@ -8,14 +8,15 @@ use plotters::style::RGBColor;
 use proto::view::{Mark, MarkOutline, MarkRole, View, Work};
 use scenario::Obstacle;
 
-use super::geometry::{Extent, Point, Projection, Taken, arc, line, n, segment, text};
+use super::geometry::{Extent, Point, Projection, Taken, line, n, segment, text};
 use crate::figures::canvas::{TextLabel, WHITE};
-use crate::figures::palette::{
-    FAST, FLOOR, ITEM, QUIET_LINE, QUIET_TEXT, SLOW, SOLID, WALL, css, mark_colors,
-};
+use crate::figures::palette::{FAST, FLOOR, ITEM, QUIET_TEXT, SLOW, SOLID, WALL, css, mark_colors};
 
-/// Discs below this radius, px, are rings, which remain visible around a robot.
-const RING_BELOW_PX: f64 = 22.0;
+/// Discs with work have at least this radius, px.
+const LEAST_DISC_PX: f64 = 3.0;
+
+/// Discs below this radius, px, have no labels among many marks.
+const SMALL_DISC_PX: f64 = 22.0;
 
 /// The largest number of marks of which small ones have labels.
 const LABELS_MAX: usize = 60;
@@ -67,10 +68,12 @@ fn shape(p: &Projection, mark: &Mark) -> Markup {
     let edge = css(if is_range { full } else { QUIET_TEXT });
     match mark.outline {
         MarkOutline::Disc { center, radius_m } => {
-            let (at, radius) = (p.point(center), p.length(radius_m));
-            if mark.work.is_some() && radius < RING_BELOW_PX {
-                return ring(at, radius.max(3.0), full, share);
-            }
+            let least = if mark.work.is_some() {
+                LEAST_DISC_PX
+            } else {
+                0.0
+            };
+            let (at, radius) = (p.point(center), p.length(radius_m).max(least));
             let fill = if is_range {
                 "none".to_owned()
             } else {
@@ -150,27 +153,13 @@ fn level(at: Point, radius: f64, color: RGBColor, share: f64) -> Markup {
     }
 }
 
-/// Draws a small disc as a ring: an arc for the share that is left, faint without work.
-fn ring(at: Point, radius: f64, color: RGBColor, share: f64) -> Markup {
-    let edge = css(if share > 0.0 { QUIET_TEXT } else { QUIET_LINE });
-    let (middle, width) = (0.72 * radius, 0.5 * radius);
-    html! {
-        circle cx=(n(at.0)) cy=(n(at.1)) r=(n(radius)) fill="none" stroke=(edge) {}
-        @if share >= 0.999 {
-            circle cx=(n(at.0)) cy=(n(at.1)) r=(n(middle)) fill="none" stroke=(css(color)) stroke-width=(n(width)) {}
-        } @else if share > 0.001 {
-            path d=(arc(at, middle, share)) fill="none" stroke=(css(color)) stroke-width=(n(width)) {}
-        }
-    }
-}
-
 /// Writes the labels of the marks where there is room: the name with the work that is left, or else the name.
 pub fn mark_labels(p: &Projection, marks: &[Mark], taken: &mut Taken) -> Markup {
     let room = p.extent();
     let mut labels = Vec::new();
     let has_label = |mark: &&Mark| {
         // Among many marks, small ones have no labels.
-        let is_small = matches!(mark.outline, MarkOutline::Disc { radius_m, .. } if p.length(radius_m) < RING_BELOW_PX);
+        let is_small = matches!(mark.outline, MarkOutline::Disc { radius_m, .. } if p.length(radius_m) < SMALL_DISC_PX);
         mark.is_labelled(marks.len()) && !(is_small && marks.len() > LABELS_MAX)
     };
     for mark in marks.iter().filter(has_label) {

@@ -1,7 +1,5 @@
 //! Positions in a picture: from meters to px, and room for texts.
 
-use std::f64::consts::TAU;
-
 use glam::Vec2;
 use maud::{Markup, html};
 use plotters::style::RGBColor;
@@ -156,13 +154,4 @@ pub fn segment((x, y): Point, radius: f64, share: f64) -> String {
     let (left, right) = (n(x - half), n(x + half));
     let (radius, level) = (n(radius), n(level));
     format!("M{left} {level}A{radius} {radius} 0 {large} 0 {right} {level}Z")
-}
-
-/// Returns an arc from the top of a circle, clockwise over a share above 0 and below 1, as the data of a path.
-pub fn arc((x, y): Point, radius: f64, share: f64) -> String {
-    let (sin, cos) = libm::sincos(share * TAU);
-    let large = u8::from(share > 0.5);
-    let (top, size) = (n(y - radius), n(radius));
-    let (to_x, to_y) = (n(x + radius * sin), n(y - radius * cos));
-    format!("M{} {top}A{size} {size} 0 {large} 1 {to_x} {to_y}", n(x))
 }

@@ -86,7 +86,7 @@ impl<W: Write> GifFilm<W> {
         let (region, buffer) = match &self.before {
             None => (whole, indices.clone()),
             Some(before) => {
-                let region = Region::of_change(&before.indices, &indices, self.width, 1);
+                let region = Region::of_change(&before.indices, &indices, self.width);
                 let pixels = region.pixels(self.width);
                 let pixels = pixels.map(|at| match before.indices[at] == indices[at] {
                     true => TRANSPARENT,
@@ -116,6 +116,12 @@ impl<W: Write> GifFilm<W> {
             indices,
         });
         self.frames += 1;
+        Ok(())
+    }
+
+    /// Writes the end of the file.
+    pub fn finish(self) -> anyhow::Result<()> {
+        self.encoder.into_inner()?;
         Ok(())
     }
 

@@ -14,9 +14,9 @@ mod frame;
 mod geometry;
 mod gif_film;
 pub mod live;
-mod png_film;
 mod radio;
 mod region;
 mod scene;
 #[cfg(test)]
 mod tests;
+mod webp_film;

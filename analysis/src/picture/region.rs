@@ -14,10 +14,10 @@ pub struct Region {
 
 impl Region {
     /// Returns the smallest region with all pixels that differ. If none does, one pixel remains, because a frame has at
-    /// least one. Both images have `width` pixels in a row and `depth` bytes per pixel.
+    /// least one. Both images have `width` pixels in a row and one byte per pixel.
     #[must_use]
-    pub fn of_change(before: &[u8], after: &[u8], width: usize, depth: usize) -> Self {
-        let pairs = before.chunks_exact(depth).zip(after.chunks_exact(depth));
+    pub fn of_change(before: &[u8], after: &[u8], width: usize) -> Self {
+        let pairs = before.iter().zip(after);
         let differing = pairs.enumerate().filter(|(_, (a, b))| a != b);
         let mut found: Option<[usize; 4]> = None;
         for (index, _) in differing {

@@ -23,3 +23,29 @@ for (const [group, { kinds }] of Object.entries(GROUPS)) for (const kind of kind
 export function groupOf(kind, missionKinds) {
   return GROUP_OF.get(kind) ?? (missionKinds.includes(kind) ? "mission" : "details");
 }
+
+/** Routine events of the same time span share a row, ms. */
+const FOLDED_MS = 10_000;
+
+/** Tests whether an event is ordinary work, and neither trouble nor an end. */
+function isRoutine({ group, kind }) {
+  return group === "tasks" || group === "details" || (group === "mission" && kind !== "ended") || kind === "joined";
+}
+
+/**
+ * Returns the rows of a list of the wanted events, newest first, at most `most`. A row is a list of events, newest first:
+ * one event or, if `folds`, routine events of the same ten seconds with no other event between them.
+ */
+export function eventRows(events, isWanted, most, folds) {
+  const rows = [];
+  const span = ({ t_ms }) => Math.floor(t_ms / FOLDED_MS);
+  for (const event of events.toReversed()) {
+    if (!isWanted(event)) continue;
+    const [latest] = rows.at(-1) ?? [];
+    const isFolded = folds && latest && isRoutine(event) && isRoutine(latest) && span(event) === span(latest);
+    if (isFolded) rows.at(-1).push(event);
+    else if (rows.length === most) break;
+    else rows.push([event]);
+  }
+  return rows;
+}

@@ -1,13 +1,15 @@
-// The list of events, newest first, filtered by group, robot and text. A fault is one event with all its phases. In a log
-// a click on an event seeks its time.
+// The list of events, newest first, filtered by group, robot and text. A fault is one event with all its phases. In a large
+// team, routine events share rows. In a log a click on an event seeks its time.
 
-import { GROUPS } from "../model/events.js";
+import { GROUPS, eventRows } from "../model/events.js";
 import { foldFaults } from "../model/faults.js";
 import { byId, dot, el, keyed, text } from "../ui/dom.js";
 import { isShown } from "../ui/tabs.js";
-import { count, eventInWords, phasesInWords, seconds } from "../ui/words.js";
+import { count, countsInWords, eventInWords, phasesInWords, seconds } from "../ui/words.js";
 
 const MAX_ROWS = 250;
+/** Routine events of teams with more robots share rows, unless one robot or a text is chosen. */
+const FEW = 12;
 const KEY = "alliance-events";
 
 export class Events {
@@ -79,20 +81,34 @@ export class Events {
     if (!isShown("events")) return;
     const all = this.#model.eventsSoFar();
     const faults = foldFaults(all);
-    const rows = [];
-    for (let index = all.length - 1; index >= 0 && rows.length < MAX_ROWS; index -= 1) {
-      const event = all[index];
-      const isFolded = event.group === "faults" && !faults.has(event);
-      if (!isFolded && this.isWanted(event)) rows.push(event);
-    }
+    const folds = this.#model.names.length > FEW && !this.#robot && !this.#query;
+    const isListed = (event) => (event.group !== "faults" || faults.has(event)) && this.isWanted(event);
     keyed(
       byId("event-list"),
-      rows,
-      (event) => `${event.index} ${faults.get(event)?.length ?? 0}`,
-      (event) => this.#row(event, faults.get(event)),
+      eventRows(all, isListed, MAX_ROWS, folds),
+      (events) => `${events.at(-1).index} ${events.length} ${faults.get(events[0])?.length ?? 0}`,
+      (events) => (events.length > 1 ? this.#folded(events) : this.#row(events[0], faults.get(events[0]))),
     );
     const missed = this.#model.missed ? `; ${this.#model.missed} did not reach this page` : "";
     text(byId("event-count"), `${count(all.length, "event")}${missed}`);
+  }
+
+  /** Creates the row of several routine events. */
+  #folded(events) {
+    const first = events.at(-1);
+    return el(
+      "li",
+      { "data-event": "routine", "data-t": first.t_ms, title: "Choose a robot, or search, to list these events" },
+      this.#time(first),
+      el("span", { class: "sign", "aria-hidden": "true" }, "⋯"),
+      el("span", { class: "dim" }, countsInWords(events)),
+    );
+  }
+
+  #time({ t_ms }) {
+    const time = seconds(t_ms, 2);
+    if (!this.#seek) return el("span", { class: "time" }, time);
+    return el("button", { type: "button", class: "time link", onclick: () => this.#seek(t_ms) }, time);
   }
 
   /** Creates the row of an event. `phases` are those of a fault. */
@@ -100,13 +116,10 @@ export class Events {
     const { names, colors } = this.#model;
     const rank = names.indexOf(event.robot);
     const { what, why } = phases ? phasesInWords(phases) : eventInWords(event, names);
-    const time = seconds(event.t_ms, 2);
     return el(
       "li",
       { "data-event": event.kind, "data-group": event.group, "data-robot": event.robot || null, "data-t": event.t_ms },
-      this.#seek
-        ? el("button", { type: "button", class: "time link", onclick: () => this.#seek(event.t_ms) }, time)
-        : el("span", { class: "time" }, time),
+      this.#time(event),
       el("span", { class: "sign", "aria-hidden": "true" }, GROUPS[event.group].sign),
       el(
         "span",

@@ -11,7 +11,7 @@ const ACTIVE_STATES = new Set(["present", "silent"]);
 const FEW = 20;
 const MOST = 80;
 
-/** The number of idle robots that are named. */
+/** The number of robots that are named for each task and state, and of idle ones. */
 const MAX_NAMED = 20;
 
 export class Tasks {
@@ -87,16 +87,18 @@ export class Tasks {
   #fill(cell, entries, placeholder) {
     const { names, colors, tasks, now } = this.#model;
     cell.dataset.robots = entries.map(({ rank }) => names[rank]).join(" ");
+    const left = entries.length - MAX_NAMED;
+    const more = entries.length === 0 ? placeholder : left > 0 ? `and ${left} more` : null;
     keyed(
       cell,
-      entries.length ? entries : [null],
+      [...entries.slice(0, MAX_NAMED), ...(more ? [null] : [])],
       (entry) => (entry ? `${entry.rank} ${entry.set.name}` : ""),
       (entry) => {
-        if (!entry) return el("span", { class: "dim" }, placeholder);
+        if (!entry) return el("span", { class: "dim" });
         return el("div", { "data-robot": names[entry.rank] }, dot(colors[entry.rank]), el("span"), el("span", { class: "dim" }));
       },
       (element, entry) => {
-        if (!entry) return;
+        if (!entry) return text(element, more);
         // A set with the name of its task is not repeated.
         const set = entry.set.name === tasks[entry.set.task].name ? "" : ` with ${entry.set.name}`;
         const silent = entry.robot.state === "silent" ? " (silent)" : "";

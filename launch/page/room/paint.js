@@ -48,8 +48,10 @@ export function paintFloor(c, p, room, palette) {
   c.fillRect(p.x(left), p.y(bottom + room.height_m), p.scale * room.width_m, p.scale * room.height_m);
 }
 
-/** Discs below this radius, px, are drawn as rings, which stay visible around a robot. The arc is the share that is left. */
-const RING_BELOW_PX = 24;
+/** Discs with work have at least this radius, px. */
+const LEAST_DISC_PX = 3;
+/** Discs below this radius, px, have no labels in a crowd. */
+const SMALL_DISC_PX = 24;
 /** Below this area of the room for each mark, px², only large marks have labels. */
 const LABEL_AREA_PX2 = 4000;
 
@@ -58,37 +60,46 @@ export function paintMarks(c, p, marks, palette) {
   for (const mark of marks) {
     const { outline, role } = mark;
     const share = shareLeft(mark);
-    if (isSmall(p, mark) && mark.work) {
-      paintRing(c, p, mark, palette);
-      continue;
-    }
-    const box = outlined(c, p, outline);
+    const least_px = mark.work ? LEAST_DISC_PX : 0;
+    const box = outlined(c, p, outline, least_px);
     const isOpen = role === "range" || box === null;
     const [light, full] = [palette[role], fullColor(mark, palette)];
     if (!isOpen) {
       c.fillStyle = light;
       c.fill();
       if (share > 0) {
-        c.save();
-        c.clip();
         c.fillStyle = full;
-        c.fillRect(box.left, box.bottom - share * box.height, box.width, share * box.height);
-        c.restore();
-        outlined(c, p, outline);
+        fillFromBelow(c, box, outline.disc, share);
+        outlined(c, p, outline, least_px);
       }
     }
     c.strokeStyle = isOpen ? full : palette["ink-2"];
     const isGoalLine = box === null && role === "goal";
-    c.lineWidth = isGoalLine ? 4 : isDone(mark) ? 2 : 1;
+    c.lineWidth = isGoalLine ? 4 : isDone(mark) && !isSmall(p, mark) ? 2 : 1;
     c.setLineDash(role === "zone" || role === "range" ? [4, 4] : []);
     c.stroke();
     c.setLineDash([]);
   }
 }
 
-/** Tests whether a mark is drawn as a ring. */
+/** Fills a share of the current path from below. A clip is slow, and there may be hundreds of discs. */
+function fillFromBelow(c, { left, bottom, width, height }, isDisc, share) {
+  if (isDisc) {
+    const level = Math.asin(1 - 2 * share);
+    c.beginPath();
+    c.arc(left + width / 2, bottom - height / 2, width / 2, level, FULL_TURN / 2 - level);
+    c.fill();
+    return;
+  }
+  c.save();
+  c.clip();
+  c.fillRect(left, bottom - share * height, width, share * height);
+  c.restore();
+}
+
+/** Tests whether a mark is a small disc. */
 function isSmall(p, { outline: { disc } }) {
-  return disc && p.scale * disc.radius_m < RING_BELOW_PX;
+  return disc && p.scale * disc.radius_m < SMALL_DISC_PX;
 }
 
 /** Draws the labels of marks, within the walls. Returns their extents. */
@@ -140,31 +151,12 @@ function fullColor({ id, role }, palette) {
   return kindColor(id, palette.tasks) ?? palette[`${role}-full`] ?? palette[role];
 }
 
-/** Draws a small disc as a ring: an arc for the share that is left, faint if nothing is left. */
-function paintRing(c, p, mark, palette) {
-  const { disc } = mark.outline;
-  const share = shareLeft(mark);
-  const [x, y, radius] = [p.x(disc.center[0]), p.y(disc.center[1]), Math.max(p.scale * disc.radius_m, 3)];
-  const top = -FULL_TURN / 4;
-  c.beginPath();
-  c.arc(x, y, radius, 0, FULL_TURN);
-  c.strokeStyle = isDone(mark) ? palette.line : palette["ink-2"];
-  c.lineWidth = 1;
-  c.stroke();
-  if (isDone(mark)) return;
-  c.beginPath();
-  c.arc(x, y, 0.75 * radius, top, top + share * FULL_TURN);
-  c.strokeStyle = fullColor(mark, palette);
-  c.lineWidth = 0.5 * radius;
-  c.stroke();
-}
-
-/** Begins the path of an outline. Returns its bounding box in pixels, or null for a line. */
-export function outlined(c, p, outline) {
+/** Begins the path of an outline. Returns its bounding box in pixels, or null for a line. A disc has a least radius. */
+export function outlined(c, p, outline, least_px = 0) {
   const [[kind, shape]] = Object.entries(outline);
   c.beginPath();
   if (kind === "disc") {
-    const [x, y, radius] = [p.x(shape.center[0]), p.y(shape.center[1]), p.scale * shape.radius_m];
+    const [x, y, radius] = [p.x(shape.center[0]), p.y(shape.center[1]), Math.max(least_px, p.scale * shape.radius_m)];
     c.arc(x, y, radius, 0, FULL_TURN);
     return { left: x - radius, bottom: y + radius, width: 2 * radius, height: 2 * radius };
   }
@@ -422,6 +414,51 @@ export function paintRadio(c, { a, b }, { count, loss, isCut, expected }, isDist
   if (isCut || loss > 0) badge(c, isCut ? "⊘ cut" : `✗ ${percent(loss)}`, a.x + (b.x - a.x) * 0.4, a.y + (b.y - a.y) * 0.4, palette);
 }
 
+/** From this radius on, px, a body has a sign. */
+const SIGN_PX = 8;
+/** The number of directions and the largest number of stored images of small bodies. */
+const DIRECTIONS = 64;
+const MAX_IMAGES = 4096;
+/** The length of the nose that shows the heading, in radii. */
+const NOSE = 1.55;
+
+/** Draws nose and disc of a body at the origin, heading to the right. */
+function paintShape(c, radius, color, ink) {
+  c.fillStyle = color;
+  c.strokeStyle = ink;
+  c.lineWidth = radius < 5 ? 1 : 1.5;
+  c.beginPath();
+  c.moveTo(radius * NOSE, 0);
+  c.lineTo(radius * 0.8, radius * 0.55);
+  c.lineTo(radius * 0.8, -radius * 0.55);
+  c.closePath();
+  c.fill();
+  c.stroke();
+  c.beginPath();
+  c.arc(0, 0, radius, 0, FULL_TURN);
+}
+
+const images = new Map();
+
+/** Returns an image of a small body. A large team is drawn faster from images than from paths. */
+function bodyImage(radius, direction, color, ink) {
+  const key = [radius, devicePixelRatio, direction, color, ink].join();
+  const known = images.get(key);
+  if (known) return known;
+  const half = Math.ceil((NOSE * radius + 1) * devicePixelRatio);
+  const canvas = new OffscreenCanvas(2 * half, 2 * half);
+  const c = canvas.getContext("2d");
+  c.translate(half, half);
+  c.scale(devicePixelRatio, devicePixelRatio);
+  c.rotate((-direction * FULL_TURN) / DIRECTIONS);
+  paintShape(c, radius, color, ink);
+  c.fill();
+  c.stroke();
+  if (images.size >= MAX_IMAGES) images.clear();
+  images.set(key, canvas.transferToImageBitmap());
+  return images.get(key);
+}
+
 /** Draws a robot's body with heading, color and sign. A dead one is crossed out, a silent one hatched, a joining one dashed. */
 export function paintBody(c, p, robot, style, palette) {
   const [x, y] = [p.x(robot.pose.position[0]), p.y(robot.pose.position[1])];
@@ -434,23 +471,18 @@ export function paintBody(c, p, robot, style, palette) {
     c.arc(x, y, radius + 5, 0, FULL_TURN);
     c.stroke();
   }
+  if (robot.state === "present" && radius < SIGN_PX) {
+    const direction = Math.round((robot.pose.heading_rad / FULL_TURN) * DIRECTIONS) % DIRECTIONS;
+    const image = bodyImage(radius, direction, style.color, palette.ink);
+    const size = image.width / devicePixelRatio;
+    c.drawImage(image, x - size / 2, y - size / 2, size, size);
+    return;
+  }
   c.save();
   c.translate(x, y);
   c.save();
   c.rotate(-robot.pose.heading_rad);
-  c.fillStyle = isDead ? palette["ink-2"] : style.color;
-  c.strokeStyle = palette.ink;
-  c.lineWidth = radius < 5 ? 1 : 1.5;
-  // The nose shows the heading.
-  c.beginPath();
-  c.moveTo(radius * 1.55, 0);
-  c.lineTo(radius * 0.8, radius * 0.55);
-  c.lineTo(radius * 0.8, -radius * 0.55);
-  c.closePath();
-  c.fill();
-  c.stroke();
-  c.beginPath();
-  c.arc(0, 0, radius, 0, FULL_TURN);
+  paintShape(c, radius, isDead ? palette["ink-2"] : style.color, palette.ink);
   c.globalAlpha = isDead ? 0.45 : robot.state === "coming" ? 0.4 : 1;
   c.fill();
   c.globalAlpha = 1;
@@ -482,7 +514,7 @@ export function paintBody(c, p, robot, style, palette) {
     c.moveTo(radius, -radius);
     c.lineTo(-radius, radius);
     c.stroke();
-  } else if (radius >= 8 && robot.state !== "silent") {
+  } else if (radius >= SIGN_PX && robot.state !== "silent") {
     const size = Math.min(14, Math.round((style.sign.length > 1 ? 0.95 : 1.2) * radius));
     words(c, style.sign, 0, 0.5, { color: "#fff", bold: true, size, outline: "rgba(0,0,0,.55)" });
   }

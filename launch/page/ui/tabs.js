@@ -41,8 +41,7 @@ export function startTabs(changed) {
   return show;
 }
 
-/** Tests whether a panel is visible. Others are not updated. */
+/** Tests whether a panel is visible. Others are not updated. Needs no layout, unlike `offsetParent` and `checkVisibility`. */
 export function isShown(id) {
-  // Unlike `offsetParent`, this needs no layout.
-  return byId(id).checkVisibility();
+  return byId(id).hasAttribute("data-chosen") || (!narrow.matches && byId(`tab-${id}`).hasAttribute("data-narrow"));
 }

@@ -130,6 +130,14 @@ export function eventInWords(event, names) {
   return { what, why: tidy([event.reason, event.detail].filter(Boolean).join("; "), names) };
 }
 
+/** Returns the numbers of routine events by kind, most frequent first: `12 picked, 3 activated`. */
+export function countsInWords(events) {
+  const counts = new Map();
+  for (const { kind } of events) counts.set(kind, (counts.get(kind) ?? 0) + 1);
+  const sorted = [...counts].sort(([, a], [, b]) => b - a);
+  return sorted.map(([kind, number]) => `${number} ${kind.replaceAll("-", " ")}`).join(", ");
+}
+
 const PHASES = { armed: "armed", applied: "takes effect", hit: "first effect", healed: "healed", disarmed: "disarmed", failed: "fails" };
 
 /** Returns a fault with its phases as `{what, why}`: `f1: kill gold` and `armed 20.0 s, takes effect 153.0 s`. */

@@ -290,7 +290,7 @@ fn other_readers_find_every_frame_of_a_film() {
     let lab = Lab::new();
     lab.mission("run", "--limit 3 --in-process").expect(1);
     let mut films = Vec::new();
-    for film in ["film.gif", "film.png"] {
+    for film in ["film.gif", "film.webp"] {
         let options = "--from 1s --speed 2x --fps 10 --width 480";
         let finished = lab
             .run(format!("export run --video {film} {options}"))

@@ -44,9 +44,18 @@ fn a_page_of_hundreds_builds_only_visible_elements() {
     let label = browser.wait_for("document.querySelector('#matrix-canvas').ariaLabel");
     let label = label.as_str().unwrap();
     assert!(label.starts_with("300 robots by 202 tasks: "), "{label}");
+    let fits = "(({ scrollWidth, clientWidth, offsetHeight, clientHeight }) => scrollWidth <= clientWidth && clientHeight == offsetHeight)(document.querySelector('#matrix'))";
+    browser.wait_for(fits);
     browser.click("#matrix-canvas");
     browser.wait_for("document.querySelectorAll('[data-selected=yes]').length == 1");
     assert!(count(&browser, "#robot-cards [data-robot]") <= 41);
+
+    // Routine events share rows, until they are searched.
+    browser.click("#tab-events");
+    browser.wait_for("document.querySelectorAll('[data-event=routine]').length > 0");
+    assert_eq!(count(&browser, "[data-event=joined]"), 0);
+    browser.input("#event-search", "'R257 joins'");
+    browser.wait_for("document.querySelectorAll('[data-event=joined]').length == 1");
 
     // The table of links has only those of the selected robot.
     browser.click("#tab-links");

@@ -73,6 +73,9 @@ fn robots_move_and_the_clock_can_be_paused_stepped_and_resumed() {
     };
     assert_eq!(browser.eval("document.body.dataset.mode"), "live");
     assert_eq!(tick(&browser), 0);
+    // The tools are in one row.
+    let tops = "new Set([...document.querySelectorAll('#toolbar button')].filter(each => each.checkVisibility()).map(each => Math.round(each.getBoundingClientRect().top))).size";
+    assert_eq!(browser.eval(tops), 1);
     // Keys for one and for ten steps, and the button for pause and resume.
     browser.press('.');
     browser.wait_for("document.body.dataset.tick == '1'");

@@ -13,7 +13,7 @@ pub(super) type Claim = (SimTime, RobotId);
 #[derive(Clone, Debug, Default)]
 pub(super) struct Teammates {
     latest: ByRank<(Incarnation, u64)>,
-    /// The claims and wishes by teammate; the list is short, and every step reads it.
+    /// The claims and wishes, sorted by teammate; every step reads them.
     activities: Vec<Activity>,
 }
 
@@ -49,8 +49,7 @@ impl Teammates {
         let before = self.activities.len();
         if is_new_incarnation {
             // Claims of the old incarnation are void.
-            self.activities
-                .retain(|activity| activity.teammate != broadcast.sender);
+            self.replace(broadcast.sender, |_| true, None);
         }
         let claims = match &broadcast.body {
             BroadcastContent::Heartbeat(heartbeat) => {
@@ -71,45 +70,62 @@ impl Teammates {
         is_own: impl Fn(TaskId) -> bool,
     ) -> bool {
         let (task, executing) = match (heartbeat.state, heartbeat.task) {
-            (TaskState::Executing, Some(task)) => {
-                self.activities
-                    .retain(|activity| activity.teammate != sender);
-                (task, true)
-            }
-            (TaskState::Waiting, Some(task)) => {
-                let ends = |activity: &Activity| activity.executing || activity.task == task;
-                self.activities
-                    .retain(|activity| activity.teammate != sender || !ends(activity));
-                (task, false)
-            }
+            (TaskState::Executing, Some(task)) => (task, true),
+            (TaskState::Waiting, Some(task)) => (task, false),
             (TaskState::Released, Some(task)) => {
-                let ends =
-                    |activity: &Activity| activity.teammate == sender && activity.task == task;
-                self.activities.retain(|activity| !ends(activity));
+                self.replace(sender, |activity| activity.task == task, None);
                 return false;
             }
             (TaskState::Idle, _) => {
-                self.activities
-                    .retain(|activity| activity.teammate != sender);
+                self.replace(sender, |_| true, None);
                 return false;
             }
             (_, None) => return false,
         };
+        let activity = Activity {
+            teammate: sender,
+            task,
+            executing,
+            since: heartbeat.since,
+            received: now,
+        };
         let is_own = is_own(task);
-        if is_own {
-            let activity = Activity {
-                teammate: sender,
-                task,
-                executing,
-                since: heartbeat.since,
-                received: now,
-            };
-            let place = self
-                .activities
-                .partition_point(|other| other.teammate <= sender);
-            self.activities.insert(place, activity);
-        }
+        let ends = |activity: &Activity| executing || activity.executing || activity.task == task;
+        self.replace(sender, ends, is_own.then_some(activity));
         is_own
+    }
+
+    /// Removes the activities of a teammate that end, and adds a new one after its others.
+    fn replace(
+        &mut self,
+        teammate: RobotId,
+        ends: impl Fn(&Activity) -> bool,
+        new: Option<Activity>,
+    ) {
+        let activities = &mut self.activities;
+        let begin = activities.partition_point(|other| other.teammate < teammate);
+        let mut end = begin;
+        let mut kept = begin;
+        while activities
+            .get(end)
+            .is_some_and(|other| other.teammate == teammate)
+        {
+            if !ends(&activities[end]) {
+                activities[kept] = activities[end];
+                kept += 1;
+            }
+            end += 1;
+        }
+        // Most messages repeat an activity. Its place is used again, because a shift of a large team's list takes long.
+        match new {
+            Some(activity) if kept < end => {
+                activities[kept] = activity;
+                kept += 1;
+            }
+            Some(activity) => activities.insert(kept, activity),
+            None => {}
+        }
+        activities.drain(kept..end);
     }
 
     /// Returns whether `max_robots` teammates execute the task; teammates silent for τ do not count.
