@@ -1,7 +1,7 @@
-"""Environment steps per second of processor time, in turns with other environments: MPE2, RWARE, VMAS (needs torch) and JaxMARL.
+"""Agent-steps per second of processor time, in turns with other environments: MPE2, RWARE, VMAS (needs torch) and JaxMARL.
 
     pip install mpe2 rware vmas jaxmarl
-    python3 others.py [WORD]    # only rows whose name contains the word
+    python3 others.py [WORD...]    # only rows whose name contains all words
 
 The missions differ, so a ratio compares only the cost of a step for a learner. Processor time includes all threads. VMAS and
 JaxMARL are limited to one thread.
@@ -96,33 +96,44 @@ def jaxmarl(envs, steps):
 
 
 def rows():
-    """Yields name, constructor of the step function, and number of environments per step."""
+    """Yields group, name, constructor of the step function, and agent-steps per call. The first row of a group is the reference."""
     for robots in (3, 10, 30):
-        yield f"parallel_env, drive, {robots} robots", lambda robots=robots: parallel("drive", robots), 1
-        yield f"MPE2 simple_spread, {robots} robots", lambda robots=robots: mpe(robots), 1
-    yield "parallel_env, drive, 4 robots", lambda: parallel("drive", 4), 1
-    yield "RWARE small, 4 robots", rware, 1
+        yield f"{robots} robots", "parallel_env, drive", lambda robots=robots: parallel("drive", robots), robots
+        yield f"{robots} robots", "MPE2 simple_spread", lambda robots=robots: mpe(robots), robots
+    yield "4 robots", "parallel_env, drive", lambda: parallel("drive", 4), 4
+    yield "4 robots", "RWARE small", rware, 4
     for envs in (1, 32, 1024):
-        yield f"VecEnv, drive, {envs} of 3 robots", lambda envs=envs: batch("drive", envs, 3), envs
-        yield f"VecEnv, drive, {envs} of 3 robots, ticks=10, in ticks", lambda envs=envs: batch("drive", envs, 3, ticks=10), 10 * envs
-        yield f"VMAS simple_spread, {envs} of 3 robots", lambda envs=envs: vmas("simple_spread", envs), envs
+        group, agents = f"batch of {envs}", 3 * envs
+        yield group, "VecEnv, drive", lambda envs=envs: batch("drive", envs, 3), agents
+        # In agent-ticks.
+        yield group, "VecEnv, drive, ticks=10", lambda envs=envs: batch("drive", envs, 3, ticks=10), 10 * agents
+        yield group, "VMAS simple_spread", lambda envs=envs: vmas("simple_spread", envs), agents
         for steps in (1, SCANNED):
-            yield f"JaxMARL simple_spread, {envs} of 3 robots, {steps} a call", lambda envs=envs, steps=steps: jaxmarl(envs, steps), envs * steps
+            name = f"JaxMARL simple_spread, {steps} a call"
+            yield group, name, lambda envs=envs, steps=steps: jaxmarl(envs, steps), agents * steps
 
 
 if __name__ == "__main__":
     steps = {}
-    for name, make, envs in rows():
-        if not all(word in name for word in sys.argv[1:]):
+    for group, name, make, agents in rows():
+        if not all(word in f"{group}: {name}" for word in sys.argv[1:]):
             continue
         try:
-            steps[name] = make(), envs
-            steps[name][0]()
+            step = make()
+            step()
         except ImportError as missing:
-            print(f"{name}: {missing}")
-    turns = {name: [] for name in steps}
+            print(f"{group}: {name}: {missing}")
+            continue
+        steps[group, name] = step, agents
+    turns = {row: [] for row in steps}
     for _ in range(ROUNDS):
-        for name, (step, envs) in steps.items():
-            turns[name].append(turn(step, envs))
-    for name, found in turns.items():
-        print(f"{name:<52}{statistics.median(found):>12,.0f}   {min(found):,.0f} to {max(found):,.0f}")
+        for row, (step, agents) in steps.items():
+            turns[row].append(turn(step, agents))
+    print(f"{'agent-steps per second of processor time':<52}{'median':>12}{'range':>26}{'reference / row':>28}")
+    reference = {}
+    for (group, name), found in turns.items():
+        first = reference.setdefault(group, found)
+        ratios = [one / other for one, other in zip(first, found, strict=True)]
+        compared = "" if first is found else f"{statistics.median(ratios):.2f}, {min(ratios):.2f} to {max(ratios):.2f}"
+        extent = f"{min(found):,.0f} to {max(found):,.0f}"
+        print(f"{group + ': ' + name:<52}{statistics.median(found):>12,.0f}{extent:>26}{compared:>28}")

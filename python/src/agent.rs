@@ -126,6 +126,17 @@ struct ActionFields {
     progress: bool,
 }
 
+/// Returns the error of a value that does not fit a field of an action, with the name that users see.
+fn field_error(py: Python<'_>, error: PyErr) -> PyErr {
+    let text = error.to_string();
+    match (text.rsplit_once("ActionFields."), error.cause(py)) {
+        (Some((_, field)), Some(cause)) => PyTypeError::new_err(format!(
+            "Action: the value of {field} does not fit: {cause}"
+        )),
+        _ => error,
+    }
+}
+
 impl MissionController for PythonController {
     fn perceive(
         &mut self,
@@ -189,10 +200,13 @@ impl PythonController {
         if !action.is_instance(&class.getattr(intern!(py, "Action"))?)? {
             let class_name = action.get_type().name()?;
             return Err(PyTypeError::new_err(format!(
-                "step returned {class_name}; it must return a Action"
+                "step returned {class_name}; it must return an Action"
             )));
         }
-        let result = self.step_result(&action.extract()?, input)?;
+        let result = self.step_result(
+            &action.extract().map_err(|error| field_error(py, error))?,
+            input,
+        )?;
         controller.call_method1(
             intern!(py, "_send_all"),
             (action.getattr(intern!(py, "send"))?,),

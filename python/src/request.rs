@@ -1,5 +1,6 @@
 //! The description of a run: arguments of `alliance run`, a scenario document, faults, and the controllers of robots.
 
+use std::fmt::Display;
 use std::sync::{Arc, Mutex};
 
 use clap::Parser;
@@ -82,7 +83,7 @@ impl RunRequest {
             worlds: registry.worlds().clone(),
         };
         let mut args: RunArguments =
-            parse_list(&known.vocabulary, &self.arguments).map_err(scenario_error)?;
+            parse_list(&known.vocabulary, &self.arguments).map_err(argument_error)?;
         if let Some(name) = &mut args.mission.scenario {
             // The name of a mission selects its scenario of variable size.
             let mut missions = known.vocabulary.missions.iter();
@@ -169,6 +170,17 @@ fn with_faults(scenario: &Scenario, faults: &str, known: &Known) -> PyResult<Sce
         .map_err(|error| scenario_error(format!("scenario '{}': {error}", scenario.name)))?;
     table.insert("faults".to_owned(), faults);
     Scenario::from_table(&table, &known.vocabulary).map_err(scenario_error)
+}
+
+/// Returns the error of a command-line argument with the name of the argument in Python: `robots: invalid value '0'; use …`.
+fn argument_error(error: impl Display) -> PyErr {
+    let text = error.to_string();
+    let renamed = text.split_once(" for '--").and_then(|(value, rest)| {
+        let (option, remedy) = rest.split_once("': ")?;
+        let (name, _) = option.split_once(' ')?;
+        Some(format!("{name}: {value}; {remedy}"))
+    });
+    scenario_error(renamed.unwrap_or(text))
 }
 
 fn one_line(error: anyhow::Error) -> PyErr {

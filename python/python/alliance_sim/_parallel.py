@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import os
 from collections.abc import Iterable, Mapping
@@ -201,9 +202,12 @@ class ParallelEnv(Parallel):  # type: ignore[misc]
     def _own_reward(self, before: dict[str, float | None]) -> float:
         reward = self._reward(before, self._vec.row(), self._vec.events()) if self._reward else 0.0
         try:
-            return float(reward)
+            number = float(reward)
         except (TypeError, ValueError):
             raise TypeError(f"reward: the function returned {shown(reward)}, which is not a number") from None
+        if not math.isfinite(number):
+            raise ValueError(f"reward: the function returned {number}, which is not a finite number")
+        return number
 
     def state(self) -> np.ndarray:
         """Returns the state for a centralized critic: mission.csv's columns, then x, y and heading of each robot."""

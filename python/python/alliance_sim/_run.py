@@ -123,8 +123,10 @@ def asked(
     document, words = None, ["run"]
     if isinstance(scenario, Mapping):
         document = json.dumps(plain(scenario, "scenario"))
+    elif isinstance(scenario, str | os.PathLike):
+        words.append(os.fsdecode(scenario))
     elif scenario is not None:
-        words.append(os.fspath(scenario))
+        raise ScenarioError(f"scenario: {shown(scenario)} is neither a name, nor a file, nor a dict")
     if controllers is not None and not isinstance(controllers, Mapping):
         raise ScenarioError(f"controllers: {shown(controllers)} is not a dict; write {{'*': …}} for all robots")
     seed = whole(seed, "seed", 0, 2**64 - 1)
@@ -151,6 +153,8 @@ def _named(controllers: Mapping[str, Controller]) -> list[tuple[str, str, type |
     named: list[tuple[str, str, type | None]] = []
     classes: dict[str, type] = {}
     for robot, controller in controllers.items():
+        if not isinstance(robot, str):
+            raise ScenarioError(f"controllers: {shown(robot)} is not the name of a robot; write the names as texts, or '*' for all others")
         if isinstance(controller, str):
             named.append((robot, controller, None))
         elif isinstance(controller, type) and issubclass(controller, (Allocator, Agent)):

@@ -220,7 +220,7 @@ def test_a_failed_allocator_is_reported_in_one_line(controller, expected, cause)
     ("arguments", "expected"),
     [
         ({"scenario": "servise"}, "'servise' is neither a built-in scenario nor a file"),
-        ({"scenario": "janitorial", "limit": -1}, "--limit"),
+        ({"scenario": "janitorial", "limit": -1}, "limit: invalid value"),
         ({"scenario": "service", "robots": 10**6}, "robots"),
         ({"scenario": "janitorial", "controllers": {"nobody": Greedy}}, "controllers: there is no robot 'nobody'; there are gold, blue, green"),
         ({"scenario": "janitorial", "controllers": {"*": "nearst"}}, "there is no allocator 'nearst'"),

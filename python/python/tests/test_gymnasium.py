@@ -223,6 +223,10 @@ def test_a_reward_that_is_no_number_is_named():
     env.reset(seed=1)
     with pytest.raises(TypeError, match="reward: the function returned 'x'"):
         env.step({})
+    env = parallel_env("janitorial", limit=2.0, reward=lambda before, after, events: float("nan"))
+    env.reset(seed=1)
+    with pytest.raises(ValueError, match="reward: the function returned nan, which is not a finite number"):
+        env.step({})
 
 
 def test_pictures_show_the_run_and_its_end():

@@ -266,12 +266,15 @@ def test_ctrl_c_and_exit_pass():
         ({"seed": "7"}, "seed: '7' is not a whole number"),
         ({"seed": 2**64}, "seed: 18446744073709551616 is out of range"),
         ({"robots": 0}, "robots: 0 is out of range; it must be at least 1"),
+        ({"robots": 10**9}, "robots: invalid value '1000000000'; use a whole number from 1 to 10000"),
+        ({"scenario": b"service"}, "scenario: b'service' is neither a name, nor a file, nor a dict"),
         ({"controllers": [Greedy]}, "is not a dict; write {'*': …} for all robots"),
+        ({"controllers": {1: Greedy}}, "controllers: 1 is not the name of a robot"),
     ],
 )
 def test_wrong_arguments_have_a_clear_message(arguments, expected):
     with pytest.raises(ScenarioError) as error:
-        run("service", **arguments)
+        run(**{"scenario": "service"} | arguments)
     assert expected in str(error.value)
 
 

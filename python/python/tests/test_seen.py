@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from alliance_sim import Action, Agent, run
-from alliance_sim.env import VecEnv
+from alliance_sim.env import VecEnv, parallel_env
 
 #: One robot in the middle of the room, another one ahead and to its left.
 PAIR = [
@@ -135,6 +135,17 @@ def test_an_observation_has_places_and_claims_of_sets():
     assert sum(named(env, 0)[f"{name}.there"] for name in env.sets[0]) >= 4
     claims = [[named(env, agent)[f"{env.sets[agent][place]}.claims"] for place in range(6)] for agent in range(3)]
     assert claims[0] == [1, 0, 0, 1, 0, 0] and claims[2] == [2, 0, 0, 0, 0, 0]
+
+
+def test_agents_with_other_sets_have_other_feature_names():
+    env = parallel_env("janitorial", limit=60.0)
+    names = {agent: env.feature_names_of(agent) for agent in env.possible_agents}
+    assert names["gold"] == env.feature_names != names["blue"]
+    for agent, own in names.items():
+        size = env.observation_space(agent)["observation"].shape[0]
+        kinds = {name.split("(")[1].split(")")[0] for name in own if name.startswith("serve(")}
+        skills = {"gold": {"garbage", "dust"}, "blue": {"dust", "floor"}, "green": {"garbage", "floor"}}
+        assert len(own) == size and kinds == skills[agent]
 
 
 def test_a_step_ends_with_its_behavior_set():
