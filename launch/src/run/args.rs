@@ -233,13 +233,13 @@ impl RunCommand {
 
     /// Returns the checked setup: that of the arguments, or of the run that a branch repeats.
     fn setup(&self) -> anyhow::Result<(Setup, Option<BranchPlan>)> {
-        if self.branch.from.is_none() {
+        if self.branch.from.is_some() {
+            self.refuse_other_mission()?;
+        }
+        let Some(plan) = self.branch.plan(self.run.log)? else {
             let setup = self.mission.setup(&crate::program_content())?;
             return Ok((setup, None));
-        }
-        self.refuse_other_mission()?;
-        let plan = self.branch.plan(self.run.log)?;
-        let plan = plan.context("--from needs --at")?;
+        };
         if plan.needs_one_process() && !self.in_process {
             let what = "the run has external controllers, whose answers are in its log";
             bail!(Problem::with_source("--from", what, "add --in-process"));
