@@ -1,10 +1,13 @@
-"""The training of `learned` gives the same bytes again, whatever the number of processes."""
+"""Trainings: that of `learned` is repeatable, and the weights of the recipes are better than their baselines."""
 
+import json
 import os
 import subprocess
 import sys
 
 import numpy as np
+import pytest
+import recipes
 import train
 from conftest import EXAMPLES
 
@@ -36,3 +39,14 @@ def test_equal_losses_have_the_order_of_their_candidates():
     losses = np.ones(64)
     losses[[40, 9]] = 0.5
     assert train.best_of(candidates, losses).ravel().tolist() == [9.0, 40.0, 0.0]
+
+
+@pytest.mark.parametrize("mission", recipes.MISSIONS)
+def test_the_weights_of_a_recipe_are_better_than_idle_and_random_robots(mission, monkeypatch):
+    monkeypatch.setattr(recipes, "TESTS", 8)
+    trained = recipes.test(mission, json.loads((EXAMPLES / f"recipes/{mission}.json").read_text())).mean()
+    found = recipes.baselines(mission)
+    # In observe, the allocator `random` chooses between two sets that exclude each other, so it is as good as any other.
+    beaten = ["idle", "random actions"] + ["allocator random"] * (mission != "observe")
+    for name in beaten:
+        assert trained > found[name].mean(), name
