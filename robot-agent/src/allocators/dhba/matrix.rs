@@ -13,12 +13,6 @@ use smallvec::SmallVec;
 
 use crate::by_rank::ByRank;
 
-/// The number of versions that a robot repeats at once. In larger teams, they take turns.
-pub const VERSIONS_AT_ONCE: usize = 32;
-
-/// The number of further repetitions of a version after a teammate had older news of its robot.
-const RELAYS: u8 = 10;
-
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// The time at which the robot computed the row; `None` while only its existence is known.
@@ -26,28 +20,19 @@ pub struct Row {
     /// The time of the robot's latest message that is known here.
     pub seen: SimTime,
     pub entries: SmallVec<[EligibleTask; 6]>,
-    /// The time of the latest message that came directly from the robot.
-    heard: SimTime,
-    /// The number of repetitions in which the version must be sent.
-    relays: u8,
     /// True if the row must be sent.
     must_send: bool,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Matrix {
-    /// The time between two repetitions.
-    pub refresh: SimTime,
     rows: ByRank<Row>,
     /// A time before which no sign of life of a teammate in `rows` lies.
     oldest: SimTime,
     /// True if a row must be sent.
     has_unsent: bool,
-    /// The robots whose versions must be sent, by rank, and the number of those that have been sent.
-    due: Vec<RobotId>,
-    sent: usize,
-    /// The index of the row with which the next repetition begins.
-    turn: usize,
+    /// The index of the next row whose version must be sent; `None` if all have been sent.
+    next_version: Option<usize>,
 }
 
 /// The effects of a received version or row.
@@ -70,14 +55,6 @@ impl BitOrAssign for Update {
 }
 
 impl Matrix {
-    /// Creates an empty matrix. `refresh` is the time between two repetitions.
-    pub fn new(refresh: SimTime) -> Self {
-        Self {
-            refresh,
-            ..Self::default()
-        }
-    }
-
     pub fn rows(&self) -> impl Iterator<Item = (RobotId, &Row)> {
         self.rows.iter()
     }
@@ -109,9 +86,6 @@ impl Matrix {
             place
         });
         let row = self.rows.at_mut(place);
-        if version.seen.0 + self.refresh.0 / 2 < row.seen.0 {
-            row.relays = RELAYS;
-        }
         row.seen = row.seen.max(version.seen);
         if version.made < row.made {
             row.must_send = true;
@@ -162,8 +136,8 @@ impl Matrix {
     /// Records a direct sign of life of a robot.
     pub fn note_seen(&mut self, robot: RobotId, sent: SimTime) {
         if let Ok(at) = self.rows.place(robot) {
-            let row = self.rows.at_mut(at);
-            (row.seen, row.heard) = (sent.max(row.seen), sent.max(row.heard));
+            let seen = &mut self.rows.at_mut(at).seen;
+            *seen = sent.max(*seen);
         }
     }
 
@@ -190,33 +164,18 @@ impl Matrix {
         has_removed
     }
 
-    /// Requests that the robot's own row is sent, and versions. A team of up to [`VERSIONS_AT_ONCE`] sends all of them.
-    /// In a larger one, that many take turns, and those are sent each time on which a robot depends: of robots that it
-    /// does not hear itself, and of robots of which a teammate had older news.
-    pub fn repeat(&mut self, me: RobotId, now: SimTime) {
+    /// Requests that the robot's own row and the versions of all rows are sent.
+    pub fn repeat(&mut self, me: RobotId) {
         if let Ok(at) = self.rows.place(me) {
             self.rows.at_mut(at).must_send = true;
             self.has_unsent = true;
         }
-        self.due.clear();
-        self.sent = 0;
-        let team = self.rows.places().len();
-        let turn = self.turn.checked_rem(team).unwrap_or(0);
-        for place in self.rows.places() {
-            let (robot, row) = self.rows.entry_mut(place);
-            let has_turn = (place + team - turn) % team < VERSIONS_AT_ONCE;
-            let is_relayed = robot != me && now.since(row.heard).0 > self.refresh.0 * 3 / 2;
-            if has_turn || is_relayed || row.relays > 0 {
-                self.due.push(robot);
-            }
-            row.relays = row.relays.saturating_sub(1);
-        }
-        self.turn = turn + VERSIONS_AT_ONCE;
+        self.next_version = Some(0);
     }
 
     /// Returns whether a row or a version must be sent.
     pub fn must_send(&self) -> bool {
-        self.sent < self.due.len() || self.has_unsent
+        self.next_version.is_some() || self.has_unsent
     }
 
     /// Returns the next message: rows that must be sent, and versions as far as they fit.
@@ -240,14 +199,13 @@ impl Matrix {
                 });
             }
         }
-        let room = PART_WEIGHT_MAX.saturating_sub(weight) / 2;
-        let due = self.due.iter().skip(self.sent).take(room);
-        let versions = due.filter_map(|&robot| {
-            let at = self.rows.place(robot).ok()?;
-            Some(version(robot, self.rows.at(at)))
-        });
-        part.versions = versions.collect();
-        self.sent = self.due.len().min(self.sent + room);
+        if let Some(from) = self.next_version {
+            let room = PART_WEIGHT_MAX.saturating_sub(weight) / 2;
+            let others = self.rows.iter().skip(from).take(room);
+            part.versions = others.map(|(robot, row)| version(robot, row)).collect();
+            let next = from + room;
+            self.next_version = Some(next).filter(|&next| next < self.rows.places().len());
+        }
         part
     }
 }

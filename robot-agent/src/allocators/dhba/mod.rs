@@ -39,6 +39,7 @@ parameters! {
 #[derive(Clone, Debug)]
 pub struct Dhba {
     me: SelfState,
+    refresh: SimTime,
     unit: WorkUnit,
     matrix: Matrix,
     /// The robot's offers at the latest change of its situation, the best first.
@@ -57,8 +58,9 @@ impl Allocator for Dhba {
     fn new(me: &SelfState, config: &Config) -> Self {
         Self {
             me: me.clone(),
+            refresh: SimTime::from_secs_f64(config.refresh_s),
             unit: WorkUnit::default(),
-            matrix: Matrix::new(SimTime::from_secs_f64(config.refresh_s)),
+            matrix: Matrix::default(),
             offers: SmallVec::new(),
             assignment: Assignment::new(me),
             repeated: None,
@@ -66,7 +68,7 @@ impl Allocator for Dhba {
     }
 
     fn adopt(&mut self, config: &Config) -> bool {
-        self.matrix.refresh = SimTime::from_secs_f64(config.refresh_s);
+        self.refresh = SimTime::from_secs_f64(config.refresh_s);
         true
     }
 
@@ -93,9 +95,9 @@ impl Allocator for Dhba {
         if decision.active != before {
             decision.reason = Some(self.reason(before));
         }
-        let is_late = |repeated| input.now.since(repeated) >= self.matrix.refresh;
+        let is_late = |repeated| input.now.since(repeated) >= self.refresh;
         if received.is_newcomer || self.repeated.is_none_or(is_late) {
-            self.matrix.repeat(me, input.now);
+            self.matrix.repeat(me);
             self.repeated = Some(input.now);
         }
         // The remaining rows are sent in the next step.

@@ -14,7 +14,7 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::assignment::Assignment;
-use super::matrix::{Matrix, Row, VERSIONS_AT_ONCE};
+use super::matrix::Matrix;
 use super::{Config, Dhba};
 use crate::allocator::{OwnBehavior, SelfState, TaskBrief};
 use crate::allocators::oracle::plan::Plan;
@@ -173,76 +173,6 @@ fn a_distant_robot_keeps_its_task() {
     }
 }
 
-/// Creates three groups of robots in a line: the robots of a group receive each other and the first robots of the next
-/// group. The teams are so large that the versions take turns.
-fn groups_in_a_line() -> Team<Dhba> {
-    const GROUP: usize = 35;
-    const ROBOTS: usize = 3 * GROUP;
-    const { assert!(ROBOTS > 3 * VERSIONS_AT_ONCE) };
-    let mut chance = ChaCha8Rng::seed_from_u64(5);
-    let situation = Situation::on_grid(&mut chance, ROBOTS, 20);
-    let mut team = Team::still(5, TAU, situation, Config::default());
-    let receives = |a: usize, b: usize| {
-        a / GROUP == b / GROUP || (a.abs_diff(b) <= GROUP && a.min(b) % GROUP == GROUP - 1)
-    };
-    team.links = (0..ROBOTS)
-        .map(|a| (0..ROBOTS).map(|b| receives(a, b)).collect())
-        .collect();
-    team
-}
-
-/// In a team whose versions take turns, no robot is removed while robots in between receive it, and a crashed one is
-/// removed by all robots τ after its last message.
-#[test]
-fn large_teams_forward_signs_of_life() {
-    let mut team = groups_in_a_line();
-    team.run(40);
-    let knowing = |team: &Team<Dhba>, wanted: RobotId| {
-        let mut matrices = team.running().map(|rank| &team.allocator(rank).matrix);
-        let has_row = |matrix: &Matrix| matrix.rows().any(|(robot, _)| robot == wanted);
-        matrices.by_ref().filter(|matrix| has_row(matrix)).count()
-    };
-    for _ in 0..300 {
-        team.step();
-        for rank in [0, 52, 104] {
-            assert_eq!(knowing(&team, RobotId(rank)), 105, "at {:?}", team.now());
-        }
-    }
-    let mut last = SimTime::ZERO;
-    for _ in 0..30 {
-        let now = team.now();
-        team.step();
-        if team.in_flight.iter().any(|sent| sent.sender == RobotId(0)) {
-            last = now;
-        }
-    }
-    team.kill(0);
-    while team.now() < last + TAU {
-        assert_eq!(knowing(&team, RobotId(0)), 104, "at {:?}", team.now());
-        team.step();
-    }
-    team.step();
-    assert_eq!(knowing(&team, RobotId(0)), 0);
-}
-
-/// Also with loss, all robots of a team whose versions take turns have the same matrix in the end.
-#[test]
-fn large_teams_repair_lost_rows() {
-    let mut team = groups_in_a_line();
-    team.loss = 0.3;
-    team.run(400);
-    let rows = |rank: usize| {
-        let rows = team.allocator(rank).matrix.rows();
-        let row = |(robot, row): (RobotId, &Row)| (robot, row.made, row.entries.to_vec());
-        rows.map(row).collect::<Vec<_>>()
-    };
-    let first = rows(0);
-    assert_eq!(first.len(), 105);
-    for rank in 1..105 {
-        assert!(rows(rank) == first, "robot {rank}");
-    }
-}
-
 #[test]
 fn a_lone_robot_does_everything() {
     let mut team = Team::<Dhba>::with_work(3, &[2, 3, 4, 1, 2], Config::default());
@@ -301,7 +231,7 @@ fn a_matrix_is_sent_in_parts_below_the_limit() {
         let entries = vec![entry; usize::from(robot) % (ROW_ENTRIES_MAX + 1)];
         matrix.receive_row(&version, entries.into_iter(), None, |_, _| true);
     }
-    matrix.repeat(RobotId(60_000), latest);
+    matrix.repeat(RobotId(60_000));
     let (mut rows, mut versions) = (0, 0);
     while matrix.must_send() {
         let part = matrix.next_part(RobotId(60_000), latest);
