@@ -93,7 +93,7 @@ fn nodes_of_ros_control_a_run_on_request() {
         assert_eq!(found[service][0], true, "{found}");
     }
     let reply: Value = serde_json::from_str(found["kill"][1].as_str().unwrap()).unwrap();
-    assert_eq!(reply["armed"]["tick"], 2, "{reply}");
+    assert_eq!(reply["armed"]["tick"], 1, "{reply}");
     assert_eq!(found["armed"]["armed"]["t_ms"], 3000, "{found}");
     let refused = found["refused"]["refused"].as_str();
     assert!(

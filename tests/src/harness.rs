@@ -334,13 +334,14 @@ impl Process {
         });
     }
 
-    /// Waits for `text` on stderr. Returns the process id after it, which a parenthesis follows.
+    /// Waits for `text` on stderr. Returns the process id after it.
     #[track_caller]
     pub fn shown_pid(&mut self, text: &str) -> Pid {
         self.wait_for_stderr(text);
         let stderr = self.stderr();
         let (_, rest) = stderr.split_once(text).unwrap();
-        Pid::from_raw(rest.split(')').next().unwrap().parse().unwrap())
+        let mut numbers = rest.split(|letter: char| !letter.is_ascii_digit());
+        Pid::from_raw(numbers.next().unwrap().parse().unwrap())
     }
 
     pub fn is_running(&mut self) -> bool {
