@@ -187,6 +187,7 @@ mod tests {
             "avoidance",
             "eye",
             "hand",
+            "gripper",
             "ground",
         ];
         assert_eq!(list("/devices", ""), devices);
