@@ -122,6 +122,19 @@ pub async fn send_command(run: Rendezvous, command: ControlCommand) -> anyhow::R
     reply
 }
 
+/// Sends a command to the live run with this id, for a program of others. Returns the reply as JSON.
+///
+/// # Errors
+/// As [`send_command`], and if the world refuses the command.
+#[cfg(any(feature = "foxglove", feature = "ros"))]
+pub async fn relay_command(run: &str, command: ControlCommand) -> anyhow::Result<String> {
+    let reply = send_command(Rendezvous::find(Some(run))?, command).await?;
+    if let Reply::Refused(why) = &reply {
+        bail!("{why}");
+    }
+    Ok(serde_json::to_string(&reply)?)
+}
+
 /// Sends a command and returns the first reply with the seal of the run for this request. Replies with other seals are ignored.
 ///
 /// # Errors

@@ -1,12 +1,11 @@
 //! The service with which clients control the run.
 
-use anyhow::{Context, bail};
-use cluster::rendezvous::Rendezvous;
+use anyhow::Context;
 use foxglove::Schema;
 use foxglove::websocket::service::{Request, Service, ServiceSchema};
-use proto::control::{ControlCommand, Reply};
+use proto::control::ControlCommand;
 
-use crate::control::send_command;
+use crate::control::relay_command;
 
 /// The name of the service.
 const CONTROL: &str = "/alliance/control";
@@ -29,11 +28,7 @@ async fn answer(run: String, request: Request) -> Result<Vec<u8>, String> {
     let answer = async {
         let command: ControlCommand =
             serde_json::from_slice(request.payload()).context("not a control command")?;
-        let reply = send_command(Rendezvous::find(Some(&run))?, command).await?;
-        if let Reply::Refused(why) = &reply {
-            bail!("{why}");
-        }
-        Ok(serde_json::to_vec(&reply)?)
+        Ok(relay_command(&run, command).await?.into_bytes())
     };
     answer
         .await

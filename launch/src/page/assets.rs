@@ -63,6 +63,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "panels/robots.js"
     "panels/tasks.js"
     "panels/timeline.js"
+    "room/body.js"
     "room/fault_tools.js"
     "room/geometry.js"
     "room/obstacle_menu.js"

@@ -3,9 +3,7 @@
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::bail;
-use cluster::rendezvous::Rendezvous;
-use proto::control::{ClockCommand, ControlCommand, Reply};
+use proto::control::{ClockCommand, ControlCommand};
 use ros::messages::{StringMessage, TriggerRequest, TriggerResponse};
 use ros::names::TEAM;
 use ros::rmw_zenoh::{Endpoint, response_attachment};
@@ -23,7 +21,7 @@ use zenoh::{Session, Wait};
 
 use super::dropped::{Dropped, DroppedCommands};
 use super::topics::{RosTopics, declare_token};
-use crate::control::send_command;
+use crate::control::relay_command;
 
 /// The number of the first endpoint in the node. The topics of a run have smaller numbers.
 const FIRST_ENDPOINT: usize = 1_000_000;
@@ -124,7 +122,7 @@ fn serve(
     sender: &Arc<Sender>,
 ) -> anyhow::Result<Queryable<()>> {
     let sender = Arc::clone(sender);
-    // Nodes of ROS ask only servers that are complete.
+    // Nodes of ROS query only servers that are complete.
     let queryable = session
         .declare_queryable(key)
         .complete(true)
@@ -182,18 +180,9 @@ fn read_order(sample: &Sample) -> Result<ControlCommand, Dropped> {
 }
 
 impl Sender {
-    /// Sends a command to the world. Returns the reply as JSON.
-    async fn send(&self, command: ControlCommand) -> anyhow::Result<String> {
-        let reply = send_command(Rendezvous::find(Some(&self.run))?, command).await?;
-        if let Reply::Refused(why) = &reply {
-            bail!("{why}");
-        }
-        Ok(serde_json::to_string(&reply)?)
-    }
-
     /// Answers a request with the effect of its command.
     async fn answer(&self, query: &Query, attachment: Vec<u8>, command: ControlCommand) {
-        let sent = self.send(command).await;
+        let sent = relay_command(&self.run, command).await;
         let response = TriggerResponse {
             success: sent.is_ok(),
             message: sent.unwrap_or_else(|error| format!("{error:#}")),
@@ -207,7 +196,7 @@ impl Sender {
 
     /// Executes an order, and publishes the reply.
     async fn execute(&self, command: ControlCommand) {
-        let sent = self.send(command).await;
+        let sent = relay_command(&self.run, command).await;
         let data =
             sent.unwrap_or_else(|error| json!({ "refused": format!("{error:#}") }).to_string());
         let (publisher, sequence) = &mut *self.replies.lock().await;
