@@ -2,6 +2,7 @@
 
 import { dragged, gridOf, idOf, isRectangle, neighbor, rectangleBetween, shifted, snap } from "../model/draft.js";
 import { Lens, Projection, isWithin, lowerLeft } from "../room/geometry.js";
+import { paintBody } from "../room/body.js";
 import * as paint from "../room/paint.js";
 import { signs } from "../model/signs.js";
 import { attribute } from "../ui/dom.js";
@@ -225,7 +226,7 @@ export class Drawing {
       const style = { radius_m: scenario.body.radius_m, color: run.colors.robots[rank], sign: letters[rank], isSelected: false };
       // A robot that joins later is drawn like one that is joining.
       const state = robot.state === "absent" ? "coming" : "present";
-      paint.paintBody(c, p, { ...robot, state }, style, palette);
+      paintBody(c, p, { ...robot, state }, style, palette);
     });
     this.#paintSelection(c, p, palette);
     this.#paintTool(c, p, palette);

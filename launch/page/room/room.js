@@ -7,6 +7,7 @@ import { progress } from "../model/mission.js";
 import { signs } from "../model/signs.js";
 import { attribute, text } from "../ui/dom.js";
 import { Lens, Projection, distanceToLine, isInside, isWithin, radioLines, sameRectangle } from "./geometry.js";
+import { paintBody } from "./body.js";
 import * as paint from "./paint.js";
 
 const MARGIN_PX = 10;
@@ -199,7 +200,7 @@ export class Room {
     const shown = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state !== "absent");
     for (const { robot, rank } of shown) {
       const style = { radius_m, least_px, color: colors[rank], sign: this.#signs[rank], isSelected: rank === this.#choices.selected };
-      paint.paintBody(c, this.#projection, robot, style, this.#palette);
+      paintBody(c, this.#projection, robot, style, this.#palette);
     }
     const gap = Math.max(least_px, this.#projection.scale * radius_m) + 6;
     const reach = gap - 4;
