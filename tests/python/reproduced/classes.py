@@ -1,17 +1,14 @@
-"""Small instances with the properties of points: needs, precedence, deliveries, windows with values. Their optima are
-by HiGHS.
-"""
+"""Gaps of small instances with the properties of points: needs, precedence, deliveries, windows with values."""
 
 import math
 import random
 from dataclasses import dataclass, field
 
-import numpy as np
-from lab import place
+from exact import schedule
+from lab import place, random_place, small_scenario
 from page import table
-from scipy.optimize import Bounds, LinearConstraint, milp
 
-ROBOTS, ROOM_M, REACH_M, SEEDS = 3, 100.0, 0.1, 10
+ROBOTS, SEEDS = 3, 10
 
 
 @dataclass
@@ -35,7 +32,7 @@ class Task:
 
 
 def places(draw, count):
-    return [(round(draw.uniform(2, ROOM_M - 2), 3), round(draw.uniform(2, ROOM_M - 2), 3)) for _ in range(count)]
+    return [random_place(draw) for _ in range(count)]
 
 
 def tasks(draw, count):
@@ -95,80 +92,9 @@ def scenario(starts, drawn):
 
     has_needs = any(task.slots > 1 for task in drawn)
     skills = {"task": 1.0, "arm": 1.0} if has_needs else {"task": 1.0}
-    return {
-        "name": "class",
-        "step_ms": 100,
-        "limit_s": 5000.0,
-        "room": {"width_m": ROOM_M, "height_m": ROOM_M},
-        "body": {"speed_m_s": 1.0, "turn_deg_s": 3600.0, "robot_penetrability": 1.0},
-        "service": {
-            "reach_m": REACH_M,
-            "kinds": [{"name": "task", "work_s": {"min": 5.0, "max": 60.0}}],
-            "points": [point(number, task) for number, task in enumerate(drawn)],
-        },
-        "robots": [
-            {"name": f"r{rank}", "start": place(at), "skills": skills}
-            for rank, at in enumerate(starts)
-        ],
-    }
-
-
-def optimum(starts, drawn):
-    """Returns the least makespan, s, or the largest value if the tasks have windows.
-
-    Variables: the ways of each robot between places, the start of each task, whether it is done, and the makespan. A
-    robot may drive to a task before its predecessors are done, and waits there.
-    """
-    count, robots = len(drawn), range(len(starts))
-    horizon = sum(task.duration_s + 2 * ROOM_M for task in drawn) + 300.0
-    ways = [(r, i, j) for r in robots for i in range(-1, count) for j in range(count) if i != j]
-    way = {each: number for number, each in enumerate(ways)}
-    start, done, last = len(ways), len(ways) + count, len(ways) + 2 * count
-    rows, lower, upper = [], [], []
-
-    def limit(terms, least=-np.inf, most=np.inf):
-        row = np.zeros(last + 1)
-        for at, factor in terms:
-            row[at] += factor
-        rows.append(row)
-        lower.append(least)
-        upper.append(most)
-
-    for r in robots:
-        limit([(way[r, -1, j], 1) for j in range(count)], most=1)
-    for j, task in enumerate(drawn):
-        into = [[(way[r, i, j], 1) for i in range(-1, count) if i != j] for r in robots]
-        limit([*sum(into, []), (done + j, -task.slots)], 0, 0)
-        for r in robots:
-            limit([*into[r], (done + j, -1)], most=0)
-            limit([*((way[r, j, k], 1) for k in range(count) if k != j), *((at, -1) for at, _ in into[r])], most=0)
-            for i in range(-1, count):
-                if i != j:
-                    before = (starts[r], 0.0) if i < 0 else (drawn[i].end, drawn[i].duration_s)
-                    needed = before[1] + math.dist(before[0], task.at)
-                    terms = [(start + j, 1), (way[r, i, j], -horizon), *([(start + i, -1)] if i >= 0 else [])]
-                    limit(terms, least=needed - horizon)
-        for i in task.after:
-            limit([(start + j, 1), (start + i, -1)], least=drawn[i].duration_s)
-        limit([(last, 1), (start + j, -1)], least=task.duration_s)
-    has_windows = drawn[0].deadline_s is not None
-    goal = np.zeros(last + 1)
-    low, high = np.zeros(last + 1), np.ones(last + 1)
-    high[start:done], high[last] = horizon, np.inf
-    if has_windows:
-        goal[done:last] = [-task.value for task in drawn]
-        low[start:done] = [task.opens_s for task in drawn]
-        # The start of a task that is left out has no meaning.
-        high[start:done] = [task.deadline_s - task.duration_s for task in drawn]
-    else:
-        goal[last] = 1
-        low[done:last] = 1
-    kinds = np.ones(last + 1)
-    kinds[start:done] = kinds[last] = 0
-    limits = LinearConstraint(np.array(rows), lower, upper)
-    found = milp(goal, constraints=limits, integrality=kinds, bounds=Bounds(low, high), options={"mip_rel_gap": 1e-6})
-    assert found.success, found.message
-    return -float(found.fun) if has_windows else float(found.fun)
+    points = [point(number, task) for number, task in enumerate(drawn)]
+    robots = [{"name": f"r{rank}", "start": place(at), "skills": skills} for rank, at in enumerate(starts)]
+    return small_scenario("class", 5000.0, points, robots)
 
 
 def measure(lab, seeds, allocators):
@@ -177,7 +103,7 @@ def measure(lab, seeds, allocators):
         for seed in seeds:
             starts, drawn = instance(name, seed)
             file = lab.write("class.toml", scenario(starts, drawn))
-            trial = {"optimum": optimum(starts, drawn)}
+            trial = {"optimum": schedule(starts, drawn)}
             for allocator in allocators:
                 result, _ = lab.run(file, "--allocator", allocator)
                 if drawn[0].deadline_s is not None:

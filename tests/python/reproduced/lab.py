@@ -8,6 +8,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
 
+# The side of the square room of small instances, and the reach of their points, m.
+ROOM_M, REACH_M = 100.0, 0.1
+
 Robot = namedtuple("Robot", "name at")
 Point = namedtuple("Point", "at work_s opens_s deadline_s")
 
@@ -71,6 +74,28 @@ def toml(value):
 def place(at):
     """Returns a place as keys of a scenario."""
     return {"x_m": at[0], "y_m": at[1]}
+
+
+def random_place(draw):
+    """Draws a place in the room of small instances."""
+    return (round(draw.uniform(2, ROOM_M - 2), 3), round(draw.uniform(2, ROOM_M - 2), 3))
+
+
+def small_scenario(name, limit_s, points, robots):
+    """Returns a scenario without motion effects: robots turn at once, pass through each other and drive 1 m/s."""
+    return {
+        "name": name,
+        "step_ms": 100,
+        "limit_s": limit_s,
+        "room": {"width_m": ROOM_M, "height_m": ROOM_M},
+        "body": {"speed_m_s": 1.0, "turn_deg_s": 3600.0, "robot_penetrability": 1.0},
+        "service": {
+            "reach_m": REACH_M,
+            "kinds": [{"name": "task", "work_s": {"min": 5.0, "max": 60.0}}],
+            "points": points,
+        },
+        "robots": robots,
+    }
 
 
 def rounded(value, digits=6):

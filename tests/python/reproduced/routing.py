@@ -10,11 +10,11 @@ from itertools import combinations
 
 import classes
 from exact import makespan
-from lab import Point, Robot, place
+from lab import REACH_M, ROOM_M, Point, Robot, place, random_place, small_scenario
 from page import OTHER, Row, Section, prose, table
 
 SMALL, QUICK = 20, 1
-ROBOTS, POINTS, ROOM_M, REACH_M = 3, 7, 100.0, 0.1
+ROBOTS, POINTS = 3, 7
 FILES = ["RC208", "PR01", "PR11A"]
 # PyVRP stops after this number of iterations, so that its solution is the same on every machine.
 ITERATIONS, SEED = 2_000, 1
@@ -37,25 +37,14 @@ def missing(given):
 def small(seed):
     """Returns a random instance: uniform places, and work of U(5, 60) s."""
     draw = random.Random(seed)
-    at = lambda: (round(draw.uniform(2, ROOM_M - 2), 3), round(draw.uniform(2, ROOM_M - 2), 3))
-    robots = [Robot(f"r{number}", at()) for number in range(ROBOTS)]
-    return robots, [Point(at(), round(draw.uniform(5, 60), 3), 0.0, None) for _ in range(POINTS)]
+    robots = [Robot(f"r{number}", random_place(draw)) for number in range(ROBOTS)]
+    return robots, [Point(random_place(draw), round(draw.uniform(5, 60), 3), 0.0, None) for _ in range(POINTS)]
 
 
 def scenario(robots, points):
-    return {
-        "name": "small",
-        "step_ms": 100,
-        "limit_s": 2000.0,
-        "room": {"width_m": ROOM_M, "height_m": ROOM_M},
-        "body": {"speed_m_s": 1.0, "turn_deg_s": 3600.0, "robot_penetrability": 1.0},
-        "service": {
-            "reach_m": REACH_M,
-            "kinds": [{"name": "task", "work_s": {"min": 5.0, "max": 60.0}}],
-            "points": [{"kind": "task", "work_s": each.work_s, **place(each.at)} for each in points],
-        },
-        "robots": [{"name": each.name, "start": place(each.at)} for each in robots],
-    }
+    points = [{"kind": "task", "work_s": each.work_s, **place(each.at)} for each in points]
+    robots = [{"name": each.name, "start": place(each.at)} for each in robots]
+    return small_scenario("small", 2000.0, points, robots)
 
 
 def least_times(robot, points):
