@@ -258,7 +258,7 @@ struct SealRows {
     tables: BTreeMap<String, u64>,
 }
 
-/// What remains of a log after its last complete tick is cut off.
+/// The part of a log up to its last complete tick.
 #[derive(Default)]
 struct Cut {
     /// The seals up to the last complete tick.

@@ -11,7 +11,7 @@ use scenario::ids::Tick;
 
 /// The largest lateness that a run makes up for. Other programs delay single ticks, and a tick in which all robots of a
 /// large team send a heartbeat takes longer than the others.
-const LATENESS_MAX: Duration = Duration::from_millis(500);
+pub const LATENESS_MAX: Duration = Duration::from_millis(500);
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Speed {
@@ -83,7 +83,7 @@ impl<T: Add<Duration, Output = T> + Copy + Ord> Pace<T> {
         }
     }
 
-    /// Registers the begin of a tick and schedules the next one. A run that is more than half a second late does not
+    /// Registers the begin of a tick and schedules the next one. A run that is later than [`LATENESS_MAX`] does not
     /// try to catch up.
     pub fn tick_begun(&mut self, now: T) {
         self.steps_left = self.steps_left.saturating_sub(1);

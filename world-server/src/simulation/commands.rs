@@ -63,8 +63,8 @@ impl Simulation {
         })
     }
 
-    /// Orders a fault for a person, who must have meant something else if it has no effect. `is_stopped`: the launcher
-    /// has reported that the target's process is stopped.
+    /// Orders a fault of an operator. An order without an effect is refused, because it is probably a mistake. `is_stopped`
+    /// is true if the launcher has reported that the target's process is stopped.
     ///
     /// # Errors
     /// If the order is invalid, or would have no effect at once or in this run; the text contains a remedy.
