@@ -82,8 +82,10 @@ def driving(env):
     near = [place for place, name in enumerate(names) if name.endswith(".near")]
     targets, mates = ([name[:-2] for name in names if name.startswith(kind) and name.endswith(".x")] for kind in ("target", "mate"))
 
+    number = {name: place for place, name in enumerate(names)}
+
     def at(seen, name):
-        return seen[..., names.index(name)]
+        return seen[..., number[name]]
 
     def features(seen):
         cos, sin = at(seen, "heading.cos"), at(seen, "heading.sin")
