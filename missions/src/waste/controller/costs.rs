@@ -86,8 +86,7 @@ impl WasteController {
             BehaviorKind::FindLocationsWander => Some(WANDER_S),
             BehaviorKind::MoveSpill(spill) => {
                 let (position, places) = (position?, places?);
-                let spill = places.spill(spill);
-                let deposit = places.nearest_deposit(spill);
+                let (spill, deposit) = (places.spill(spill), places.deposit_of(spill));
                 Some(if is_laden {
                     self.drive_s(length(position - deposit), PI)
                 } else {
@@ -110,12 +109,11 @@ impl WasteController {
         match behavior.kind {
             BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => None,
             BehaviorKind::MoveSpill(spill) => {
-                let spill = places.spill(spill);
                 let is_laden = self.holding && self.load_of == Some(behavior.id);
                 Some(if is_laden {
-                    places.nearest_deposit(spill)
+                    places.deposit_of(spill)
                 } else {
-                    spill
+                    places.spill(spill)
                 })
             }
             BehaviorKind::ReportProgress => Some(center(places.site())),
@@ -136,7 +134,7 @@ impl WasteController {
     fn after(&self, task: TaskId, places: &KnownPlaces<'_>) -> Option<Vec2> {
         let mut behaviors = self.briefing.own_behaviors.iter();
         match behaviors.find(|behavior| behavior.task == task)?.kind {
-            BehaviorKind::MoveSpill(spill) => Some(places.nearest_deposit(places.spill(spill))),
+            BehaviorKind::MoveSpill(spill) => Some(places.deposit_of(spill)),
             BehaviorKind::ReportProgress => Some(center(places.site())),
             BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => None,
         }

@@ -1,7 +1,7 @@
 //! The places of spills and deposits relative to the border (thesis §4.1.1.1), shared by all robots of a run.
 
 use crate::waste::data::{Spill, Spot, WasteSection};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 
 use glam::Vec2;
 use proto::mission::items::Locations;
@@ -60,6 +60,8 @@ pub(super) struct Realms {
     border: Cell<Option<Locations>>,
     spill: Cell<Realm>,
     deposit: Cell<Realm>,
+    /// The nearest deposit of each spill that the robot has asked for, by spill.
+    of_spills: RefCell<Vec<(u16, Vec2)>>,
 }
 
 impl Realms {
@@ -68,6 +70,7 @@ impl Realms {
             self.border.set(Some(border));
             self.spill.take();
             self.deposit.take();
+            self.of_spills.borrow_mut().clear();
         }
     }
 }
@@ -112,6 +115,19 @@ impl KnownPlaces<'_> {
 
     pub fn nearest_deposit(&self, at: Vec2) -> Vec2 {
         self.realm(&self.map.deposits, &self.realms.deposit, at).at
+    }
+
+    /// Returns the deposit that is the nearest to a spill.
+    pub fn deposit_of(&self, spill: u16) -> Vec2 {
+        let mut known = self.realms.of_spills.borrow_mut();
+        match known.binary_search_by_key(&spill, |&(spill, _)| spill) {
+            Ok(found) => known[found].1,
+            Err(place) => {
+                let deposit = self.search(&self.map.deposits, self.spill(spill)).at;
+                known.insert(place, (spill, deposit));
+                deposit
+            }
+        }
     }
 
     fn place(&self, fraction: Vec2) -> Vec2 {
@@ -348,6 +364,8 @@ mod tests {
                     let found = places.nearest_spill(at);
                     let fresh = map.places(&border, &Realms::default()).nearest_spill(at);
                     prop_assert_eq!(found, fresh, "the cache does not change the result");
+                    let deposit = places.nearest_deposit(places.spill(found));
+                    prop_assert_eq!(places.deposit_of(found), deposit);
                     let found = length(places.spill(found) - at);
                     for spill in 0..spots.len() as u16 {
                         // Rounding may exchange two spots at nearly equal distances.
@@ -366,6 +384,8 @@ mod tests {
             let border = border(width);
             let places = map.places(&border, &realms);
             assert_eq!(places.nearest_spill(Vec2::new(8.0, 4.5)), nearest);
+            let fresh = map.places(&border, &Realms::default()).deposit_of(nearest);
+            assert_eq!(places.deposit_of(nearest), fresh);
         }
     }
 }

@@ -80,7 +80,7 @@ impl SpillWork {
         let center = places.spill(spill);
         Self {
             spill,
-            deposit: places.nearest_deposit(center),
+            deposit: places.deposit_of(spill),
             views: Views::new(center, briefing.spill_radius_m),
             entered: false,
             from_deposit: false,
