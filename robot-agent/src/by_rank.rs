@@ -22,13 +22,16 @@ impl<T> Default for ByRank<T> {
 impl<T> ByRank<T> {
     /// Returns the index of the robot's value, else the index at which to insert it.
     pub fn place(&self, robot: RobotId) -> Result<usize, usize> {
-        // If all teammates have a value, it is at the rank or one before it, because the robot itself has none.
+        // If all teammates have a value, it is at the rank or one before it, because the robot itself may have none.
         let rank = robot.index();
-        let likely = [rank.wrapping_sub(1), rank].into_iter();
-        let mut found = likely.filter(|&place| self.ranks.get(place) == Some(&robot));
-        found
-            .next()
-            .map_or_else(|| self.ranks.binary_search(&robot), Ok)
+        let is_at = |place: usize| self.ranks.get(place) == Some(&robot);
+        if is_at(rank) {
+            Ok(rank)
+        } else if is_at(rank.wrapping_sub(1)) {
+            Ok(rank - 1)
+        } else {
+            self.ranks.binary_search(&robot)
+        }
     }
 
     /// Returns the value at an index from [`ByRank::place`].

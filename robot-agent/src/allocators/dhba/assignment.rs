@@ -22,8 +22,14 @@ pub struct Assignment {
     problem: Problem,
     /// Memory for the next problem.
     next: Problem,
+    /// The structure of the matrix to which the following values belong: [`Matrix::structure`].
+    structure: Option<u64>,
+    /// The scale of all offers. Its largest utility can be out of date.
+    scale: Scale,
     /// The latest round of each task in the matrix.
     rounds: Vec<SimTime>,
+    /// For each task, another task of the same group, or itself: a disjoint-set forest.
+    linked: Vec<u16>,
     /// True if an entry of the matrix is void.
     has_void: bool,
     /// True for the tasks of the group.
@@ -46,7 +52,10 @@ impl Assignment {
             plan: Plan::default(),
             problem: Problem::default(),
             next: Problem::default(),
+            structure: None,
+            scale: Scale::default(),
             rounds: vec![SimTime::ZERO; me.tasks],
+            linked: Vec::new(),
             has_void: false,
             is_of_group: vec![false; me.tasks],
             assigned: Vec::new(),
@@ -78,38 +87,32 @@ impl Assignment {
 
     /// Solves the assignment problem of the matrix. Entries of an older round are void.
     pub fn update(&mut self, matrix: &Matrix, briefs: &[TaskBrief]) {
-        self.find_group(matrix);
-        self.rounds.fill(SimTime::ZERO);
-        for (_, row) in matrix.rows() {
-            for entry in &row.entries {
-                let round = &mut self.rounds[entry.task.index()];
-                *round = entry.round.max(*round);
-            }
+        if self.structure != Some(matrix.structure()) {
+            self.structure = Some(matrix.structure());
+            self.find_group(matrix);
+            self.find_scale(matrix, briefs);
         }
-        let Problem { offers, scale } = &mut self.next;
+        let mut offers = std::mem::take(&mut self.next.offers);
         offers.clear();
-        scale.clear();
-        self.has_void = false;
+        let mut largest = 0.0_f32;
         for (robot, row) in matrix.rows() {
-            for entry in &row.entries {
-                if entry.round != self.rounds[entry.task.index()] {
-                    self.has_void = true;
-                    continue;
-                }
-                let offer = TaskOffer {
-                    robot,
-                    // The plan does not depend on the behavior.
-                    behavior: BehaviorId(0),
-                    task: entry.task,
-                    utility: f64::from(entry.utility),
-                };
-                scale.add(&offer, briefs);
-                if self.is_of_group[entry.task.index()] {
-                    offers.push(offer);
+            let is_foreign = |entry: &EligibleTask| !self.is_of_group[entry.task.index()];
+            // All entries of a row are for tasks of one group.
+            if !self.has_void && row.entries.first().is_none_or(is_foreign) {
+                largest = largest.max(row.largest);
+                continue;
+            }
+            for entry in row.entries.iter().filter(|entry| self.is_valid(entry)) {
+                largest = largest.max(entry.utility);
+                if !is_foreign(entry) {
+                    offers.push(offer(robot, entry));
                 }
             }
         }
-        scale.sort();
+        self.next = Problem {
+            offers,
+            scale: self.scale.with_largest(f64::from(largest)),
+        };
         if self.next == self.problem {
             return;
         }
@@ -127,26 +130,70 @@ impl Assignment {
         &self.assigned
     }
 
-    /// Marks the tasks of the group: those of the robot, and all others of robots that have an entry for one of the group.
-    fn find_group(&mut self, matrix: &Matrix) {
-        self.is_of_group.fill(false);
-        for task in &self.own_tasks {
-            self.is_of_group[task.index()] = true;
-        }
-        let mut has_grown = true;
-        while has_grown {
-            has_grown = false;
-            for (_, Row { entries, .. }) in matrix.rows() {
-                let is_of_group = |task: TaskId| self.is_of_group[task.index()];
-                if entries.iter().any(|entry| is_of_group(entry.task))
-                    && !entries.iter().all(|entry| is_of_group(entry.task))
-                {
-                    for entry in entries {
-                        self.is_of_group[entry.task.index()] = true;
-                    }
-                    has_grown = true;
+    /// Returns whether an entry is not of an older round.
+    fn is_valid(&self, entry: &EligibleTask) -> bool {
+        entry.round == self.rounds[entry.task.index()]
+    }
+
+    /// Finds void entries and the scale of the others.
+    fn find_scale(&mut self, matrix: &Matrix, briefs: &[TaskBrief]) {
+        let mut scale = Scale::default();
+        self.has_void = false;
+        for (robot, row) in matrix.rows() {
+            for entry in &row.entries {
+                if self.is_valid(entry) {
+                    scale.add(&offer(robot, entry), briefs);
+                } else {
+                    self.has_void = true;
                 }
             }
         }
+        scale.sort();
+        self.scale = scale;
     }
+
+    /// Marks the tasks of the group: those of the robot, and all others of robots that have an entry for one of the group.
+    /// Also finds the latest rounds.
+    fn find_group(&mut self, matrix: &Matrix) {
+        self.rounds.fill(SimTime::ZERO);
+        self.linked.clear();
+        self.linked.extend((0..).take(self.rounds.len()));
+        for (_, Row { entries, .. }) in matrix.rows() {
+            let mut first = None;
+            for entry in entries {
+                let at = entry.task.index();
+                self.rounds[at] = entry.round.max(self.rounds[at]);
+                let root = root(&mut self.linked, at);
+                self.linked[root] = *first.get_or_insert(root as u16);
+            }
+        }
+        self.is_of_group.fill(false);
+        for task in &self.own_tasks {
+            self.is_of_group[root(&mut self.linked, task.index())] = true;
+        }
+        for task in 0..self.linked.len() {
+            let root = root(&mut self.linked, task);
+            self.is_of_group[task] = self.is_of_group[root];
+        }
+    }
+}
+
+fn offer(robot: RobotId, entry: &EligibleTask) -> TaskOffer {
+    TaskOffer {
+        robot,
+        // The plan does not depend on the behavior.
+        behavior: BehaviorId(0),
+        task: entry.task,
+        utility: f64::from(entry.utility),
+    }
+}
+
+/// Returns the root of a task's set, and shortens the way to it.
+fn root(linked: &mut [u16], mut task: usize) -> usize {
+    while usize::from(linked[task]) != task {
+        let next = usize::from(linked[task]);
+        linked[task] = linked[next];
+        task = next;
+    }
+    task
 }

@@ -13,6 +13,10 @@ use smallvec::SmallVec;
 
 use crate::by_rank::ByRank;
 
+/// The number of teammates near a robot that report each row in a period. More: lost rows and lost robots are found
+/// earlier. Fewer: fewer messages.
+const REPORTS: usize = 6;
+
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// The time at which the robot computed the row; `None` while only its existence is known.
@@ -20,19 +24,48 @@ pub struct Row {
     /// The time of the robot's latest message that is known here.
     pub seen: SimTime,
     pub entries: SmallVec<[EligibleTask; 6]>,
+    /// The largest utility in `entries`; 0 if there are none.
+    pub largest: f32,
     /// True if the row must be sent.
     must_send: bool,
+    /// True if the robot itself was received since the versions were last requested.
+    is_near: bool,
+}
+
+impl Row {
+    /// Replaces the entries. Returns whether the tasks or their rounds differ.
+    fn replace(&mut self, entries: SmallVec<[EligibleTask; 6]>) -> bool {
+        let is_within = |entry: &EligibleTask, all: &[EligibleTask]| {
+            let key = |entry: &EligibleTask| (entry.task, entry.round);
+            all.iter().any(|other| key(other) == key(entry))
+        };
+        let is_same = self.entries.len() == entries.len()
+            && entries.iter().all(|new| is_within(new, &self.entries))
+            && self.entries.iter().all(|old| is_within(old, &entries));
+        let utilities = entries.iter().map(|entry| entry.utility);
+        self.largest = utilities.fold(0.0, f32::max);
+        self.entries = entries;
+        !is_same
+    }
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Matrix {
     rows: ByRank<Row>,
+    /// A number that changes with the tasks and rounds of the rows.
+    structure: u64,
     /// A time before which no sign of life of a teammate in `rows` lies.
     oldest: SimTime,
     /// True if a row must be sent.
     has_unsent: bool,
     /// The index of the next row whose version must be sent; `None` if all have been sent.
     next_version: Option<usize>,
+    /// The number of teammates that were received since the versions were last requested.
+    near: usize,
+    /// The number of parts into which the versions are divided.
+    parts: usize,
+    /// The number of the part that is sent.
+    part: usize,
 }
 
 /// The effects of a received version or row.
@@ -55,6 +88,11 @@ impl BitOrAssign for Update {
 }
 
 impl Matrix {
+    /// Returns a number that changes with the tasks and rounds of the rows, but not with the utilities.
+    pub fn structure(&self) -> u64 {
+        self.structure
+    }
+
     pub fn rows(&self) -> impl Iterator<Item = (RobotId, &Row)> {
         self.rows.iter()
     }
@@ -66,7 +104,7 @@ impl Matrix {
             return false;
         }
         (row.made, row.seen, row.must_send) = (Some(now), now, true);
-        row.entries = entries.into();
+        self.structure += u64::from(row.replace(entries.into()));
         self.has_unsent = true;
         true
     }
@@ -77,20 +115,26 @@ impl Matrix {
     }
 
     /// Receives a version, and returns the index of its row.
+    #[inline]
     fn note_version(&mut self, version: &RowVersion) -> (usize, Update) {
-        let mut update = Update::default();
-        let place = self.rows.place(version.robot).unwrap_or_else(|place| {
-            self.rows.insert(place, version.robot, Row::default());
-            self.oldest = self.oldest.min(version.seen);
-            update.is_newcomer = true;
-            place
-        });
+        let (place, is_newcomer) = match self.rows.place(version.robot) {
+            Ok(place) => (place, false),
+            Err(place) => {
+                self.rows.insert(place, version.robot, Row::default());
+                self.oldest = self.oldest.min(version.seen);
+                (place, true)
+            }
+        };
         let row = self.rows.at_mut(place);
         row.seen = row.seen.max(version.seen);
         if version.made < row.made {
             row.must_send = true;
             self.has_unsent = true;
         }
+        let update = Update {
+            is_newcomer,
+            ..Update::default()
+        };
         (place, update)
     }
 
@@ -112,7 +156,8 @@ impl Matrix {
             let entries: SmallVec<[EligibleTask; 6]> = entries.take(ROW_ENTRIES_MAX).collect();
             if version.made != row.made || entries != row.entries {
                 update.is_of_concern = concerns(&row.entries, &entries);
-                (row.made, row.entries, row.must_send) = (version.made, entries, true);
+                (row.made, row.must_send) = (version.made, true);
+                self.structure += u64::from(row.replace(entries));
                 self.has_unsent = true;
                 update.has_changed = true;
             }
@@ -136,8 +181,9 @@ impl Matrix {
     /// Records a direct sign of life of a robot.
     pub fn note_seen(&mut self, robot: RobotId, sent: SimTime) {
         if let Ok(at) = self.rows.place(robot) {
-            let seen = &mut self.rows.at_mut(at).seen;
-            *seen = sent.max(*seen);
+            let row = self.rows.at_mut(at);
+            row.seen = sent.max(row.seen);
+            self.near += usize::from(!std::mem::replace(&mut row.is_near, true));
         }
     }
 
@@ -161,11 +207,20 @@ impl Matrix {
             }
         }
         self.has_unsent = self.rows.iter().any(|(_, row)| row.must_send);
+        self.structure += u64::from(has_removed);
         has_removed
     }
 
-    /// Requests that the robot's own row and the versions of all rows are sent.
-    pub fn repeat(&mut self, me: RobotId) {
+    /// Requests that the robot's own row and the versions of all rows are sent, or a part of the versions if many
+    /// teammates are near, because these report the others. `period` is the number of the period since the start.
+    pub fn repeat(&mut self, me: RobotId, period: u64) {
+        self.parts = (self.near / REPORTS).max(1);
+        // Teammates begin with different parts.
+        self.part = me.index() + (period % self.parts as u64) as usize;
+        self.near = 0;
+        for row in self.rows.values_mut() {
+            row.is_near = false;
+        }
         if let Ok(at) = self.rows.place(me) {
             self.rows.at_mut(at).must_send = true;
             self.has_unsent = true;
@@ -201,10 +256,15 @@ impl Matrix {
         }
         if let Some(from) = self.next_version {
             let room = PART_WEIGHT_MAX.saturating_sub(weight) / 2;
-            let others = self.rows.iter().skip(from).take(room);
-            part.versions = others.map(|(robot, row)| version(robot, row)).collect();
-            let next = from + room;
-            self.next_version = Some(next).filter(|&next| next < self.rows.places().len());
+            let (first, parts) = (self.part, self.parts);
+            let is_due = |robot: RobotId| (robot.index() + first).is_multiple_of(parts);
+            let rows = self.rows.iter().enumerate().skip(from);
+            let mut due = rows.filter(|(_, (robot, _))| is_due(*robot));
+            let versions = due.by_ref().take(room);
+            part.versions = versions
+                .map(|(_, (robot, row))| version(robot, row))
+                .collect();
+            self.next_version = due.next().map(|(place, _)| place);
         }
         part
     }

@@ -97,7 +97,8 @@ impl Allocator for Dhba {
         }
         let is_late = |repeated| input.now.since(repeated) >= self.refresh;
         if received.is_newcomer || self.repeated.is_none_or(is_late) {
-            self.matrix.repeat(me);
+            let period = input.now.0 / self.refresh.0.max(1);
+            self.matrix.repeat(me, period);
             self.repeated = Some(input.now);
         }
         // The remaining rows are sent in the next step.

@@ -173,6 +173,59 @@ fn a_distant_robot_keeps_its_task() {
     }
 }
 
+/// Near many teammates, a robot reports the versions of some rows in each period. All of them together report each row
+/// often enough to repair lost rows and to find lost robots.
+#[test]
+fn crowded_robots_report_rows_in_turns() {
+    const ROBOTS: usize = 24;
+    let cost = |robot: usize, task: usize| 1.0 + ((7 * robot + 5 * task) % ROBOTS) as f64;
+    let costs = (0..ROBOTS).map(|robot| (0..ROBOTS).map(|task| cost(robot, task)).collect());
+    let costs: Vec<Vec<f64>> = costs.collect();
+    let rows: Vec<&[f64]> = costs.iter().map(Vec::as_slice).collect();
+    let mut team = Team::<Dhba>::still(0, TAU, Situation::from_costs(&rows), Config::default());
+    let all_tasks = |team: &Team<Dhba>| {
+        let mut tasks: Vec<usize> = team.active().into_iter().flatten().collect();
+        tasks.sort_unstable();
+        tasks
+    };
+    team.loss = 0.6;
+    team.run(600);
+    assert_eq!(all_tasks(&team), Vec::from_iter(0..ROBOTS));
+    team.loss = 0.0;
+    team.run(60);
+    for _ in 0..5 {
+        let mut reports = [0; ROBOTS];
+        for _ in 0..20 {
+            team.step();
+            for (_, message) in allocator_messages(&team.in_flight) {
+                let AllocationMessage::Dhba(MatrixPart { versions, .. }) = message else {
+                    panic!("a message of DHBA");
+                };
+                for version in versions {
+                    reports[version.robot.index()] += 1;
+                }
+            }
+        }
+        // 23 teammates are near, so that a third of the robots reports a row in a period.
+        assert_eq!(reports, [8; ROBOTS]);
+    }
+    let mut last = SimTime::ZERO;
+    for _ in 0..20 {
+        let now = team.now();
+        team.step();
+        if team.in_flight.iter().any(|sent| sent.sender == RobotId(0)) {
+            last = now;
+        }
+    }
+    let rows = |team: &Team<Dhba>| team.allocator(1).matrix.rows().count();
+    team.kill(0);
+    while rows(&team) == ROBOTS {
+        team.step();
+        assert!(team.now() < last + TAU + STEP + STEP);
+    }
+    assert_eq!(team.now() - STEP, last + TAU);
+}
+
 #[test]
 fn a_lone_robot_does_everything() {
     let mut team = Team::<Dhba>::with_work(3, &[2, 3, 4, 1, 2], Config::default());
@@ -231,7 +284,7 @@ fn a_matrix_is_sent_in_parts_below_the_limit() {
         let entries = vec![entry; usize::from(robot) % (ROW_ENTRIES_MAX + 1)];
         matrix.receive_row(&version, entries.into_iter(), None, |_, _| true);
     }
-    matrix.repeat(RobotId(60_000));
+    matrix.repeat(RobotId(60_000), 0);
     let (mut rows, mut versions) = (0, 0);
     while matrix.must_send() {
         let part = matrix.next_part(RobotId(60_000), latest);

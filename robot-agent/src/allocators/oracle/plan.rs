@@ -59,6 +59,14 @@ impl Scale {
         self.priorities[..] == [priority] && new <= self.largest
     }
 
+    /// Returns the scale with another largest utility.
+    pub fn with_largest(&self, largest: f64) -> Self {
+        Self {
+            largest,
+            ..self.clone()
+        }
+    }
+
     pub fn sort(&mut self) {
         self.priorities.sort_unstable();
     }
