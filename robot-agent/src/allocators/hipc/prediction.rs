@@ -9,7 +9,7 @@ use scenario::time::SimTime;
 use crate::allocator::{Choice, Input};
 use crate::allocators::cbba::bundle::Bundle;
 use crate::allocators::cbba::score::{Offer, Scores, bid};
-use crate::allocators::consensus::winners::Winners;
+use crate::allocators::consensus::winners::{OwnTask, Winners};
 
 /// Returns the robot's first choice for each of its tasks, by the index in [`Winners::tasks`].
 pub fn choices_by_task<'a>(input: &Input<'a>, beliefs: &Winners) -> Vec<Option<&'a Choice>> {
@@ -31,6 +31,8 @@ pub struct Planner {
     /// The path and the bids in the order of choice, as indices in [`Winners::tasks`].
     path: Vec<usize>,
     bids: Vec<(usize, f32)>,
+    /// The index in the path and the bid of each further task, by its index; `None` if the path has changed since.
+    further: Option<Vec<Option<(usize, f32)>>>,
     /// True if the path of a teammate must be computed from its bids.
     is_teammate: bool,
 }
@@ -55,6 +57,7 @@ impl Planner {
             offers,
             path: path.to_vec(),
             bids: bids.collect(),
+            further: None,
             is_teammate: false,
         }
     }
@@ -98,6 +101,7 @@ impl Planner {
             offers: offers.collect(),
             path: Vec::new(),
             bids,
+            further: None,
             is_teammate: true,
         }
     }
@@ -113,29 +117,24 @@ impl Planner {
     }
 
     /// Returns the best bid that wins against the planned claims.
-    fn best(&self, most: usize, plan: &Plan<'_>) -> Option<Bid> {
+    fn best(&mut self, most: usize, plan: &Plan<'_>) -> Option<Bid> {
         if self.bids.len() >= most {
             return None;
         }
-        let scores = plan.scores(&self.offers);
-        let before = scores.score(&self.path)?;
+        let further = match self.further.take() {
+            Some(further) => further,
+            None => self.further_bids(plan)?,
+        };
         let mut best: Option<Bid> = None;
-        for (own, task) in plan.beliefs.tasks().iter().enumerate() {
-            if self.offers[own].is_none() || self.path.contains(&own) {
-                continue;
-            }
-            let Some((at, gain)) = scores.insertion(&self.path, own, 0, before) else {
+        for (own, further) in further.iter().enumerate() {
+            let Some((at, value)) = *further else {
                 continue;
             };
-            let value = self.bids.iter().fold(bid(gain), |least, other| {
-                let is_same = plan.beliefs.tasks()[other.0].priority == task.priority;
-                if is_same { least.min(other.1) } else { least }
-            });
             let Some(place) = plan.place_won(own, self.robot, value) else {
                 continue;
             };
             let candidate = Bid {
-                priority: task.priority,
+                priority: plan.beliefs.tasks()[own].priority,
                 value,
                 own,
                 at,
@@ -146,7 +145,32 @@ impl Planner {
                 best = Some(candidate);
             }
         }
+        self.further = Some(further);
         best
+    }
+
+    /// Computes the best index in the path and the bid of each task that is not in the path.
+    fn further_bids(&self, plan: &Plan<'_>) -> Option<Vec<Option<(usize, f32)>>> {
+        let scores = plan.scores(&self.offers);
+        let before = scores.score(&self.path)?;
+        let tasks = plan.beliefs.tasks();
+        let further = |(own, task): (usize, &OwnTask)| {
+            if self.offers[own].is_none() || self.path.contains(&own) {
+                return None;
+            }
+            let (at, gain) = scores.insertion(&self.path, own, 0, before)?;
+            let bids = self.bids.iter();
+            let equal = bids.filter(|(other, _)| tasks[*other].priority == task.priority);
+            Some((at, equal.fold(bid(gain), |least, other| least.min(other.1))))
+        };
+        Some(tasks.iter().enumerate().map(further).collect())
+    }
+
+    /// Adds a task to the path.
+    fn take(&mut self, bid: &Bid) {
+        self.path.insert(bid.at, bid.own);
+        self.bids.push((bid.own, bid.value));
+        self.further = None;
     }
 
     /// Removes a task that another robot has taken in the plan, and all later choices. Returns their indices.
@@ -155,6 +179,7 @@ impl Planner {
         let lost = self.bids.drain(from.unwrap_or(self.bids.len())..);
         let lost: Vec<usize> = lost.map(|bid| bid.0).collect();
         self.path.retain(|own| !lost.contains(own));
+        self.further = None;
         lost
     }
 }
@@ -215,7 +240,7 @@ pub fn predict(
             planner.follow_claims(&plan.scores(&offers));
         }
     }
-    let mut best: Vec<Option<Bid>> = team.iter().map(|one| one.best(most, &plan)).collect();
+    let mut best: Vec<Option<Bid>> = team.iter_mut().map(|one| one.best(most, &plan)).collect();
     // Each turn gives a task to a robot. Takes from each other, which are rare, must not go on without end.
     for _ in 0..2 * most * team.len() {
         let mut next: Option<(usize, Bid)> = None;
@@ -254,8 +279,7 @@ pub fn predict(
                 freed = true;
             }
         }
-        team[winner].path.insert(bid.at, bid.own);
-        team[winner].bids.push((bid.own, bid.value));
+        team[winner].take(&bid);
         for at in 0..team.len() {
             let is_affected =
                 freed || at == winner || best[at].is_some_and(|other| other.own == bid.own);
