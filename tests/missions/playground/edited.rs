@@ -285,6 +285,31 @@ fn an_edited_scenario_runs_as_in_the_native_program() {
     }
 }
 
+/// A clicked button loses the focus to the page. The keys are still those of the open window.
+#[test]
+fn a_click_leaves_the_keys_to_the_editor() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    open_editor(&browser, &link, None);
+    let builtin = text(&browser);
+    browser.input("#edit-text", &json!(FILE).to_string());
+    browser.wait_for("document.querySelector('#edit-item').length == 6");
+    browser.click("#edit-undo");
+    wait_for_text(&browser, &builtin);
+    // Neither starts the run behind the window nor kills its second robot.
+    for key in [' ', '2', 'k'] {
+        browser.press(key);
+    }
+    browser.press_with(&[CONTROL, SHIFT], 'z');
+    wait_for_text(&browser, FILE);
+    assert_eq!(browser.eval("document.body.dataset.state"), "paused");
+    assert_eq!(browser.eval("alliance.view.faults.length"), 0);
+    browser.assert_no_console_message();
+}
+
 /// A run starts the page again. The versions of the text stay, also those that were undone.
 #[test]
 fn undo_and_redo_survive_runs() {
