@@ -65,6 +65,31 @@ fn drag(browser: &Browser, from: (f64, f64), to: (f64, f64)) {
 }
 
 #[test]
+fn the_drawing_shows_the_robots() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    open_editor(&browser, &link, Some(FILE));
+    let color_at = |x_m: f64, y_m: f64| {
+        browser.eval(&format!(
+            "(() => {{
+                const canvas = document.querySelector('#edit-canvas');
+                const box = canvas.getBoundingClientRect();
+                const {{ x, y }} = allianceEditor.toScreen({x_m}, {y_m});
+                return [...canvas.getContext('2d').getImageData(x - box.x, y - box.y, 1, 1).data];
+            }})()"
+        ))
+    };
+    let floor = color_at(5.0, 8.0);
+    for y_m in [2.0, 6.0] {
+        // Between the edge and the letter of a robot.
+        assert_ne!(color_at(1.88, y_m), floor, "robot at {y_m} m");
+    }
+}
+
+#[test]
 fn drawing_changes_the_text_and_typing_the_drawing() {
     let lab = Lab::new();
     let Some(link) = page(&lab) else { return };
