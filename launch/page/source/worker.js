@@ -2,7 +2,7 @@
 // imports nothing, because a file opened from disk cannot load the imports of a worker.
 
 /** The mean time between two views of a running clock, ms. Views come after ticks, so single times differ from it. */
-const VIEW_INTERVAL_MS = 30;
+const VIEW_INTERVAL_MS = 25;
 /** The time between two views without a tick between them, which show that the simulator works, ms. */
 const QUIET_INTERVAL_MS = 1000;
 /** The largest rounding error of the simulator's times, ms. */
