@@ -90,6 +90,11 @@ async function start() {
   }
   const { token } = readLink();
   const file = Embedded.in(document);
+  // Only a single file has its modules inside (launch/src/page/single_file.rs).
+  if (!file && document.querySelector("script[type=importmap]")) {
+    showNoRun("This file is damaged, its end is missing: copy or download it once more");
+    return;
+  }
   if (!file && !token) {
     // With another link the page starts again.
     addEventListener("hashchange", () => location.reload());

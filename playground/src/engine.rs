@@ -1,6 +1,7 @@
 //! A run with a clock, orders of a person, and frames for the page; and a second run beside it, for a comparison.
 
 use std::collections::VecDeque;
+use std::hint::black_box;
 use std::time::Duration;
 
 use in_process::{StartError, TickError};
@@ -16,6 +17,12 @@ use world_server::pace::{Pace, Speed};
 
 use crate::choice::{Choice, GivenOrder};
 use crate::run::Run;
+
+/// The memory of a run without its team, and for each pair of robots, which exchange messages, bytes.
+const RUN_BYTES: usize = 32 << 20;
+const PAIR_BYTES: usize = 512;
+/// The largest memory that is reserved in advance, bytes. A module has at most 4 GiB.
+const RESERVED_MAX: usize = 1 << 30;
 
 /// Begins each frame of the second run. `launch/page/source/engine.js` reads it.
 const BESIDE: &str = "+";
@@ -51,6 +58,8 @@ impl Engine {
     pub fn open(choice: &Choice, now: Duration) -> Result<Self, OpenError> {
         let setup = choice.setup()?;
         let second = choice.second();
+        let runs = 1 + usize::from(second.is_some());
+        reserve_memory(runs, setup.scenario.robots.len());
         let mut about = describe(choice, &setup);
         let mut pace = Pace::new(Speed::Factor(1.0), setup.scenario.step_ms, now);
         pace.pause();
@@ -213,6 +222,17 @@ impl Engine {
     pub fn hash(&self) -> String {
         self.run.hash()
     }
+}
+
+/// Grows the module's memory once. Otherwise the first messages of a large team make it grow thousands of times by 64 KiB,
+/// and a browser may collect garbage each time. Memory that is never written takes addresses only.
+fn reserve_memory(runs: usize, robots: usize) {
+    let team = PAIR_BYTES.saturating_mul(robots * robots);
+    let bytes = team.saturating_add(RUN_BYTES).saturating_mul(runs);
+    let mut space = Vec::<u8>::new();
+    // Without so much memory, the run grows step by step. The memory stays with the module after this allocation.
+    let _ = space.try_reserve_exact(bytes.min(RESERVED_MAX));
+    black_box(&space);
 }
 
 /// Returns the description of a chosen run for the page.

@@ -57,7 +57,10 @@ extern "C" fn list() {
 #[unsafe(no_mangle)]
 extern "C" fn open(now_ms: f64) {
     let choice = TEXT.with_borrow(|text| serde_json::from_slice(text));
-    let engine = choice.map_err(|error| error.to_string());
+    // The page writes a valid choice, unless a link has another content.
+    let engine = choice.map_err(|error| {
+        format!("This link is damaged: {error}; copy it once more, or choose a run above")
+    });
     let engine = engine
         .and_then(|choice| Engine::open(&choice, time(now_ms)).map_err(|error| error.to_string()));
     answer_json(engine.map(|engine| {

@@ -8,7 +8,7 @@ import { readFileSync, readdirSync } from "node:fs";
 import { loadavg } from "node:os";
 import { resolve } from "node:path";
 import { deflateSync, gzipSync, inflateSync } from "node:zlib";
-import { endTrace, pictures, sleep, startTrace, until, withChromium } from "./chromium.mjs";
+import { sleep, until, withChromium } from "./chromium.mjs";
 
 const [program, page] = process.argv.slice(2).map((path) => resolve(path));
 const WINDOW = [1280, 800];
@@ -17,8 +17,11 @@ const RUNS = 3;
 const [SCENARIO, ROBOTS] = ["foraging", 20];
 /** Before this tick, the browser compiles the module. */
 const WARM_TICK = 4000;
-/** Large teams, their speed, times real time, and the time of their measurement, ms. */
-const TEAMS = [{ robots: 300, speed: 4 }, { robots: 1000, speed: 1 }];
+/**
+ * Large teams, their speed, times real time, the range of their radio, m, without which all robots receive all messages, and
+ * the time of their measurement, ms. In a range of 5.5 m, a robot has 20 neighbors.
+ */
+const TEAMS = [{ robots: 300, speed: 4 }, { robots: 1000, speed: 1 }, { robots: 1000, speed: 1, range_m: 5.5 }];
 const TEAM_MS = 15_000;
 /** The unit of processor times in /proc, s. */
 const PROCESSOR_TICK_S = Number(spawnSync("getconf", ["CLK_TCK"]).stdout) ** -1;
@@ -54,8 +57,9 @@ function threads(pid) {
 }
 
 /** Returns the scenario of a large team, like `alliance run --robots`. */
-const teamOf = (robots) => `name = "team"
+const teamOf = ({ robots, range_m }) => `name = "team"
 room = { width_m = 80, height_m = 60 }
+${range_m ? `radio = { range_m = ${range_m} }` : ""}
 
 [waste]
 border_known = true
@@ -120,9 +124,24 @@ async function playground(tab, pid) {
   };
 }
 
-/** Runs a team at a speed. Returns the achieved speed, the shares of a core that worker and page need, and the rate of pictures. */
-async function team(tab, pid, robots, speed) {
-  await open(tab, linkOf(teamOf(robots)));
+/** Counts the pictures of the room in `window.pictures`, each of another view. */
+const COUNT = `(() => {
+  window.pictures = 0;
+  let shown = alliance.view;
+  const look = () => {
+    if (alliance.view !== shown) pictures += 1;
+    shown = alliance.view;
+    requestAnimationFrame(look);
+  };
+  look();
+})()`;
+
+/**
+ * Runs a team at a speed. Returns the achieved speed, the rate of pictures, and the processor time that worker and page need
+ * for a simulated second, s.
+ */
+async function team(tab, pid, { robots, speed, range_m }) {
+  await open(tab, linkOf(teamOf({ robots, range_m })));
   await tab.evaluate(`(() => {
     const slider = document.querySelector("#speed");
     slider.value = Math.log10(${speed});
@@ -130,16 +149,14 @@ async function team(tab, pid, robots, speed) {
   })()`);
   await press(tab, " ");
   await sleep(2000);
-  const look = () => tab.evaluate("(performance.mark(`at ${alliance.view.now}`), [alliance.view.now, performance.now()])");
-  await startTrace(tab);
-  const [from, before] = [await look(), threads(pid)];
+  await tab.evaluate(COUNT);
+  const look = async () => ({ ...(await tab.evaluate("({ now_ms: alliance.view.now, wall_ms: performance.now(), pictures })")), used: threads(pid) });
+  const from = await look();
   await sleep(TEAM_MS);
-  const [to, after] = [await look(), threads(pid)];
-  const elapsed_ms = to[1] - from[1];
-  const { per_s } = pictures(await endTrace(tab), `at ${from[0]}`, `at ${to[0]}`);
-  tab.events.length = 0;
-  const share = (name) => ((after[name] - before[name]) / elapsed_ms) * 1000;
-  return { achieved: (to[0] - from[0]) / elapsed_ms, per_s, worker: share("worker"), page: share("main") };
+  const to = await look();
+  const [simulated_ms, wall_ms] = [to.now_ms - from.now_ms, to.wall_ms - from.wall_ms];
+  const used = (name) => ((to.used[name] - from.used[name]) / simulated_ms) * 1000;
+  return { achieved: simulated_ms / wall_ms, per_s: ((to.pictures - from.pictures) / wall_ms) * 1000, worker: used("worker"), page: used("main") };
 }
 
 /** Returns the sizes of the page and of the module inside it, bytes. */
@@ -178,10 +195,12 @@ await withChromium(WINDOW, async (tab, browser) => {
   console.log(row("Chromium", pages));
   console.log(`the page's main thread: ${spread(pages.map(({ page: used }) => used), 2)} of a core`);
   console.log(hashes.size === 1 ? `equal hashes: ${[...hashes][0]}` : `DIFFERENT HASHES: ${[...hashes].join(", ")}`);
-  console.log("| robots | speed | achieved | pictures per second | worker, cores | page, cores |\n|---|---|---|---|---|---|");
-  for (const { robots, speed } of TEAMS) {
-    const found = await team(tab, pid, robots, speed);
-    console.log(`| ${robots} | ${speed}x | ${found.achieved.toFixed(2)}x | ${found.per_s} | ${found.worker.toFixed(2)} | ${found.page.toFixed(2)} |`);
+  console.log(`teams, load ${load()}, processor time in s per simulated second`);
+  console.log("| robots | range | speed | achieved | pictures per second | worker | page |\n|---|---|---|---|---|---|---|");
+  for (const each of TEAMS) {
+    const found = await team(tab, pid, each);
+    const [achieved, worker, used] = [found.achieved, found.worker, found.page].map((value) => value.toFixed(2));
+    console.log(`| ${each.robots} | ${each.range_m ?? "all"} | ${each.speed}x | ${achieved}x | ${found.per_s.toFixed(1)} | ${worker} | ${used} |`);
   }
   process.exitCode = hashes.size === 1 ? 0 : 1;
 });

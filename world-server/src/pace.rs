@@ -11,7 +11,7 @@ use scenario::ids::Tick;
 
 /// The largest lateness that a run makes up for. Other programs delay single ticks, and a tick in which all robots of a
 /// large team send a heartbeat takes longer than the others.
-pub const LATENESS_MAX: Duration = Duration::from_millis(500);
+pub const LATENESS_MAX: Duration = Duration::from_secs(1);
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Speed {

@@ -2,7 +2,7 @@
 
 import { dragged, gridOf, idOf, isRectangle, neighbor, rectangleBetween, shifted, snap } from "../model/draft.js";
 import { Lens, Projection, isWithin, lowerLeft } from "../room/geometry.js";
-import { paintBody } from "../room/body.js";
+import { LEAST_PX, paintBody } from "../room/body.js";
 import * as paint from "../room/paint.js";
 import { signs } from "../model/signs.js";
 import { attribute } from "../ui/dom.js";
@@ -223,7 +223,7 @@ export class Drawing {
     paint.paintMarkLabels(c, p, scenario.room, view.marks, palette);
     const letters = signs(scenario.robots.map(({ name }) => name));
     view.robots.forEach((robot, rank) => {
-      const style = { radius_m: scenario.body.radius_m, color: run.colors.robots[rank], sign: letters[rank], isSelected: false };
+      const style = { radius_m: scenario.body.radius_m, least_px: LEAST_PX, color: run.colors.robots[rank], sign: letters[rank], isSelected: false };
       // A robot that joins later is drawn like one that is joining.
       const state = robot.state === "absent" ? "coming" : "present";
       paintBody(c, p, { ...robot, state }, style, palette);

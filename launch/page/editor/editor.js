@@ -62,7 +62,8 @@ class Editor {
     for (const [name, action] of Object.entries(clicks)) byId(`edit-${name}`).addEventListener("click", action);
     byId("edit-file").addEventListener("change", ({ target }) => this.#read(target));
     byId("edit-item").addEventListener("change", ({ target }) => this.#select(target.value || null));
-    byId("editor").addEventListener("keydown", (event) => this.#key(event));
+    // The focus may be outside of the window, after the click of a button.
+    document.addEventListener("keydown", (event) => byId("editor").open && this.#key(event));
     addEventListener("pagehide", () => this.#versions && keepVersions(this.#versions));
     const themes = new MutationObserver(() => this.#picture.refreshPalette());
     themes.observe(document.documentElement, { attributeFilter: ["data-theme"] });

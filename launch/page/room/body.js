@@ -2,6 +2,9 @@
 
 import { FULL_TURN, words } from "./paint.js";
 
+/** The least radius of a robot, px, also in a crowd. */
+export const LEAST_PX = 5;
+export const CROWDED_PX = 3.5;
 /** From this radius on, px, a body has a sign. */
 const SIGN_PX = 8;
 /** The number of directions and the largest number of stored images of small bodies. */

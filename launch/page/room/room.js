@@ -7,7 +7,7 @@ import { progress } from "../model/mission.js";
 import { signs } from "../model/signs.js";
 import { attribute, text } from "../ui/dom.js";
 import { Lens, Projection, distanceToLine, isInside, isWithin, radioLines, sameRectangle } from "./geometry.js";
-import { paintBody } from "./body.js";
+import { CROWDED_PX, LEAST_PX, paintBody } from "./body.js";
 import * as paint from "./paint.js";
 
 const MARGIN_PX = 10;
@@ -19,9 +19,6 @@ const TRAIL_MS = 60_000;
 const FULL_LABELS = 12;
 /** Above this team size, without magnification, only robots that stand out have a label, and only the selected one a trail. */
 const ALL_LABELS = 60;
-/** The least radius of a robot, px, also in a crowd. */
-const LEAST_PX = 5;
-const CROWDED_PX = 3.5;
 /** The number of robots in the text alternative of the picture. */
 const MAX_NAMED = 40;
 /** Above this team size only the selected robot's radio lines are drawn. */

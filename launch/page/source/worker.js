@@ -2,9 +2,11 @@
 // imports nothing, because a file opened from disk cannot load the imports of a worker.
 
 /** The mean time between two views of a running clock, ms. Views come after ticks, so single times differ from it. */
-const VIEW_INTERVAL_MS = 30;
-/** The time between two views of a paused clock, which show that the simulator works, ms. */
-const PAUSED_INTERVAL_MS = 1000;
+const VIEW_INTERVAL_MS = 25;
+/** The time between two views without a tick between them, which show that the simulator works, ms. */
+const QUIET_INTERVAL_MS = 1000;
+/** The largest rounding error of the simulator's times, ms. */
+const ROUNDING_MS = 0.001;
 /** The number of robots that step before the thread looks for messages of the page. */
 const ROBOTS_AT_ONCE = 2000;
 
@@ -96,13 +98,15 @@ export class Program {
 }
 
 /** A run with its clock. `post` sends a message to the page. */
-class Runner {
+export class Runner {
   #program;
   #post;
   #ticksAtOnce;
   // The page has drawn the last view.
   #isShown = true;
   #sent_ms = -Infinity;
+  // The time of the next tick.
+  #due_ms = 0;
   #timer = null;
   // A timer of 0 ms waits at least 4 ms, a message does not.
   #channel = new MessageChannel();
@@ -133,16 +137,18 @@ class Runner {
 
   #turn() {
     clearTimeout(this.#timer);
+    const begun_ms = performance.now();
     let next_ms;
     try {
-      next_ms = this.#program.advance(performance.now(), this.#ticksAtOnce);
+      next_ms = this.#program.advance(begun_ms, this.#ticksAtOnce);
     } catch (error) {
       this.#post({ stopped: error.message });
       return;
     }
-    const isStanding = next_ms === Infinity;
-    this.#hasNews ||= !isStanding;
-    const interval_ms = this.#hasNews ? VIEW_INTERVAL_MS : PAUSED_INTERVAL_MS;
+    // Between two ticks nothing changes.
+    this.#hasNews ||= begun_ms > this.#due_ms - ROUNDING_MS;
+    this.#due_ms = begun_ms + next_ms;
+    const interval_ms = this.#hasNews ? VIEW_INTERVAL_MS : QUIET_INTERVAL_MS;
     const now_ms = performance.now();
     if (this.#isShown && now_ms - this.#sent_ms >= interval_ms) {
       const late_ms = Math.min(VIEW_INTERVAL_MS, now_ms - this.#sent_ms - interval_ms);

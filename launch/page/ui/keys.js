@@ -2,10 +2,12 @@
 
 import { byId, el } from "./dom.js";
 
-/** Tests whether the focused element uses the key itself. */
+/** Tests whether the focused element or an open window uses the key itself. */
 function isTaken(event) {
   const { target } = event;
-  if (event.ctrlKey || event.metaKey || event.altKey || target.closest("#menu, dialog")) return true;
+  // In a window, too, a clicked button loses the focus to the page.
+  if (document.querySelector("dialog:modal")) return true;
+  if (event.ctrlKey || event.metaKey || event.altKey || target.closest("#menu")) return true;
   if (event.key === "Escape") return false;
   if (target.matches("select, textarea, input:not([type=checkbox], [type=range])")) return true;
   if (target.matches("input[type=range], [role=tab]") && event.key.startsWith("Arrow")) return true;

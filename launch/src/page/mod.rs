@@ -109,6 +109,7 @@ mod tests {
             "embedded",
             "late_events",
             "geometry",
+            "worker",
         ] {
             super::node(&mut Command::new("node"), &format!("{file}.test.js"));
         }

@@ -65,6 +65,31 @@ fn drag(browser: &Browser, from: (f64, f64), to: (f64, f64)) {
 }
 
 #[test]
+fn the_drawing_shows_the_robots() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    open_editor(&browser, &link, Some(FILE));
+    let color_at = |x_m: f64, y_m: f64| {
+        browser.eval(&format!(
+            "(() => {{
+                const canvas = document.querySelector('#edit-canvas');
+                const box = canvas.getBoundingClientRect();
+                const {{ x, y }} = allianceEditor.toScreen({x_m}, {y_m});
+                return [...canvas.getContext('2d').getImageData(x - box.x, y - box.y, 1, 1).data];
+            }})()"
+        ))
+    };
+    let floor = color_at(5.0, 8.0);
+    for y_m in [2.0, 6.0] {
+        // Between the edge and the letter of a robot.
+        assert_ne!(color_at(1.88, y_m), floor, "robot at {y_m} m");
+    }
+}
+
+#[test]
 fn drawing_changes_the_text_and_typing_the_drawing() {
     let lab = Lab::new();
     let Some(link) = page(&lab) else { return };
@@ -283,6 +308,31 @@ fn an_edited_scenario_runs_as_in_the_native_program() {
         let shown = browser.eval("document.querySelector('#refused-why').textContent");
         assert!(shown.as_str().unwrap().starts_with(&why), "{shown}");
     }
+}
+
+/// A clicked button loses the focus to the page. The keys are still those of the open window.
+#[test]
+fn a_click_leaves_the_keys_to_the_editor() {
+    let lab = Lab::new();
+    let Some(link) = page(&lab) else { return };
+    let Some(browser) = Browser::start(LAPTOP) else {
+        return;
+    };
+    open_editor(&browser, &link, None);
+    let builtin = text(&browser);
+    browser.input("#edit-text", &json!(FILE).to_string());
+    browser.wait_for("document.querySelector('#edit-item').length == 6");
+    browser.click("#edit-undo");
+    wait_for_text(&browser, &builtin);
+    // Neither starts the run behind the window nor kills its second robot.
+    for key in [' ', '2', 'k'] {
+        browser.press(key);
+    }
+    browser.press_with(&[CONTROL, SHIFT], 'z');
+    wait_for_text(&browser, FILE);
+    assert_eq!(browser.eval("document.body.dataset.state"), "paused");
+    assert_eq!(browser.eval("alliance.view.faults.length"), 0);
+    browser.assert_no_console_message();
 }
 
 /// A run starts the page again. The versions of the text stay, also those that were undone.

@@ -3,6 +3,7 @@
 mod edited;
 mod page;
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -199,25 +200,41 @@ fn compare(runs: &[Run], found: &Value) {
     assert!(armed >= 2 * runs.len(), "only {armed} faults were armed");
 }
 
+/// Runs a script with the module in Node.js. Returns the JSON value that it prints, or `None` without module or Node.js.
+fn in_node(script: &str, argument: impl AsRef<OsStr>) -> Option<Value> {
+    let output = Command::new("node")
+        .arg(in_repository("tests/missions/playground").join(script))
+        .arg(module()?)
+        .arg(in_repository("launch/page/source/worker.js"))
+        .arg(argument)
+        .output();
+    let Ok(output) = output else {
+        cannot_run("no Node.js: install Node.js 20");
+        return None;
+    };
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    Some(serde_json::from_slice(&output.stdout).unwrap())
+}
+
 #[test]
 fn the_module_has_the_hashes_of_the_native_program() {
-    let Some(module) = module() else {
-        return;
-    };
     let lab = Lab::new();
     let runs = runs();
     let plan: Vec<Value> = runs.iter().map(Run::plan).collect();
     lab.write("plan.json", json!(plan).to_string());
-    let output = Command::new("node")
-        .arg(in_repository("tests/missions/playground/node.mjs"))
-        .arg(module)
-        .arg(in_repository("launch/page/source/worker.js"))
-        .arg(lab.path("plan.json"))
-        .output();
-    let Ok(output) = output else {
-        return cannot_run("no Node.js: install Node.js 20");
-    };
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{errors}");
-    compare(&runs, &serde_json::from_slice(&output.stdout).unwrap());
+    if let Some(found) = in_node("node.mjs", lab.path("plan.json")) {
+        compare(&runs, &found);
+    }
+}
+
+/// Each growth of the memory may take a browser milliseconds, and a team's first messages need much memory.
+#[test]
+fn the_messages_of_a_large_team_do_not_grow_the_memory() {
+    let text = "room = { width_m = 80, height_m = 60 }\n[waste]\nborder_known = true\n\
+                [[robots]]\nname = \"r\"\nside_sensor = true\ncount = 300\n";
+    let choice = json!({"file": {"name": "team.toml", "text": text}});
+    if let Some(found) = in_node("memory.mjs", choice.to_string()) {
+        assert_eq!(found["start"], found["end"]);
+    }
 }

@@ -93,6 +93,11 @@ fn a_person_plays_in_the_browser() {
             "#scenario=%E0%A4%A",
             "This link is damaged at 'scenario=%E0%A4%A': copy it once more, or choose a run above",
         ),
+        // The file is the number 5.
+        (
+            "#file=eJwzBQAANgA2",
+            "This link is damaged: invalid type: integer `5`, ",
+        ),
     ] {
         browser.open("about:blank");
         browser.open(&format!("{link}{hash}"));
@@ -118,12 +123,17 @@ fn a_damaged_page_and_an_old_browser_get_a_sentence() {
     };
     let text = lab.text("index.html");
     let data = text.find("id=\"embedded-engine\"").unwrap();
-    lab.write("index.html", &text[..data.midpoint(text.len())]);
     let Some(browser) = Browser::start(LAPTOP) else {
         return;
     };
-    let found = why(&browser, &link);
-    assert!(found.starts_with("This file is damaged: "), "{found}");
+    for end in [data.midpoint(text.len()), data] {
+        lab.write("index.html", &text[..end]);
+        for hash in ["", "#scenario=janitorial"] {
+            browser.open("about:blank");
+            let found = why(&browser, &format!("{link}{hash}"));
+            assert!(found.starts_with("This file is damaged"), "{found}");
+        }
+    }
 
     lab.write("index.html", text);
     let Some(browser) = Browser::start_without_webassembly(LAPTOP) else {
@@ -305,6 +315,8 @@ fn axe_core_finds_no_violation() {
         (LAPTOP, ""),
         (PHONE, ""),
         (LAPTOP, "#speed=3"),
+        // A robot is absent at first.
+        (LAPTOP, "#scenario=parker-box"),
         (LAPTOP, pair),
         (PHONE, pair),
     ] {
@@ -312,7 +324,9 @@ fn axe_core_finds_no_violation() {
             return;
         };
         browser.open(&format!("{link}{hash}"));
-        browser.wait_for("['paused', 'refused'].includes(document.body.dataset.state)");
+        browser.wait_for(
+            "document.body.dataset.state == 'refused' || document.querySelector('#robot-cards > *')",
+        );
         let check = |part: &str| {
             let found = browser.accessibility_violations(&axe);
             let found = found.join("\n");

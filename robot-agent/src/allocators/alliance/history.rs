@@ -3,8 +3,6 @@
 //! The equations use only windows that end now and intervals that start at the origin, so the first and the last
 //! receive time are enough.
 
-use std::ops::Range;
-
 use proto::team::{Broadcast, BroadcastContent, Bulletin, TaskState};
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
@@ -12,14 +10,21 @@ use scenario::{HistoryOrigin, Switches};
 use smallvec::{SmallVec, smallvec};
 
 use super::params::USUAL_BEHAVIORS;
+use crate::by_rank::place_from;
 
 /// The received messages by task of the robot and by teammate; pairs without a message are absent.
 #[derive(Clone, Debug)]
 pub(super) struct History {
-    /// The records by task of the robot, then by rank; every step reads all of them.
+    tasks: SmallVec<[TaskRecords; USUAL_BEHAVIORS]>,
+}
+
+/// The messages received about one task of the robot.
+#[derive(Clone, Debug, Default)]
+struct TaskRecords {
+    /// The records by rank; every step reads all of them.
     records: Vec<(RobotId, Record)>,
-    /// The end of each task's records.
-    ends: SmallVec<[u32; USUAL_BEHAVIORS]>,
+    /// The place after the record of the latest message.
+    next: usize,
 }
 
 /// The messages received from one teammate about one task.
@@ -50,8 +55,7 @@ enum Weight {
 impl History {
     pub fn new(own_tasks: usize) -> Self {
         Self {
-            records: Vec::new(),
-            ends: smallvec![0; own_tasks],
+            tasks: smallvec![TaskRecords::default(); own_tasks],
         }
     }
 
@@ -97,32 +101,20 @@ impl History {
 
     /// Returns the records on a task of the robot, by rank.
     pub fn records_of(&self, own_task: usize) -> &[(RobotId, Record)] {
-        &self.records[self.range(own_task)]
-    }
-
-    fn range(&self, own_task: usize) -> Range<usize> {
-        let begin = match own_task.checked_sub(1) {
-            Some(before) => self.ends[before],
-            None => 0,
-        };
-        begin as usize..self.ends[own_task] as usize
+        &self.tasks[own_task].records
     }
 
     fn record(&mut self, own_task: usize, teammate: RobotId) -> &mut Record {
-        let range = self.range(own_task);
-        let known = self.records[range.clone()].binary_search_by_key(&teammate, |&(rank, _)| rank);
-        let index = match known {
-            Ok(index) => range.start + index,
-            Err(index) => {
-                let index = range.start + index;
-                self.records.insert(index, (teammate, Record::default()));
-                for end in &mut self.ends[own_task..] {
-                    *end += 1;
-                }
-                index
-            }
-        };
-        &mut self.records[index].1
+        let TaskRecords { records, next } = &mut self.tasks[own_task];
+        let place = place_from(records, *next, teammate, |&(rank, _)| rank);
+        *next = place + 1;
+        let known = records
+            .get(place)
+            .is_some_and(|&(rank, _)| rank == teammate);
+        if !known {
+            records.insert(place, (teammate, Record::default()));
+        }
+        &mut records[place].1
     }
 }
 

@@ -4,7 +4,7 @@ use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use scenario::ids::{Incarnation, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use crate::by_rank::ByRank;
+use crate::by_rank::{ByRank, place_from};
 
 /// A claim to a task or a wish for it. The earlier one comes first; a tie goes to the lower rank.
 pub(super) type Claim = (SimTime, RobotId);
@@ -15,6 +15,8 @@ pub(super) struct Teammates {
     latest: ByRank<(Incarnation, u64)>,
     /// The claims and wishes, sorted by teammate; every step reads them.
     activities: Vec<Activity>,
+    /// The place of the activities of the latest sender, or after them.
+    near: usize,
 }
 
 /// The activity of one teammate on one task.
@@ -103,7 +105,7 @@ impl Teammates {
         new: Option<Activity>,
     ) {
         let activities = &mut self.activities;
-        let begin = activities.partition_point(|other| other.teammate < teammate);
+        let begin = place_from(activities, self.near, teammate, |other| other.teammate);
         let mut end = begin;
         let mut kept = begin;
         while activities
@@ -126,6 +128,7 @@ impl Teammates {
             None => {}
         }
         activities.drain(kept..end);
+        self.near = kept;
     }
 
     /// Returns whether `max_robots` teammates execute the task; teammates silent for τ do not count.
