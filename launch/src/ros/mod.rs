@@ -116,12 +116,16 @@ fn domain() -> RangedU64ValueParser<u8> {
 }
 
 fn router(text: &str) -> Result<Locator, Problem> {
-    let locator: Locator = text.parse()?;
-    if locator.transport == Transport::Tls {
-        let what = format!("'{text}' needs certificates");
-        return Err(Problem::of_value(what, "use tcp/ADDRESS:PORT"));
-    }
-    Ok(locator)
+    let why = match text.parse::<Locator>() {
+        Ok(locator) if locator.transport == Transport::Tcp => return Ok(locator),
+        Ok(_) => "needs certificates",
+        Err(_) => "is not a network address",
+    };
+    let what = format!("'{}' {why}", text.escape_default());
+    Err(Problem::of_value(
+        what,
+        format!("use tcp/ADDRESS:PORT, such as {ROUTER}"),
+    ))
 }
 
 /// Checks that this program supports ROS, which the user's words `given` need.
