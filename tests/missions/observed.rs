@@ -79,9 +79,15 @@ fn metrics_and_json_logs_change_no_byte() {
 #[test]
 fn failures_are_errors_in_json_logs() {
     let lab = Lab::new();
-    let finished = lab.run("run nowhere.toml --log-format json").expect(2);
-    let event: Value = serde_json::from_str(&finished.stderr).unwrap();
-    assert_eq!(event["level"], "ERROR", "{event}");
+    for arguments in [
+        "run nowhere.toml",
+        "cluster ros nowhere",
+        "cluster foxglove nowhere",
+    ] {
+        let finished = lab.run(format!("{arguments} --log-format json")).expect(2);
+        let event: Value = serde_json::from_str(&finished.stderr).unwrap();
+        assert_eq!(event["level"], "ERROR", "{event}");
+    }
 
     let arguments = "--limit 5 --speed max --ros --ros-router tcp/127.0.0.1:9 --log-format json";
     lab.mission("run", arguments).expect(1);

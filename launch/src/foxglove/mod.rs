@@ -74,6 +74,8 @@ pub struct FoxgloveCommand {
     /// Serve from the start of the run, and wait for its folder
     #[arg(long, hide = true)]
     from_start: bool,
+    #[command(flatten)]
+    log: LogArgs,
 }
 
 impl FoxgloveArgs {
@@ -109,6 +111,7 @@ impl FoxgloveArgs {
             address: self.foxglove?,
             control: self.foxglove_control.then(|| run.to_owned()),
             from_start: true,
+            log: LogArgs::default(),
         };
         Some(ObserverCommand {
             name: FOXGLOVE,
@@ -161,7 +164,7 @@ impl FoxgloveCommand {
 
     /// Starts the log of this process.
     pub fn start_log(&self) {
-        log_to_stderr(LogArgs::default(), FOXGLOVE);
+        log_to_stderr(self.log, FOXGLOVE);
     }
 
     /// Creates the command that serves the run in this folder at an address.
@@ -172,6 +175,7 @@ impl FoxgloveCommand {
             address,
             control: None,
             from_start: false,
+            log: LogArgs::default(),
         }
     }
 

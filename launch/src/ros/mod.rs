@@ -109,6 +109,8 @@ pub struct RosCommand {
     /// Publish from the start of the run, and wait for its folder
     #[arg(long, hide = true)]
     from_start: bool,
+    #[command(flatten)]
+    log: LogArgs,
 }
 
 fn domain() -> RangedU64ValueParser<u8> {
@@ -196,6 +198,7 @@ impl RosArgs {
             control: self.ros_control.then(|| run.to_owned()),
             bodies: false,
             from_start: true,
+            log: LogArgs::default(),
         };
         Some(ObserverCommand {
             name: ROS,
@@ -230,7 +233,7 @@ impl RosCommand {
 
     /// Starts the log of this process.
     pub fn start_log(&self) {
-        log_to_stderr(LogArgs::default(), ROS);
+        log_to_stderr(self.log, ROS);
     }
 
     /// Publishes the run until it is over.
