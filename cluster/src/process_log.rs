@@ -1,14 +1,16 @@
 //! The log of a process: one line per event on stderr, as text or as JSON.
 //!
 //! A JSON line is one object with `timestamp`, `level`, `process`, `run` (once the run is known), `target`, `message` and
-//! the fields of the event. Lines that a process writes for people become events of level INFO.
+//! the fields of the event. Lines that a process writes for people become events of level INFO, and failures of level
+//! ERROR.
 
 use std::io::{self, Write};
 use std::sync::{OnceLock, PoisonError, RwLock};
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use terminal::in_one_line;
+use serde_json::{Map, Value};
+use terminal::{LineLevel, in_one_line};
 use tracing_subscriber::EnvFilter;
 
 /// The filter without `RUST_LOG`. It hides two false warnings of zenoh: one for every connection by a socket, and one
@@ -18,6 +20,9 @@ const DEFAULT_FILTER: &str = "warn,zenoh_link_unixsock_stream=error,zenoh_link_t
 
 /// The environment variable with the format of the log. Processes inherit the format of the process that starts them.
 const LOG_FORMAT: &str = "ALLIANCE_LOG_FORMAT";
+
+/// The environment variable with the run in the log of a process that another one starts.
+const LOG_RUN: &str = "ALLIANCE_LOG_RUN";
 
 /// The form of the lines of a log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,6 +86,9 @@ static RUN: RwLock<Option<String>> = RwLock::new(None);
 pub fn log_to_stderr(args: LogArgs, process: &str) {
     let format = args.format();
     let _ = PROCESS.set((format, process.to_owned()));
+    if let Ok(run) = std::env::var(LOG_RUN) {
+        set_run(&run);
+    }
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| DEFAULT_FILTER.into());
     let subscriber = tracing_subscriber::fmt()
         .with_env_filter(filter)
@@ -94,7 +102,10 @@ pub fn log_to_stderr(args: LogArgs, process: &str) {
             let lines = subscriber.json().flatten_event(true);
             let lines = lines.with_current_span(false).with_span_list(false);
             lines.with_writer(|| JsonLines(io::stderr())).init();
-            terminal::send_lines_to(|line| tracing::info!("{line}"));
+            terminal::send_lines_to(|level, line| match level {
+                LineLevel::Info => tracing::info!("{line}"),
+                LineLevel::Error => tracing::error!("{line}"),
+            });
         }
     }
 }
@@ -104,11 +115,14 @@ pub fn set_run(run: &str) {
     *RUN.write().unwrap_or_else(PoisonError::into_inner) = Some(run.to_owned());
 }
 
-/// Returns the environment variable that gives a child process the format of this process.
+/// Returns the environment variables that give a child process the format and the run of this process.
 #[must_use]
-pub fn child_variable() -> (&'static str, &'static str) {
+pub fn child_variables() -> Vec<(&'static str, String)> {
     let format = PROCESS.get().map_or(LogFormat::Text, |(format, _)| *format);
-    (LOG_FORMAT, format.as_str())
+    let run = RUN.read().unwrap_or_else(PoisonError::into_inner).clone();
+    let run = run.map(|run| (LOG_RUN, run));
+    let format = (LOG_FORMAT, format.as_str().to_owned());
+    [format].into_iter().chain(run).collect()
 }
 
 /// Writes each event as one line. Texts of other programs in it, such as names and messages of controllers, cannot
@@ -129,7 +143,7 @@ impl<W: Write> Write for EventLines<W> {
     }
 }
 
-/// Writes each event, a JSON object, with the process and the run as its first keys. JSON itself escapes line feeds.
+/// Writes each event, a JSON object, with the process and the run. JSON itself escapes line feeds.
 struct JsonLines<W>(W);
 
 impl<W: Write> Write for JsonLines<W> {
@@ -148,14 +162,14 @@ impl<W: Write> Write for JsonLines<W> {
     }
 }
 
-/// Returns a JSON object with the process and the run as further keys at its start.
+/// Returns a JSON object with the process and the run. A field `run` of the event is no second key.
 fn with_process(object: &str, process: &str, run: Option<&str>) -> String {
-    let rest = object.strip_prefix('{').unwrap_or(object);
-    let run = run.map_or_else(String::new, |run| {
-        format!("\"run\":{},", serde_json::Value::from(run))
-    });
-    let process = serde_json::Value::from(process);
-    format!("{{\"process\":{process},{run}{rest}")
+    let mut fields: Map<String, Value> = serde_json::from_str(object).unwrap_or_default();
+    fields.insert("process".to_owned(), process.into());
+    if let Some(run) = run {
+        fields.insert("run".to_owned(), run.into());
+    }
+    Value::Object(fields).to_string()
 }
 
 #[cfg(test)]
@@ -215,5 +229,12 @@ mod tests {
         assert_eq!(object["run"], "waste-1");
         assert_eq!(object["process"], "");
         assert!(object["timestamp"].is_string());
+    }
+
+    #[test]
+    fn a_run_in_an_event_is_no_second_key() {
+        let event = r#"{"level":"INFO","run":"waste-1"}"#;
+        let line = with_process(event, "world", Some("waste-1"));
+        assert_eq!(line.matches("\"run\"").count(), 1, "{line}");
     }
 }

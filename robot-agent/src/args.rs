@@ -12,7 +12,7 @@ use cluster::rendezvous::{Rendezvous, RendezvousError};
 use proto::identity;
 use scenario::limits::read_name;
 use scenario::names::is_name;
-use terminal::stderr_line;
+use terminal::{stderr_line, write_error_line};
 use tokio::time::{Instant, sleep, timeout_at};
 
 use crate::agent::AgentSnapshot;
@@ -92,7 +92,7 @@ impl AgentArgs {
         let login = match self.remote.login(&identity::robot(&robot)) {
             Ok(login) => login.map(|(login, _)| login),
             Err(error) => {
-                stderr_line!("robot-agent {robot}: {error:#}");
+                write_error_line(format_args!("robot-agent {robot}: {error:#}"));
                 return 2;
             }
         };
@@ -224,6 +224,6 @@ impl AgentArgs {
 }
 
 fn fail(robot: &str, why: &str) -> u8 {
-    stderr_line!("robot-agent {robot}: {why}");
+    write_error_line(format_args!("robot-agent {robot}: {why}"));
     3
 }

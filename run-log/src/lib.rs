@@ -29,7 +29,7 @@ pub use input::{BodyInput, Branch, Input, InputLine, ScanInput};
 pub use level::LogLevel;
 pub use memory::{Document, MemoryLog};
 pub use read::{Damage, RunLog, Seal};
-pub use read_error::ReadError;
+pub use read_error::{ReadError, no_run};
 pub use read_rows::Rows;
 pub use rows::{
     AllocationMessageRow, AllocationRow, DeclaredRow, EventRow, HitRow, MessageRow, MissionRow,

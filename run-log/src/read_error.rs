@@ -22,7 +22,8 @@ pub enum ReadError {
 }
 
 /// Returns the error of a folder whose run.json cannot be read.
-pub(super) fn no_run(folder: &Path, path: &Path, error: io::Error) -> ReadError {
+#[must_use]
+pub fn no_run(folder: &Path, path: &Path, error: io::Error) -> ReadError {
     use io::ErrorKind::{NotADirectory, NotFound};
     let why = match error.kind() {
         NotFound if folder.exists() => "it has no run.json",

@@ -80,18 +80,35 @@ macro_rules! stderr_line {
     };
 }
 
+/// The importance of a line on stderr.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineLevel {
+    Info,
+    /// The failure of the command or of the process.
+    Error,
+}
+
 /// The function that writes lines instead of stderr.
-static LINE_WRITER: OnceLock<fn(&str)> = OnceLock::new();
+static LINE_WRITER: OnceLock<fn(LineLevel, &str)> = OnceLock::new();
 
 /// Sends all further lines for stderr to a function, without their line feeds. Only the first call has an effect.
-pub fn send_lines_to(writer: fn(&str)) {
+pub fn send_lines_to(writer: fn(LineLevel, &str)) {
     let _ = LINE_WRITER.set(writer);
 }
 
 /// Writes a line to stderr and ignores failures.
 pub fn write_stderr_line(line: impl Display) {
+    write_line(LineLevel::Info, line);
+}
+
+/// Writes the line of a failure to stderr and ignores failures to write.
+pub fn write_error_line(line: impl Display) {
+    write_line(LineLevel::Error, line);
+}
+
+fn write_line(level: LineLevel, line: impl Display) {
     if let Some(writer) = LINE_WRITER.get() {
-        return writer(&line.to_string());
+        return writer(level, &line.to_string());
     }
     // One write per line keeps the lines of several processes apart. A failure cannot be reported anywhere else.
     let _ = io::stderr().write_all(format!("{}\n", escaped(&line.to_string())).as_bytes());
@@ -121,7 +138,7 @@ fn print_to(out: &mut impl Write, text: impl Display) -> io::Result<()> {
 
 /// Writes the error of a command to stderr, in one line with all its causes, and returns the exit status.
 pub fn fail(command: &str, error: &dyn Display, status: u8) -> ExitCode {
-    stderr_line!("{command}: {error:#}");
+    write_error_line(format_args!("{command}: {error:#}"));
     ExitCode::from(status)
 }
 

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind, resume_unwind};
 use std::sync::OnceLock;
 
-use crate::stderr_line;
+use crate::write_error_line;
 
 /// The exit status of a process that panicked, the same as Rust's own.
 pub const PANICKED: i32 = 101;
@@ -30,10 +30,8 @@ pub fn install_hook() {
             CAUGHT_LINE.set(Some(line));
             return;
         }
-        stderr_line!(
-            "{}: {line}",
-            PROCESS_NAME.get().map_or("alliance", String::as_str)
-        );
+        let name = PROCESS_NAME.get().map_or("alliance", String::as_str);
+        write_error_line(format_args!("{name}: {line}"));
         if std::env::var_os("RUST_BACKTRACE").is_some() {
             report(panic);
         }

@@ -24,6 +24,26 @@ fn when_the_world_is_killed_the_agents_end_and_the_launcher_reports_it() {
     assert_changes_are_found(&lab);
 }
 
+/// The tick that has not ended is not in the log, and its orders and hits are not in run.json.
+#[test]
+fn a_run_that_ends_within_a_tick_is_repeated() {
+    let bias = r#"{ robot = "blue", device = "position", mode.bias = { m = 0.5 } }"#;
+    for is_paused in [false, true] {
+        let lab = Lab::new();
+        let timeline = format!("faults.timeline = [{{ fault.sensor = {bias} }}]");
+        lab.write("bias.toml", timeline);
+        let mut team = Team::start(&lab, "bias.toml --speed 5x");
+        team.wait_for_row("poses.csv", &["1000,"]);
+        if is_paused {
+            lab.run("clock pause").expect(0);
+            lab.run("fault kill gold").expect(0);
+        }
+        team.launcher().signal(Signal::SIGTERM);
+        team.wait().expect(130);
+        lab.assert_repeated("run");
+    }
+}
+
 /// Checks that the log of a killed world replays, and that a change of any kind is a difference.
 #[track_caller]
 fn assert_changes_are_found(lab: &Lab) {

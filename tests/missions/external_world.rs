@@ -175,7 +175,13 @@ fn a_run_ends_when_its_bodies_are_lost() {
         ),
     ] {
         let facts = run(&lab, &python, mode, "--stall-after 2");
-        assert!(stderr(&facts).contains(expected), "{}", stderr(&facts));
+        let lines = stderr(&facts).lines();
+        let reasons: Vec<&str> = lines.filter(|line| line.contains("the run ends")).collect();
+        let [reason] = reasons[..] else {
+            panic!("{}", stderr(&facts));
+        };
+        assert!(reason.contains(expected), "{reason}");
+        assert!(!stderr(&facts).contains("connected"), "{}", stderr(&facts));
         assert_eq!(facts["status"], 130);
         assert_eq!(facts["stands_at_end"], true, "{mode}");
         lab.assert_repeated(mode);

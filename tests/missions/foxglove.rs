@@ -182,10 +182,13 @@ fn runs_that_foxglove_cannot_have_are_refused() {
         let refusal = lab.refusal(&*arguments);
         assert!(refusal.starts_with(&expected), "{arguments}: {refusal}");
     }
-    drop(listener);
     assert!(!lab.exists("runs"));
 
     lab.mission("over", "--in-process --limit 1").expect(1);
+    let refusal = lab.refusal(format!("watch over --foxglove=127.0.0.1:{taken}"));
+    let expected = format!("alliance watch: 127.0.0.1:{taken}: Address already in use");
+    assert!(refusal.starts_with(&expected), "{refusal}");
+    drop(listener);
     let refusal = lab.refusal("cluster foxglove over --control over");
     let expected = "alliance cluster foxglove: --control: the run over is over and cannot be changed; leave it out\n";
     assert_eq!(refusal, expected);

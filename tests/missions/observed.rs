@@ -16,7 +16,7 @@ fn metric(port: u16, name: &str) -> Option<f64> {
     value.parse().ok()
 }
 
-/// Asserts that each line is a JSON object with time, level and run, of one of these processes.
+/// Asserts that each line is a JSON object with time, level and run, of one of these processes. No key comes twice.
 #[track_caller]
 fn assert_json_lines(text: &str, processes: &[&str]) {
     assert!(!text.is_empty());
@@ -26,8 +26,8 @@ fn assert_json_lines(text: &str, processes: &[&str]) {
         assert!(event["level"].is_string(), "{line}");
         let process = event["process"].as_str().unwrap();
         assert!(processes.contains(&process), "{line}");
-        let is_world = process == "world";
-        assert!(!is_world || event["run"].is_string(), "{line}");
+        assert!(event["run"].is_string(), "{line}");
+        assert_eq!(line.matches("\"run\":").count(), 1, "{line}");
     }
 }
 
@@ -46,6 +46,11 @@ fn metrics_and_json_logs_change_no_byte() {
     assert!(refusal.contains("--metrics 127.0.0.1:"), "{refusal}");
     assert!(refusal.contains("use a free address"), "{refusal}");
     drop(free);
+    // The options of a run need different addresses.
+    let refusal = lab.refusal(format!("run {metrics} --foxglove=127.0.0.1:{port}"));
+    assert!(refusal.contains("--metrics 127.0.0.1:"), "{refusal}");
+    let refusal = lab.refusal(format!("run {metrics} --port {port}"));
+    assert!(refusal.contains(&format!("--port {port}: ")), "{refusal}");
 
     let run = "run day.toml --limit 30 --no-page --paused --speed max --out observed";
     let mut launcher = lab.start(format!("{run} {metrics} --log-format json"));
@@ -69,4 +74,30 @@ fn metrics_and_json_logs_change_no_byte() {
     for robot in ["blue", "gold", "green"] {
         assert_json_lines(&lab.text(&format!("observed/logs/{robot}.log")), &[robot]);
     }
+}
+
+#[test]
+fn failures_are_errors_in_json_logs() {
+    let lab = Lab::new();
+    for arguments in [
+        "run nowhere.toml",
+        "cluster ros nowhere",
+        "cluster foxglove nowhere",
+    ] {
+        let finished = lab.run(format!("{arguments} --log-format json")).expect(2);
+        let event: Value = serde_json::from_str(&finished.stderr).unwrap();
+        assert_eq!(event["level"], "ERROR", "{event}");
+    }
+
+    let arguments = "--limit 5 --speed max --ros --ros-router tcp/127.0.0.1:9 --log-format json";
+    lab.mission("run", arguments).expect(1);
+    let text = lab.text("run/logs/ros.topics.log");
+    assert_json_lines(&text, &["ros"]);
+    let last: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    let message = last["message"].as_str().unwrap();
+    assert!(
+        message.contains("no zenoh router has answered"),
+        "{message}"
+    );
+    assert_eq!(last["level"], "ERROR", "{last}");
 }

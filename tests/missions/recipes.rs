@@ -140,6 +140,8 @@ fn the_systemd_units_are_valid_and_start_existing_commands() {
         let mut lines = text.lines();
         let start = "ExecStart=/usr/local/bin/alliance ";
         let command = lines.find_map(|line| line.strip_prefix(start)).unwrap();
+        // Lines for people have no time and no level.
+        assert!(command.ends_with(" --log-format json"), "{command}");
         let command = command.replace("${HOST}", "h2");
         let command = command.replace("${WORLD}", "tls/10.0.0.1:7447");
         // The command stops only at the missing files.

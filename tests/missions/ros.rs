@@ -138,7 +138,7 @@ fn runs_that_ros_cannot_have_are_refused() {
         ),
         (
             "run --ros --ros-router udp/127.0.0.1:7447",
-            "alliance: invalid value 'udp/127.0.0.1:7447' for '--ros-router <LOCATOR>': ",
+            "alliance: invalid value 'udp/127.0.0.1:7447' for '--ros-router <LOCATOR>': 'udp/127.0.0.1:7447' is not a network address; use tcp/ADDRESS:PORT, such as tcp/127.0.0.1:7447",
         ),
         (
             "run --ros --ros-router tls/127.0.0.1:7447",
@@ -169,5 +169,9 @@ fn runs_that_ros_cannot_have_are_refused() {
     lab.mission("over", "--in-process --limit 1").expect(1);
     let refusal = lab.refusal("cluster ros over");
     let expected = "alliance cluster ros: over: the run is over; use `alliance export`\n";
+    assert_eq!(refusal, expected);
+    let refusal = lab.refusal("cluster ros nowhere");
+    let expected =
+        "alliance cluster ros: nowhere is not the folder of a run: there is no such folder\n";
     assert_eq!(refusal, expected);
 }

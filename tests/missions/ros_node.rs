@@ -61,7 +61,7 @@ fn control(lab: &Lab, python: &Path, mode: &str, arguments: &str) -> Value {
 
 #[test]
 fn a_node_does_the_work_of_a_robot_and_garbage_changes_only_counts() {
-    let Some(python) = python(&["zenoh", "rosbags", "xxhash"]) else {
+    let Some(python) = python(&["zenoh", "rosbags", "xxhash", "jsonschema"]) else {
         return;
     };
     let lab = lab();
@@ -107,7 +107,7 @@ fn a_node_does_the_work_of_a_robot_and_garbage_changes_only_counts() {
 
 #[test]
 fn faults_reach_the_robot_of_a_node_and_the_run_is_repeatable() {
-    let Some(python) = python(&["zenoh", "rosbags", "xxhash"]) else {
+    let Some(python) = python(&["zenoh", "rosbags", "xxhash", "jsonschema"]) else {
         return;
     };
     let lab = Lab::new();
@@ -138,7 +138,7 @@ fn faults_reach_the_robot_of_a_node_and_the_run_is_repeatable() {
 
 #[test]
 fn the_robot_of_a_silent_node_stands_and_the_team_continues() {
-    let Some(python) = python(&["zenoh", "rosbags", "xxhash"]) else {
+    let Some(python) = python(&["zenoh", "rosbags", "xxhash", "jsonschema"]) else {
         return;
     };
     let lab = lab();
@@ -160,7 +160,7 @@ fn the_robot_of_a_silent_node_stands_and_the_team_continues() {
 
 #[test]
 fn commands_without_stamps_move_a_robot_and_the_run_replays() {
-    let Some(python) = python(&["zenoh", "rosbags", "xxhash"]) else {
+    let Some(python) = python(&["zenoh", "rosbags", "xxhash", "jsonschema"]) else {
         return;
     };
     let lab = lab();
@@ -175,7 +175,7 @@ fn commands_without_stamps_move_a_robot_and_the_run_replays() {
 
 #[test]
 fn the_time_continues_whichever_agent_ends() {
-    let Some(python) = python(&["zenoh", "rosbags", "xxhash"]) else {
+    let Some(python) = python(&["zenoh", "rosbags", "xxhash", "jsonschema"]) else {
         return;
     };
     let lab = Lab::new();

@@ -20,6 +20,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosReliability
 from rosbags.typesys import Stores, get_typestore
 
+from ros_texts import check_texts
+
 # The versions of ROS whose types the bag has.
 STORES = [Stores.ROS2_HUMBLE, Stores.ROS2_IRON, Stores.ROS2_JAZZY, Stores.ROS2_KILTED]
 LATCHED = {"/tf_static", "/markers", "/map", "/alliance/tasks", "/alliance/allocations", "/alliance/faults"}
@@ -306,6 +308,8 @@ def main(folder, path):
     robots = [robot["name"] for robot in scenario["robots"]]
     facts, messages = read(path)
     facts["run"] = read_again(path, messages)
+    for kind in ("tasks", "allocations", "faults", "events"):
+        check_texts(kind, [message.data for _, message in messages[f"/alliance/{kind}"]])
     ticks = [t_ms(time) for time, _ in messages["/clock"]]
     equal(ticks, [scenario["step_ms"] * tick for tick in range(len(ticks))], "times of /clock")
     for time, message in messages["/clock"]:

@@ -24,6 +24,7 @@ import xxhash
 import zenoh
 from rosbags.typesys import Stores, get_typestore
 
+from ros_texts import check_texts
 from ros_topics import PATIENCE, child, equal, finish, free_port, open_session, run_script
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -82,6 +83,7 @@ class Node:
         self.action = Publisher(self.session, domain, f"/{NAME}/action", STRING)
         self.odom, self.ticks, self.picked, self.is_over, self.problem = None, 0, 0, False, None
         self.clock, self.gap, self.topics, self.endpoints = -1, 0, {}, set()
+        self.texts = {"devices": [], "action": []}
         # One subscriber, so that messages stay in order.
         self.subscriber = self.session.declare_subscriber(f"{domain}/**", self.take)
         token = f"@ros2_lv/{domain}/**"
@@ -119,6 +121,7 @@ class Node:
         elif topic == f"{NAME}/odom":
             self.odom = message
         elif topic == f"{NAME}/devices":
+            self.texts["devices"].append(message.data)
             self.step(json.loads(message.data))
 
     def step(self, devices):
@@ -131,7 +134,8 @@ class Node:
         equal((self.odom.header.stamp.sec, self.odom.header.stamp.nanosec), (stamp["sec"], stamp["nanosec"]), "stamp of /odom")
         self.ticks += 1
         speed, turn, activity = self.decide(devices["mission"])
-        self.action.put(TYPES[STRING](json.dumps(activity)))
+        self.texts["action"].append(json.dumps(activity))
+        self.action.put(TYPES[STRING](self.texts["action"][-1]))
         self.motion.put(twist(speed, turn) if self.mode == "latest" else stamped(stamp, speed, turn))
 
     def decide(self, mission):
@@ -210,6 +214,8 @@ def main(mode, domain, program, run, *arguments):
     if mode == "hostile":
         hostile.join()
     equal(node.problem, None, "problem of the node")
+    for kind, texts in node.texts.items():
+        check_texts(kind, texts)
     facts = {"clock_ms": node.clock // 1_000_000, "gap_ms": node.gap // 1_000_000}
     facts |= {"ticks": node.ticks, "delivered": node.picked, "topics": node.topics, "endpoints": sorted(node.endpoints)}
     print(json.dumps(facts))

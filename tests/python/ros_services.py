@@ -13,12 +13,38 @@ import time
 
 import zenoh
 from ros_topics import PATIENCE, STORES, Subscriber, equal, finish, free_port, open_session, run_script, start
+from rosbags.interfaces import Nodetype
 from rosbags.typesys import get_typestore
 from zenoh_ros2_sdk.service_client import ROS2ServiceClient
 
 TRIGGER = "std_srvs/srv/Trigger"
 TEXT = "std_msgs/msg/String"
 TEXT_KEY = "std_msgs::msg::dds_::String_"
+
+
+def service_hash():
+    """Returns the hash of the service type by `rosbags`, which knows messages only: a service is a message of its parts.
+
+    ROS reads `char` in definitions as `uint8`, and `rosbags` does not.
+    """
+
+    def part(name):
+        return Nodetype.NAME, name
+
+    def optional(name):
+        return Nodetype.SEQUENCE, (part(name), 1)
+
+    store, event = get_typestore(STORES[1]), "service_msgs/msg/ServiceEventInfo"
+    request, response = f"{TRIGGER}_Request", f"{TRIGGER}_Response"
+    info = [(name, (Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16)) if name == "client_gid" else of) for name, of in store.fielddefs[event][1]]
+    store.fielddefs |= {
+        event: ([], info),
+        request: ([], []),
+        response: ([], [("success", (Nodetype.BASE, ("bool", 0))), ("message", (Nodetype.BASE, ("string", 0)))]),
+        f"{TRIGGER}_Event": ([], [("info", part(event)), ("request", optional(request)), ("response", optional(response))]),
+        TRIGGER: ([], [("request_message", part(request)), ("response_message", part(response)), ("event_message", part(f"{TRIGGER}_Event"))]),
+    }
+    return store.hash_rihs01(TRIGGER)
 
 
 class Node:
@@ -75,6 +101,8 @@ def main(domain, program, run, *arguments):
     process = start(program, run, port, domain, [*arguments, "--ros-control", "--paused"])
     node = Node(port, domain, graph)
     node.wait_for("/gold/restart")
+    hashes = {token.split("/")[11] for token in graph.tokens if "/SS/" in token}
+    equal(hashes, {service_hash()}, "type hashes of the services")
     facts = {"services": sorted(token.split("/")[9].replace("%", "/") for token in graph.tokens if "/SS/" in token)}
     key, facts["step"] = node.call("/alliance/step")
     # Requests and orders that are none have no effect: no attachment, no message, no command.

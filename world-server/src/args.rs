@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::{create_dir, create_dir_all};
 use std::io::ErrorKind;
 use std::iter::once;
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime};
@@ -122,12 +122,12 @@ impl RunArgs {
         new_folder(Path::new("runs"), &name)
     }
 
-    /// Rejects an address for metrics that is not free.
+    /// Rejects an address for metrics that is not free. The returned listener keeps the address from others.
     ///
     /// # Errors
     /// Fails if nothing can listen at the address.
-    pub fn check_metrics(&self) -> Result<(), Problem> {
-        self.metrics.map_or(Ok(()), metrics::check_address)
+    pub fn check_metrics(&self) -> Result<Option<TcpListener>, Problem> {
+        self.metrics.map(metrics::bind).transpose()
     }
 
     /// Returns the requested speed. The default is real time if the clock starts paused, and full speed otherwise.

@@ -162,15 +162,11 @@ impl Health {
     }
 }
 
-/// Rejects an address on which no metrics can be served.
+/// Opens the listener at an address.
 ///
 /// # Errors
 /// Fails if the address is not free.
-pub fn check_address(address: SocketAddr) -> Result<(), Problem> {
-    bind(address).map(drop)
-}
-
-fn bind(address: SocketAddr) -> Result<TcpListener, Problem> {
+pub fn bind(address: SocketAddr) -> Result<TcpListener, Problem> {
     let bound = TcpListener::bind(address).and_then(|listener| {
         listener.set_nonblocking(true)?;
         Ok(listener)
@@ -244,7 +240,7 @@ mod tests {
     fn an_address_in_use_is_refused() {
         let taken = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = taken.local_addr().unwrap();
-        let refused = check_address(address).unwrap_err().to_string();
+        let refused = bind(address).unwrap_err().to_string();
         assert!(
             refused.starts_with(&format!("--metrics {address}: ")),
             "{refused}"

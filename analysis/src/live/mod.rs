@@ -19,6 +19,7 @@ use proto::tick::Outcome;
 use proto::view::View;
 use run_log::{
     Document, InputLine, LogLevel, RUN_SECTION, RunFile, RunOutcome, Table, TickRow, WORLD_ROBOT,
+    no_run,
 };
 use scenario::ids::Tick;
 use scenario::{Problem, Setup};
@@ -101,7 +102,7 @@ impl LiveRun {
     pub fn open(folder: &Path, option: &str) -> anyhow::Result<Self> {
         let file = |table: Table| GrowingFile::new(folder.join(table.file_name()));
         let run_json = folder.join(Document::Run.file_name());
-        let text = fs::read(&run_json).with_context(|| run_json.display().to_string())?;
+        let text = fs::read(&run_json).map_err(|error| no_run(folder, &run_json, error))?;
         let run = parse(&text, &run_json)?;
         check(&run.setup, run.log, option)?;
         Ok(Self {

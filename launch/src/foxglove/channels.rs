@@ -97,7 +97,7 @@ impl FoxgloveChannels {
             .message_backlog_size(BACKLOG)
             .listener(Arc::new(listener));
         let server = server.start().await.map_err(|error| match error {
-            FoxgloveError::Bind(error) => refused("--address", address, &error).into(),
+            FoxgloveError::Bind(error) => refused(address.to_string(), &error).into(),
             error => anyhow::Error::from(error),
         });
         self.server = Some(server?);

@@ -74,6 +74,8 @@ pub struct FoxgloveCommand {
     /// Serve from the start of the run, and wait for its folder
     #[arg(long, hide = true)]
     from_start: bool,
+    #[command(flatten)]
+    log: LogArgs,
 }
 
 impl FoxgloveArgs {
@@ -83,20 +85,22 @@ impl FoxgloveArgs {
         self.foxglove.is_some()
     }
 
-    /// Checks a run before it starts.
+    /// Checks a run before it starts. The returned listener keeps the address from others.
     ///
     /// # Errors
     /// Returns an error if this program has no support of Foxglove, if the run cannot be followed, or if nothing can listen
     /// at the address.
-    pub fn check(&self, setup: &Setup, log: LogLevel) -> anyhow::Result<()> {
+    pub fn check(&self, setup: &Setup, log: LogLevel) -> anyhow::Result<Option<TcpListener>> {
         let Some(address) = self.foxglove else {
-            return Ok(());
+            return Ok(None);
         };
         check_feature(OPTION)?;
         publish::check(setup, log)?;
         check_control(self.foxglove_control, address, "--foxglove-control")?;
-        let listening = TcpListener::bind(address).map(drop);
-        Ok(listening.map_err(|error| refused(OPTION, address, &error))?)
+        let listener = TcpListener::bind(address);
+        Ok(Some(listener.map_err(|error| {
+            refused(format!("{OPTION} {address}"), &error)
+        })?))
     }
 
     /// Returns the process that serves the run with this id, if there is one.
@@ -107,6 +111,7 @@ impl FoxgloveArgs {
             address: self.foxglove?,
             control: self.foxglove_control.then(|| run.to_owned()),
             from_start: true,
+            log: LogArgs::default(),
         };
         Some(ObserverCommand {
             name: FOXGLOVE,
@@ -131,10 +136,10 @@ fn check_control(has_control: bool, address: SocketAddr, option: &str) -> Result
     Ok(())
 }
 
-/// Returns the problem of an address that the option states and that cannot be used.
-fn refused(option: &str, address: SocketAddr, error: &std::io::Error) -> Problem {
+/// Returns the problem of an address that cannot be used; `given` are the user's words.
+fn refused(given: String, error: &std::io::Error) -> Problem {
     let remedy = "use a free address of this machine, such as 127.0.0.1:8766";
-    Problem::with_source(format!("{option} {address}"), error.to_string(), remedy)
+    Problem::with_source(given, error.to_string(), remedy)
 }
 
 impl FoxgloveCommand {
@@ -159,7 +164,7 @@ impl FoxgloveCommand {
 
     /// Starts the log of this process.
     pub fn start_log(&self) {
-        log_to_stderr(LogArgs::default(), FOXGLOVE);
+        log_to_stderr(self.log, FOXGLOVE);
     }
 
     /// Creates the command that serves the run in this folder at an address.
@@ -170,6 +175,7 @@ impl FoxgloveCommand {
             address,
             control: None,
             from_start: false,
+            log: LogArgs::default(),
         }
     }
 

@@ -109,6 +109,8 @@ pub struct RosCommand {
     /// Publish from the start of the run, and wait for its folder
     #[arg(long, hide = true)]
     from_start: bool,
+    #[command(flatten)]
+    log: LogArgs,
 }
 
 fn domain() -> RangedU64ValueParser<u8> {
@@ -116,12 +118,16 @@ fn domain() -> RangedU64ValueParser<u8> {
 }
 
 fn router(text: &str) -> Result<Locator, Problem> {
-    let locator: Locator = text.parse()?;
-    if locator.transport == Transport::Tls {
-        let what = format!("'{text}' needs certificates");
-        return Err(Problem::of_value(what, "use tcp/ADDRESS:PORT"));
-    }
-    Ok(locator)
+    let why = match text.parse::<Locator>() {
+        Ok(locator) if locator.transport == Transport::Tcp => return Ok(locator),
+        Ok(_) => "needs certificates",
+        Err(_) => "is not a network address",
+    };
+    let what = format!("'{}' {why}", text.escape_default());
+    Err(Problem::of_value(
+        what,
+        format!("use tcp/ADDRESS:PORT, such as {ROUTER}"),
+    ))
 }
 
 /// Checks that this program supports ROS, which the user's words `given` need.
@@ -192,6 +198,7 @@ impl RosArgs {
             control: self.ros_control.then(|| run.to_owned()),
             bodies: false,
             from_start: true,
+            log: LogArgs::default(),
         };
         Some(ObserverCommand {
             name: ROS,
@@ -226,7 +233,7 @@ impl RosCommand {
 
     /// Starts the log of this process.
     pub fn start_log(&self) {
-        log_to_stderr(LogArgs::default(), ROS);
+        log_to_stderr(self.log, ROS);
     }
 
     /// Publishes the run until it is over.

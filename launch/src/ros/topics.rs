@@ -8,7 +8,6 @@ use anyhow::Context;
 use cluster::locator::Locator;
 use ros::Qos;
 use ros::rmw_zenoh::{Endpoint, Node};
-use terminal::stderr_line;
 use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Publisher;
@@ -205,7 +204,7 @@ impl Cache {
                 if let Some(sent) = sent.clone()
                     && let Err(error) = reply(&query, &key, sent)
                 {
-                    stderr_line!("a late subscriber of {key} was not answered: {error}");
+                    tracing::warn!("a late subscriber of {key} was not answered: {error}");
                 }
             })
             .wait()

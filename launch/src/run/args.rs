@@ -137,10 +137,12 @@ impl RunCommand {
             let log = branch.as_ref().map(|branch| branch.plan.log());
             let log = log.unwrap_or_else(|| self.run.log(&setup));
             self.ros.check(&setup, log)?;
-            self.foxglove.check(&setup, log)?;
             let bodies = self.ros.bridge(&setup, self.run.stall_after)?;
-            self.run.check_metrics()?;
+            // The listeners are open until all addresses are checked, so that no two options have the same one.
+            let foxglove = self.foxglove.check(&setup, log)?;
+            let metrics = self.run.check_metrics()?;
             let link = self.link()?;
+            drop((foxglove, metrics));
             let folder = self.run.folder(&setup)?;
             Ok((folder, setup, branch, controllers, link, bodies))
         });

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, bail};
 use cluster::os_process::{LAUNCHER, has_launcher};
-use cluster::process_log::child_variable;
+use cluster::process_log::child_variables;
 use nix::sys::prctl;
 use nix::sys::signal::{Signal, kill, killpg};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
@@ -103,7 +103,7 @@ impl Process {
         let child = Command::new(&program)
             .args(arguments)
             .env(LAUNCHER, std::process::id().to_string())
-            .envs([child_variable()])
+            .envs(child_variables())
             .envs(variables.iter().map(|(name, value)| (name, value)))
             .stdin(input)
             .stdout(output.try_clone().context("log file")?)

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::{BAD_DAY, read};
 
-const READERS: [&str; 3] = ["mcap", "mcap_ros2", "rosbags"];
+const READERS: [&str; 4] = ["jsonschema", "mcap", "mcap_ros2", "rosbags"];
 
 /// The types of all messages, as ROS names them.
 const TYPES: [&str; 9] = [

@@ -19,6 +19,8 @@ pub enum Transition {
 #[derive(Clone, Debug, Default)]
 pub struct Schedule {
     entries: Vec<Entry>,
+    /// The statuses at the end of the last tick, if one has changed since by more than its hits.
+    ended: Option<Vec<FaultStatus>>,
 }
 
 #[derive(Clone, Debug)]
@@ -31,9 +33,19 @@ struct Entry {
     until: Option<SimTime>,
     /// The number of hits before the fault was applied last.
     earlier_hits: u64,
+    /// The number of hits at the end of the last tick.
+    ended_hits: u64,
 }
 
 impl Entry {
+    /// Returns the status with the hits at the end of the last tick.
+    fn ended(&self) -> FaultStatus {
+        FaultStatus {
+            hits: self.ended_hits,
+            ..self.status.clone()
+        }
+    }
+
     /// Checks whether the fault has a target robot, and writes the holder of its role to the status.
     fn resolve_target<'n>(&mut self, with_role: impl Fn(Role<'_>) -> Option<&'n str>) -> bool {
         let Some(ordered) = &self.role_order else {
@@ -54,6 +66,7 @@ impl Schedule {
     /// If another fault has the id.
     pub fn arm(&mut self, mut order: Order, now: SimTime) -> Result<FaultIndex, Problem> {
         let id = self.choose_id(order.id.take(), &[])?;
+        self.keep_ended();
         order.id = Some(id.clone());
         let due = match (&order.when, order.at()) {
             (Some(_), _) => None,
@@ -63,6 +76,7 @@ impl Schedule {
             due,
             until: None,
             earlier_hits: 0,
+            ended_hits: 0,
             role_order: order.fault.role().is_some().then(|| order.fault.clone()),
             status: FaultStatus {
                 id,
@@ -119,6 +133,28 @@ impl Schedule {
         self.entries.iter().map(|entry| &entry.status)
     }
 
+    /// Returns the statuses of all faults at the end of the last tick, where the log of an interrupted run ends.
+    #[must_use]
+    pub fn ended(&self) -> Vec<FaultStatus> {
+        let kept = self.ended.clone();
+        kept.unwrap_or_else(|| self.entries.iter().map(Entry::ended).collect())
+    }
+
+    /// Ends a tick with the present statuses.
+    pub fn end_tick(&mut self) {
+        self.ended = None;
+        for entry in &mut self.entries {
+            entry.ended_hits = entry.status.hits;
+        }
+    }
+
+    /// Keeps the statuses at the end of the last tick before one changes.
+    fn keep_ended(&mut self) {
+        if self.ended.is_none() {
+            self.ended = Some(self.ended());
+        }
+    }
+
     /// Returns the simulated time at which a fault takes effect; `None` if it waits for an event.
     #[must_use]
     pub fn due(&self, fault: FaultIndex) -> Option<SimTime> {
@@ -146,6 +182,11 @@ impl Schedule {
             self.heal(FaultIndex(index), now);
             return Some(Transition::Heal(FaultIndex(index)));
         }
+        if !self.entries.iter().any(|entry| is_due(entry.due)) {
+            return None;
+        }
+        // A role changes the order of a status.
+        self.keep_ended();
         let index = self
             .entries
             .iter_mut()
@@ -155,6 +196,7 @@ impl Schedule {
     }
 
     pub fn apply(&mut self, fault: FaultIndex, now: SimTime) {
+        self.keep_ended();
         let entry = &mut self.entries[fault.0];
         let order = &entry.status.order;
         entry.due = order
@@ -173,10 +215,12 @@ impl Schedule {
 
     /// Records the reason why the effect of a fault was impossible.
     pub fn fail(&mut self, fault: FaultIndex, why: &str) {
+        self.keep_ended();
         self.entries[fault.0].status.failed = Some(why.to_owned());
     }
 
     fn heal(&mut self, fault: FaultIndex, now: SimTime) {
+        self.keep_ended();
         let entry = &mut self.entries[fault.0];
         entry.until = None;
         entry.status.healed_ms = Some(now);
@@ -196,6 +240,7 @@ impl Schedule {
 
     /// Heals or disarms a fault permanently. Returns whether it was in force; `None` if it had already ended.
     pub fn clear(&mut self, fault: FaultIndex, now: SimTime) -> Option<bool> {
+        self.keep_ended();
         let entry = &mut self.entries[fault.0];
         let phase = entry.status.phase;
         if phase == Phase::Over {
@@ -213,6 +258,7 @@ impl Schedule {
     /// Removes a fault from the future: one that has not begun does not begin, and one in force ends at its own time and does
     /// not repeat. Returns whether the fault had not begun.
     pub fn disarm(&mut self, fault: FaultIndex) -> bool {
+        self.keep_ended();
         let entry = &mut self.entries[fault.0];
         let is_armed = entry.status.phase == Phase::Armed;
         entry.due = None;
@@ -384,6 +430,26 @@ mod tests {
         let rests = |role: Role<'_>| (role == Role::Idle).then_some("blue");
         assert_eq!(schedule.next(SimTime(3150), rests), Some(Apply(idle)));
         assert_eq!(schedule.status(idle).order.fault.robot(), Some("blue"));
+    }
+
+    #[test]
+    fn the_end_of_a_tick_is_known_until_the_next_one_ends() {
+        let mut schedule = Schedule::default();
+        let first = order(r#"{"fault":{"mute":"blue"}}"#);
+        schedule.arm(first, SimTime(0)).unwrap();
+        schedule.end_tick();
+        assert_eq!(turns(&mut schedule, 0), [Apply(A)]);
+        schedule.hit(A);
+        let second = order(r#"{"fault":{"deaf":"blue"}}"#);
+        schedule.arm(second, SimTime(0)).unwrap();
+        let ended = schedule.ended();
+        assert_eq!((ended.len(), ended[0].phase), (1, Phase::Armed));
+        assert_eq!(ended[0].hits, 0);
+        schedule.end_tick();
+        schedule.hit(A);
+        let ended = schedule.ended();
+        assert_eq!((ended.len(), ended[0].phase), (2, Phase::InForce));
+        assert_eq!(ended[0].hits, 1);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::process::Stdio;
 use std::time::Duration;
 
 use cluster::os_process::LAUNCHER;
-use cluster::process_log::child_variable;
+use cluster::process_log::child_variables;
 use cluster::rendezvous::Rendezvous;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, Lines};
 use tokio::process::{Child, ChildStdin, ChildStdout, Command};
@@ -39,7 +39,7 @@ impl Process {
         }
         let mut child = command
             .arg(ARGUMENT)
-            .envs([child_variable()])
+            .envs(child_variables())
             // The gateway ends with its standard input instead.
             .env_remove(LAUNCHER)
             .stdin(Stdio::piped())

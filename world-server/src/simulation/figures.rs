@@ -88,7 +88,7 @@ impl Simulation {
         let kept = self.ended.figures.as_deref().cloned();
         Ending {
             unscripted: self.unscripted,
-            faults: self.faults(),
+            faults: self.schedule.ended(),
             figures: kept.unwrap_or_else(|| self.figures()),
             ..Ending::default()
         }

@@ -174,6 +174,7 @@ impl Simulation {
             setup,
         };
         simulation.arm_scenario();
+        simulation.schedule.end_tick();
         simulation.outcome = simulation.decide_outcome();
         simulation
     }

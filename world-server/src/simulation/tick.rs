@@ -186,6 +186,7 @@ impl Simulation {
         ended.read_mission(self.world.mission());
         self.answers = answers;
         self.ended = ended;
+        self.schedule.end_tick();
         self.outcome = self.decide_outcome();
     }
 

@@ -165,7 +165,7 @@ impl Bridge {
                         let message = sample.payload().to_bytes();
                         let refused = receive(&mut incoming.lock(), rank, &message, Instant::now());
                         if let Some(why) = refused {
-                            stderr_line!("{why}");
+                            tracing::warn!("{why}");
                         }
                         incoming.has_new.notify_one();
                     })

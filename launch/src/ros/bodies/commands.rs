@@ -5,7 +5,6 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use ros::messages::{Twist, Vector3};
 use ros::rmw_zenoh::{Endpoint, Node};
 use ros::{Message, Qos, encode};
-use terminal::stderr_line;
 use tokio::time::Instant;
 use world_server::external_bodies::Velocity;
 use zenoh::liveliness::LivelinessToken;
@@ -106,7 +105,7 @@ impl CommandTopic {
         let attachment = self.endpoint.attachment(self.sequence, unix_ns());
         let sent = self.publisher.put(encode(&twist));
         if let Err(error) = sent.attachment(attachment.to_vec()).wait() {
-            stderr_line!("{}: not published: {error}", self.endpoint.key);
+            tracing::warn!("{}: not published: {error}", self.endpoint.key);
         }
     }
 }

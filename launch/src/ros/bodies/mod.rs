@@ -212,17 +212,19 @@ impl BodyBridge {
         if ending == Ending::Exit(0) {
             return Ok(());
         }
-        say(&format!(
-            "the bridge to the other world {}; the run ends",
-            ending.describe()
-        ));
         if let Ending::Signal(_) | Ending::Exit(PANICKED) = ending {
+            say(&format!(
+                "the bridge to the other world {}; the run ends",
+                ending.describe()
+            ));
             // A bridge whose socket is closed stops the bodies and ends.
             let (process, socket) = self.settings.start(&self.log)?;
             drop(socket);
             self.process = process;
         } else {
-            say(self.process.last_log_lines().trim_end());
+            let lines = self.process.last_log_lines();
+            let reason = lines.lines().last().unwrap_or_default().trim_start();
+            say(&format!("{reason}; the run ends"));
         }
         Ok(())
     }
