@@ -257,29 +257,35 @@ impl Page<'_> {
         let best = self.best();
         let settings = varied.iter().map(|place| columns[*place].to_owned());
         let measures = ["complete", "makespan, s", "lateness, s"].map(str::to_owned);
-        let heads: Vec<String> = settings.chain(measures).collect();
+        let own = self.primary();
+        let own_head = own.map(|own| own.metric.clone());
+        let heads: Vec<String> = settings.chain(measures).chain(own_head).collect();
         let seconds = |time: Option<Estimate>| match time {
             Some((median, (from, to))) => format!("{median:.1} [{from:.1} – {to:.1}]"),
             None => "–".to_owned(),
         };
         let conditions = self.conditions.iter().enumerate();
-        let rows = conditions.map(|(number, (cells, summary))| {
-            let settings = varied.iter().map(|place| cells[*place].short());
+        let rows = conditions.map(|(place, (cells, summary))| {
+            let settings = varied.iter().map(|column| cells[*column].short());
             let complete = format!("{} of {}", summary.complete, summary.runs - summary.failed);
             let measures = [
                 complete,
                 seconds(summary.makespan_s),
                 seconds(summary.lateness_s),
             ];
-            let texts = settings.chain(measures);
+            let own = own.and(summary.primary.as_ref()).map(|own| {
+                let (median, (from, to)) = own.median;
+                format!("{} [{} – {}]", number(median), number(from), number(to))
+            });
+            let texts = settings.chain(measures).chain(own);
             texts
                 .map(|text| LatexCell {
                     text,
-                    is_best: best[number],
+                    is_best: best[place],
                 })
                 .collect()
         });
-        let note = "Complete runs, median makespan and median lateness with 95 % intervals. Bold: the best of each class of faults.";
+        let note = "Complete runs, and medians with 95 % intervals. Bold: the best of each class of faults.";
         latex::table("sweep", note, &heads, &rows.collect::<Vec<_>>())
     }
 
@@ -429,6 +435,8 @@ mod tests {
                 !html.contains(">preset<") && !html.contains(">failed<"),
                 "{html}"
             );
+            let has_rate = page.latex().contains("& rate \\\\");
+            assert_eq!(has_rate, page.primary().is_some());
             page.best()
         };
         let answer = |rows: &[Row]| {
