@@ -7,15 +7,15 @@ use maud::{Markup, html};
 use super::analysis::{Analysis, Summary};
 use super::answer::{Answer, best, p_value};
 use super::data::ComparisonData;
-use super::hypotheses::{Outcome, Verdict};
+use super::hypotheses::Verdict;
 use super::metrics::Metric;
 use super::overview::overview;
 use super::tables::{LATEX, NamedTable};
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
 use crate::page::{
-    LANDSCAPE, about, choice, choosing, document, drawing, estimate, number, percent, sorting,
-    table,
+    LANDSCAPE, about, choice, choosing, document, drawing, estimate, hinting, number, percent,
+    sorting, table,
 };
 use crate::shell::shell_quoted;
 use crate::sweep::statistics::Interval;
@@ -88,6 +88,7 @@ impl Page<'_> {
             (self.definitions())
             (sorting())
             (choosing())
+            (hinting())
         };
         document(&title, LANDSCAPE, &body)
     }
@@ -102,11 +103,11 @@ impl Page<'_> {
                     "at a level corrected for the number of parts, lies outside. Otherwise undecided."
                 }
                 @for verdict in self.verdicts {
-                    details open[verdict.outcome == Outcome::Failed] {
+                    details {
                         summary {
                             span class=(verdict.outcome.as_str()) { (verdict.outcome.as_str()) } " · " (verdict.name) ": " (verdict.claim)
                         }
-                        (table(&html! { th.text { "block" } th.text { "claim" } th { "mean" } th { "95 %" } th.text { "" } }, &html! {
+                        (table(&html! { th.text { "block" } th.text { "claim" } th { "mean" } th { "95 %" } th.text { "outcome" } }, &html! {
                             @for part in &verdict.parts { tr {
                                 td.text { (self.data.blocks[part.block].name()) }
                                 td.text { (part.claim) }

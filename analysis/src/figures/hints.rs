@@ -31,6 +31,18 @@ impl Hints {
         self.add(corner.into(), (2.0 * AROUND_PX, 2.0 * AROUND_PX), text);
     }
 
+    /// Adds the extent of a part of the figure, px: the page shows only the parts about what is chosen. `about` is the
+    /// attribute of such a part.
+    pub fn add_part(&mut self, top: f64, (width, height): (f64, f64), about: &str) {
+        let [top, width, height] =
+            [top, width, height].map(|length| (length * UNITS_PER_PX).round());
+        let part = maud::html! {
+            rect x="0" y=(top) width=(width) height=(height) fill="none" pointer-events="none" data-about=(about) {}
+        };
+        self.0 += &part.into_string();
+        self.0.push('\n');
+    }
+
     /// Returns the SVG of the figure with the hints above everything else.
     #[must_use]
     pub fn put_on(&self, svg: &str) -> String {
@@ -69,5 +81,10 @@ mod tests {
         let svg = hints.put_on("<svg>\n<path/>\n</svg>\n");
         let hint = r#"<rect x="40" y="10" width="80" height="4" fill="none" pointer-events="all"><title>cbba, &lt;killed&gt;: 346 s (95 %: 340 s – 352 s), 8 runs</title></rect>"#;
         assert_eq!(svg, format!("<svg>\n<path/>\n{hint}\n</svg>\n"));
+
+        let mut parts = Hints::default();
+        parts.add_part(2.5, (20.0, 1.0), r#"{"faults":"none"}"#);
+        let part = r#"<rect x="0" y="10" width="80" height="4" fill="none" pointer-events="none" data-about="{&quot;faults&quot;:&quot;none&quot;}"></rect>"#;
+        assert_eq!(parts.put_on("<svg></svg>"), format!("<svg>{part}\n</svg>"));
     }
 }

@@ -47,11 +47,21 @@ function showColumns(table) {
   table.classList.toggle("by-cell", Boolean(isOther));
 }
 
+/** Shows only the parts of a figure that are about what is chosen. Its files always have all parts. */
+function crop(svg) {
+  const boxes = [...svg.querySelectorAll("[data-about]")].filter(({ hidden }) => !hidden).map((part) => part.getBBox());
+  if (!boxes.length) return;
+  const top = Math.min(...boxes.map(({ y }) => y));
+  const bottom = Math.max(...boxes.map(({ y, height }) => y + height));
+  svg.setAttribute("viewBox", `0 ${top} ${boxes[0].width} ${bottom - top}`);
+}
+
 function show() {
   for (const { part, about } of parts) {
     part.hidden = Object.entries(about).some(([key, value]) => (selects.get(key)?.value || `=${value}`) != `=${value}`);
   }
   for (const table of document.querySelectorAll(".wide table")) showColumns(table);
+  document.querySelectorAll(".drawing svg").forEach(crop);
   const named = parts.filter(({ part }) => /^(DETAILS|TR)$/.test(part.tagName));
   const left = named.filter(({ part }) => !part.hidden);
   if (left.length == 1) left[0].part.open = true;

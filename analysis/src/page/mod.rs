@@ -84,6 +84,12 @@ pub fn sorting() -> Markup {
     html! { script { (PreEscaped(include_str!("sort.js"))) } }
 }
 
+/// Returns the script that shows the hints of figures at once, also by keys. Without it, the browser shows them.
+#[must_use]
+pub fn hinting() -> Markup {
+    html! { script type="module" { (PreEscaped(include_str!("hints.js"))) } }
+}
+
 /// Returns a table that scrolls if it is too wide, also by keys.
 #[must_use]
 pub fn table(head: &Markup, rows: &Markup) -> Markup {

@@ -87,8 +87,8 @@ fn finish(
             about: Vec::new(),
             name: format!("by-{number}-{}", plain(column)),
             caption: format!(
-                "Completion, makespan and lateness against {column}, separately for each class of faults and over all values of \
-                 the other keys. A constant completion is left out. Bars are 95 % intervals. Numbers are to scale; time axes may not start at 0."
+                "The measures against {column}, separately for each class of faults and over all values of the other keys. A measure \
+                 that is constant is left out. Bars are 95 % intervals. Numbers are to scale; time axes may not start at 0."
             ),
             svg: draw(of_column, sheet)?,
             numbers: Some(numbers(of_column)),

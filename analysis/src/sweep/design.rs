@@ -13,6 +13,9 @@ pub const FAULTS: &str = "faults";
 
 pub const SEED: &str = "seed";
 
+/// The number of characters up to which a table shows a list.
+const LONGEST_LIST: usize = 32;
+
 /// The factors of a sweep. Runs are numbered from 0; the last factor is the seed and changes fastest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Design {
@@ -75,6 +78,22 @@ impl Cell {
             Self::Flag(_) | Self::Text(_) => None,
         }
     }
+
+    /// Returns the value for tables and labels: of a long list, such as the robots of a team, the number of entries.
+    #[must_use]
+    pub fn short(&self) -> String {
+        short(&self.to_string())
+    }
+}
+
+/// Returns the text of a value for tables and labels, as [`Cell::short`].
+#[must_use]
+pub fn short(text: &str) -> String {
+    let is_long = text.chars().count() > LONGEST_LIST;
+    let table = || toml::from_str::<toml::Table>(&format!("list = {text}")).ok();
+    let table = is_long.then(table).flatten();
+    let entries = table.and_then(|table| Some(table["list"].as_array()?.len()));
+    entries.map_or_else(|| text.to_owned(), |entries| format!("{entries} entries"))
 }
 
 impl fmt::Display for Cell {
@@ -216,6 +235,15 @@ mod tests {
                     changes: Vec::new(),
                 })
                 .collect(),
+        }
+    }
+
+    #[test]
+    fn a_long_list_is_shown_by_its_length() {
+        let team = "[{ name = \"r1\" }, { name = \"r2\" }, { name = \"r3\" }]";
+        assert_eq!(Cell::Text(team.to_owned()).short(), "3 entries");
+        for text in ["[1, 2]", "a name of more than thirty-two letters", ""] {
+            assert_eq!(short(text), text);
         }
     }
 

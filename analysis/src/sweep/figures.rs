@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use plotters::style::RGBColor;
 
+use super::design::{FAULTS, short};
 use super::statistics::Interval;
 use super::summary::{ColumnSeries, Summary};
 use crate::columns::{Entry, Table};
@@ -14,6 +15,7 @@ use crate::figures::canvas::{
 use crate::figures::hints::{Hints, estimate_hint};
 use crate::figures::legend::{Legend, Sample};
 use crate::figures::palette::colors;
+use crate::page::about;
 
 const LEFT_PX: f64 = 62.0;
 const RIGHT_PX: f64 = 16.0;
@@ -32,7 +34,7 @@ const LOG_FROM: f64 = 30.0;
 
 /// One plot of a block: its title, y range and data.
 struct Panel {
-    what: &'static str,
+    what: String,
     y: Range<f64>,
     at: At,
 }
@@ -109,6 +111,10 @@ pub fn draw(of_column: &[ColumnSeries], sheet: &Sheet) -> anyhow::Result<String>
         for block in &blocks {
             let within = part(area, (0.0, top_px), (width_px, block.height_px()));
             block.draw(area, &within, &mut hints)?;
+            if let Some(faults) = &block.against.faults {
+                let about = about(&[(FAULTS, faults.clone())]).unwrap_or_default();
+                hints.add_part(top_px, (width_px, block.height_px()), &about);
+            }
             top_px += block.height_px();
         }
         Ok(())
@@ -124,27 +130,30 @@ struct Block<'s> {
 
 impl<'s> Block<'s> {
     fn new(against: &'s ColumnSeries, width_px: f64) -> Self {
+        let primary = summaries(against).find_map(|summary| summary.primary.as_ref());
+        let primary =
+            primary.map_or_else(String::new, |primary| format!("median {}", primary.metric));
         let share = Panel {
-            what: "share of complete runs",
+            what: "share of complete runs".to_owned(),
             // Keeps marks at 0 and 1 visible.
             y: -0.04..1.04,
             at: |summary| Some((summary.share()?, summary.completion)),
         };
-        let times: [(_, At); 3] = [
-            ("median of the primary metric", |summary| {
+        let measures: [(&str, At); 3] = [
+            (primary.as_str(), |summary| {
                 summary.primary.as_ref().map(|primary| primary.median)
             }),
             ("median makespan in s", |summary| summary.makespan_s),
             ("median lateness in s", |summary| summary.lateness_s),
         ];
-        let times = times.map(|(what, at)| time_panel(against, what, at));
-        let times: Vec<Panel> = times.into_iter().flatten().collect();
+        let panels = measures.map(|(what, at)| median_panel(against, what, at));
+        let panels: Vec<Panel> = panels.into_iter().flatten().collect();
         // A constant share shows nothing, unless there is nothing else.
-        let share = Some(share).filter(|_| times.is_empty() || !has_equal_shares(against));
+        let share = Some(share).filter(|_| panels.is_empty() || !has_equal_shares(against));
         Self {
             against,
             width_px,
-            panels: share.into_iter().chain(times).collect(),
+            panels: share.into_iter().chain(panels).collect(),
         }
     }
 
@@ -203,25 +212,29 @@ impl<'s> Block<'s> {
     }
 }
 
+/// Returns the summaries of all series and groups with runs.
+fn summaries(against: &ColumnSeries) -> impl Iterator<Item = &Summary> {
+    let groups = against.series.iter().flat_map(|(_, groups)| groups);
+    groups.flatten()
+}
+
 fn has_equal_shares(against: &ColumnSeries) -> bool {
-    let summaries = against.series.iter().flat_map(|(_, groups)| groups);
-    let mut shares = summaries.flatten().filter_map(Summary::share);
+    let mut shares = summaries(against).filter_map(Summary::share);
     let first = shares.next();
     shares.all(|share| Some(share) == first)
 }
 
-/// Creates a panel of times whose range covers all intervals. Returns `None` if no run has such a time.
-fn time_panel(against: &ColumnSeries, what: &'static str, at: At) -> Option<Panel> {
-    let summaries = against.series.iter().flat_map(|(_, groups)| groups);
-    let intervals = summaries
-        .flatten()
-        .filter_map(at)
-        .map(|(_, interval)| interval);
+/// Creates a panel of medians whose range covers all intervals. Returns `None` if the measure is constant or has no values.
+fn median_panel(against: &ColumnSeries, what: &str, at: At) -> Option<Panel> {
+    let found: Vec<_> = summaries(against).filter_map(at).collect();
+    if found.windows(2).all(|pair| pair[0] == pair[1]) {
+        return None;
+    }
+    let intervals = found.iter().map(|(_, interval)| *interval);
     let (least, most) = intervals.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)))?;
-    // A single value would give an empty range.
-    let margin = ((most - least) * 0.08).max(0.5);
+    let margin = (most - least) * 0.08;
     Some(Panel {
-        what,
+        what: what.to_owned(),
         y: (least - margin).max(0.0)..most + margin,
         at,
     })
@@ -280,7 +293,7 @@ fn add_hints(
             let Some(found) = (panel.at)(summary) else {
                 continue;
             };
-            let mut name = format!("{} {}", against.column, against.groups[group]);
+            let mut name = format!("{} {}", against.column, short(&against.groups[group]));
             if against.series.len() > 1 {
                 name += &format!(", {series}");
             }
@@ -305,7 +318,7 @@ fn draw_panel<'a>(
     };
     let axes = Axes {
         x: (x_range(against), ""),
-        y: (panel.y.clone(), panel.what),
+        y: (panel.y.clone(), &panel.what),
         y_labels: 6,
     };
     let chart = chart(within, frame, &axes)?;
@@ -326,7 +339,7 @@ fn draw_panel<'a>(
 fn labels(against: &ColumnSeries, width_px: f64) -> Vec<(String, f64)> {
     let groups = against.groups.iter().enumerate();
     groups
-        .map(|(group, name)| (name.clone(), x_px(against, group, width_px)))
+        .map(|(group, name)| (short(name), x_px(against, group, width_px)))
         .collect()
 }
 
@@ -357,8 +370,8 @@ mod tests {
         ] {
             assert!(text.contains(name), "{name}");
         }
-        // Marks: three shares, two makespans, two latenesses, two in the legend.
-        assert_eq!(text.matches("<polygon").count(), 3 + 2 + 2 + 2);
+        // Marks: three shares, two makespans, two in the legend. The latenesses are equal.
+        assert_eq!(text.matches("<polygon").count(), 3 + 2 + 2);
         assert!(drawn[1].contains("<title>Completion and times by preset</title>"));
     }
 
@@ -386,6 +399,11 @@ mod tests {
             ..wide.clone()
         };
         let text = draw(&[wide, other], &Sheet::default()).unwrap();
+        assert_eq!(
+            text.matches("{&quot;faults&quot;:&quot;gold-dies&quot;}")
+                .count(),
+            1
+        );
         for axis in [
             "ceased_after_s, logarithmic scale\n",
             "ceased_after_s, logarithmic scale (faults: gold-dies)",
@@ -403,8 +421,9 @@ mod tests {
         let design = design("[grid]\nbody.speed_m_s = [0.5, 0.25]\n");
         let rows = [complete(0, 400_000), complete(1, 420_000)];
         let against = by_column(&design, &rows).remove(0);
-        let panel = time_panel(&against, "", |summary| summary.makespan_s).unwrap();
+        let panel = median_panel(&against, "", |summary| summary.makespan_s).unwrap();
         assert_eq!(panel.y, 398.4..421.6);
-        assert!(time_panel(&against, "", |_| None).is_none());
+        assert!(median_panel(&against, "", |_| None).is_none());
+        assert!(median_panel(&against, "", |summary| summary.lateness_s).is_none());
     }
 }

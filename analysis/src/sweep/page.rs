@@ -15,7 +15,7 @@ use crate::columns::{Entry, Table};
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
 use crate::page::{
-    about, choice, choosing, document, drawing, estimate, number, percent, sorting, table,
+    about, choice, choosing, document, drawing, estimate, hinting, number, percent, sorting, table,
 };
 
 /// The name of the file with the table of [`Page::latex`].
@@ -55,12 +55,14 @@ impl Page<'_> {
             @for head in ["complete", "share", "95 % of share"] { th data-about=[measure("complete")] { (head) } }
             @for head in ["makespan, s", "95 % of makespan"] { th data-about=[measure("makespan")] { (head) } }
             @if has_lateness { @for head in ["lateness, s", "95 % of lateness"] { th data-about=[measure("lateness")] { (head) } } }
-            @if let Some(primary) = primary { th { (primary.metric) } th { "95 % of " (primary.metric) } }
+            @if let Some(Primary { metric, .. }) = primary {
+                th data-about=[measure(metric)] { (metric) } th data-about=[measure(metric)] { "95 % of " (metric) }
+            }
         };
         let rows = html! {
             @for (place, (cells, summary)) in self.conditions.iter().enumerate().take(ROWS) {
                 tr.best[best[place]] data-about=[about(&settings_of(&columns, cells, &varied))] {
-                    @for column in &varied { td.text { (cells[*column]) } }
+                    @for column in &varied { td.text { (cells[*column].short()) } }
                     (figures(summary, has_failures, has_lateness))
                     @if primary.is_some() {
                         (estimate(summary.primary.as_ref().map(|primary| primary.median), number))
@@ -80,9 +82,9 @@ impl Page<'_> {
                 a href=(SCRIPT) { (SCRIPT) } "."
             }
             @for sentence in self.answer() { p { (sentence) } }
+            (choice())
             @for figure in first { (drawing(figure)) }
             h2 { "By settings" }
-            (choice())
             @if has_best {
                 p.note {
                     "Highlighted, for each class of faults: the best median of the scenario's own measure, if all rows have one; then the most complete runs, and of several such settings the shortest median "
@@ -111,6 +113,7 @@ impl Page<'_> {
             }
             (sorting())
             (choosing())
+            (hinting())
         };
         document(&title, "", &body)
     }
@@ -143,7 +146,7 @@ impl Page<'_> {
         let (cells, _) = self.conditions.first()?;
         let columns = self.setting_columns().into_iter().enumerate();
         let constant = columns.filter(|(place, _)| !varied.contains(place));
-        let named = constant.map(|(place, column)| format!("{column} {}", cells[place]));
+        let named = constant.map(|(place, column)| format!("{column} {}", cells[place].short()));
         let named: Vec<String> = named.collect();
         (!named.is_empty()).then(|| named.join(", "))
     }
@@ -242,7 +245,7 @@ impl Page<'_> {
             let mut all = self.conditions.iter().map(|(cells, _)| cells[*place]);
             all.any(|cell| cell != cells[*place])
         });
-        let named = varied.map(|(place, column)| format!("{column} {}", cells[place]));
+        let named = varied.map(|(place, column)| format!("{column} {}", cells[place].short()));
         named.collect::<Vec<_>>().join(", ")
     }
 
@@ -254,29 +257,35 @@ impl Page<'_> {
         let best = self.best();
         let settings = varied.iter().map(|place| columns[*place].to_owned());
         let measures = ["complete", "makespan, s", "lateness, s"].map(str::to_owned);
-        let heads: Vec<String> = settings.chain(measures).collect();
+        let own = self.primary();
+        let own_head = own.map(|own| own.metric.clone());
+        let heads: Vec<String> = settings.chain(measures).chain(own_head).collect();
         let seconds = |time: Option<Estimate>| match time {
             Some((median, (from, to))) => format!("{median:.1} [{from:.1} – {to:.1}]"),
             None => "–".to_owned(),
         };
         let conditions = self.conditions.iter().enumerate();
-        let rows = conditions.map(|(number, (cells, summary))| {
-            let settings = varied.iter().map(|place| cells[*place].to_string());
+        let rows = conditions.map(|(place, (cells, summary))| {
+            let settings = varied.iter().map(|column| cells[*column].short());
             let complete = format!("{} of {}", summary.complete, summary.runs - summary.failed);
             let measures = [
                 complete,
                 seconds(summary.makespan_s),
                 seconds(summary.lateness_s),
             ];
-            let texts = settings.chain(measures);
+            let own = own.and(summary.primary.as_ref()).map(|own| {
+                let (median, (from, to)) = own.median;
+                format!("{} [{} – {}]", number(median), number(from), number(to))
+            });
+            let texts = settings.chain(measures).chain(own);
             texts
                 .map(|text| LatexCell {
                     text,
-                    is_best: best[number],
+                    is_best: best[place],
                 })
                 .collect()
         });
-        let note = "Complete runs, median makespan and median lateness with 95 % intervals. Bold: the best of each class of faults.";
+        let note = "Complete runs, and medians with 95 % intervals. Bold: the best of each class of faults.";
         latex::table("sweep", note, &heads, &rows.collect::<Vec<_>>())
     }
 
@@ -426,6 +435,8 @@ mod tests {
                 !html.contains(">preset<") && !html.contains(">failed<"),
                 "{html}"
             );
+            let has_rate = page.latex().contains("& rate \\\\");
+            assert_eq!(has_rate, page.primary().is_some());
             page.best()
         };
         let answer = |rows: &[Row]| {

@@ -26,6 +26,11 @@ allocator = ['static', 'nearest']
 [faults.none]
 [faults.gold-dies]
 timeline = [{ fault.kill = 'gold', at_s = 4.0 }]
+
+[hypotheses.none-completes]
+says = 'No rule completes the mission.'
+metric = 'completion'
+at_most = 0.9
 ";
 
 /// Returns the source of axe-core, or `None` if it is not installed and the test may be skipped.
@@ -104,15 +109,21 @@ fn the_live_page_and_the_page_of_a_finished_run_are_accessible() {
     audit.check("live page, ended");
     team.wait().expect(1);
 
-    let (process, page) = watch(&lab, "run");
-    browser.open(&page.link());
-    browser.wait_for("document.body.dataset.mode == 'log' && alliance.view != null");
-    for tab in ["tasks", "events", "messages", "links", "faults"] {
-        browser.click(&format!("#tab-{tab}"));
-        audit.check(&format!("finished run, {tab}"));
+    // A large team has cards with long names of items.
+    let large = "--robots 30 --spills 20 --limit 40 --in-process";
+    lab.mission("large", large).expect(1);
+    for run in ["run", "large"] {
+        let (process, page) = watch(&lab, run);
+        browser.open(&page.link());
+        browser.wait_for("document.body.dataset.mode == 'log' && alliance.view != null");
+        browser.press('\u{e010}'); // End
+        for tab in ["tasks", "events", "messages", "links", "faults"] {
+            browser.click(&format!("#tab-{tab}"));
+            audit.check(&format!("finished run {run}, {tab}"));
+        }
+        process.signal(Signal::SIGINT);
+        process.wait().expect(0);
     }
-    process.signal(Signal::SIGINT);
-    process.wait().expect(0);
     audit.assert_none();
 }
 
@@ -152,6 +163,10 @@ fn the_pages_of_results_are_accessible() {
                 "document.documentElement.scrollWidth - document.documentElement.clientWidth",
             );
             assert_eq!(overflow, 0, "{name} scrolls sideways");
+            browser.eval(
+                "document.querySelectorAll('details').forEach(part => { part.open = true; })",
+            );
+            audit.check(&format!("{name}, {theme}, opened"));
             if name == "comparison" || name == "sweep" {
                 choose_parts(&browser, name == "sweep");
                 audit.check(&format!("{name}, {theme}, chosen parts"));
@@ -161,7 +176,7 @@ fn the_pages_of_results_are_accessible() {
     }
 }
 
-/// Chooses a class of faults and a measure, and checks which parts the page shows.
+/// Chooses a class of faults and a measure, and checks which parts the page shows. A key shows the first value of a figure.
 fn choose_parts(browser: &Browser, is_sweep: bool) {
     let rows = if is_sweep { "tr" } else { "details" };
     let of_choice = |chosen: &str| {
@@ -172,6 +187,15 @@ fn choose_parts(browser: &Browser, is_sweep: bool) {
     };
     let all = of_choice("true");
     assert_eq!(of_choice("!part.hidden"), all);
+    let hint = "(() => {
+        const drawings = [...document.querySelectorAll('.drawing')];
+        const drawing = drawings.find(drawing => drawing.querySelector('rect[aria-label]'));
+        drawing.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight' }));
+        return document.querySelector('output.hint:not([hidden])').value.includes('95 %');
+    })()";
+    assert_eq!(browser.eval(hint), true, "the hint of a figure");
+    let first = "document.querySelector('.drawing svg').viewBox.baseVal.height";
+    let whole = browser.eval(first).as_f64();
     for (key, value) in [("faults", "gold-dies"), ("measure", "comple")] {
         // A label contains its select. The values of measures differ between the pages.
         let choose = format!(
@@ -189,6 +213,10 @@ fn choose_parts(browser: &Browser, is_sweep: bool) {
     assert_eq!(of_choice("!part.hidden"), of_choice(is_shown));
     assert_eq!(of_choice(&format!("!part.hidden && !({is_shown})")), 0);
     assert!(of_choice("part.hidden").as_u64() > Some(0));
+    if is_sweep {
+        let chosen = browser.eval(first).as_f64();
+        assert!(chosen < whole, "{chosen:?} of {whole:?}");
+    }
     let hidden = "[...document.querySelectorAll('th[data-about]')].some(head => head.hidden)";
     assert_eq!(browser.eval(hidden), true, "a column of another measure");
 }

@@ -1,13 +1,16 @@
-// Takes the screenshots of the playground in the book. Needs chromium, Node.js 20 and the page of `playground/build`:
-//   node --experimental-websocket docs/img/playground.mjs target/playground/index.html [FOLDER]
-import { writeFileSync } from "node:fs";
+// Takes the screenshots of the README and the book anew. Needs chromium, Node.js 20, the program, and the page of
+// `playground/build`:
+//   node --experimental-websocket docs/img/screenshots.mjs target/release/alliance target/playground/index.html [FOLDER]
+import { execFileSync, spawn } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { deflateSync } from "node:zlib";
 import { sleep, until, withChromium } from "../../tests/benches/chromium.mjs";
 
-const page = resolve(process.argv[2]);
-const folder = resolve(process.argv[3] ?? dirname(fileURLToPath(import.meta.url)));
+const [program, page] = process.argv.slice(2, 4).map((path) => resolve(path));
+const folder = resolve(process.argv[4] ?? dirname(fileURLToPath(import.meta.url)));
 const LAPTOP = [1280, 800];
 const TABLET = [820, 1180];
 const PHONE = [390, 844];
@@ -79,21 +82,50 @@ async function edit(tab) {
   })()`);
 }
 
+const work = mkdtempSync(join(tmpdir(), "screenshots-"));
+const alliance = (...words) => execFileSync(program, words, { cwd: work, stdio: "ignore" });
+
+/** Starts a live run with the clock paused. Returns its process, its id and the link of its page. */
+async function startLive() {
+  const run = spawn(program, ["run", "--paused", "--out", "live"], { cwd: work, stdio: ["ignore", "pipe", "pipe"] });
+  let output = "";
+  for (const stream of [run.stdout, run.stderr]) stream.on("data", (text) => { output += text; });
+  const url = await until(() => output.match(/^page (http:\S+)/m)?.[1]);
+  return { run, id: output.match(/^run (\S+)/m)[1], url };
+}
+
+/** Runs the live run to a tick at 20 times real time, so that the page receives many views. */
+const liveTo = (tick) => async (tab) => {
+  await until(() => tab.evaluate("alliance.view.robots.every(({ pid }) => pid != null)"));
+  alliance("clock", "speed", "20x", "--run", live.id);
+  alliance("clock", "step", `${tick}`, "--run", live.id);
+  await until(() => tab.evaluate(`document.body.dataset.tick === "${tick}"`));
+};
+
+// The film of the README shows the same run.
+writeFileSync(join(work, "mission.toml"), readFileSync(new URL("make.sh", import.meta.url), "utf8").match(/SCENARIO'\n(.*?)SCENARIO/s)[1]);
+alliance("run", "mission.toml", "--in-process", "--out", "gold-dies");
+alliance("export", "gold-dies", "--html=gold-dies.html");
+const live = await startLive();
+const playground = `file://${page}`;
+
 const PICTURES = [
-  { name: "playground", size: LAPTOP, link: PAIR.replace("allocator=grape&beside=cbba&", ""), act: runTo(117) },
-  { name: "playground-beside", size: LAPTOP, link: PAIR, act: runTo(145) },
-  { name: "playground-phone", size: PHONE, theme: "dark", link: PAIR, act: runTo(145) },
-  { name: "playground-gallery", size: TABLET, link: "", act: (tab) => tab.evaluate("document.querySelector('#open-gallery').click()") },
-  { name: "playground-editor", size: DESKTOP, link: "", act: edit },
+  { name: "page-live", size: LAPTOP, url: live.url, act: liveTo(2636) },
+  { name: "page-log", size: LAPTOP, theme: "dark", url: `file://${work}/gold-dies.html#t=128`, act: () => {} },
+  { name: "playground", size: LAPTOP, url: playground + PAIR.replace("allocator=grape&beside=cbba&", ""), act: runTo(117) },
+  { name: "playground-beside", size: LAPTOP, url: playground + PAIR, act: runTo(145) },
+  { name: "playground-phone", size: PHONE, theme: "dark", url: playground + PAIR, act: runTo(145) },
+  { name: "playground-gallery", size: TABLET, url: playground, act: (tab) => tab.evaluate("document.querySelector('#open-gallery').click()") },
+  { name: "playground-editor", size: DESKTOP, url: playground, act: edit },
 ];
 
-for (const { name, size, theme = "light", link, act } of PICTURES) {
+for (const { name, size, theme = "light", url, act } of PICTURES) {
   await withChromium(size, async (tab) => {
     const [width, height] = size;
     const mobile = width < 900;
     await tab.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile });
     await tab.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: theme }] });
-    await tab.send("Page.navigate", { url: `file://${page}${link}` });
+    await tab.send("Page.navigate", { url });
     await until(() => tab.evaluate("document.body?.dataset.state === 'paused'"));
     await act(tab);
     // The notices disappear, and the last picture is drawn.
@@ -104,4 +136,7 @@ for (const { name, size, theme = "light", link, act } of PICTURES) {
     console.log(`${name}.png: ${width} x ${height}`);
   });
 }
+live.run.kill("SIGINT");
+await new Promise((done) => live.run.once("exit", done));
+rmSync(work, { recursive: true });
 process.exit();
