@@ -123,6 +123,7 @@ pub struct Origin {
 
 impl Origin {
     /// Creates an origin for ways that nothing blocks.
+    #[must_use]
     pub fn new(at: Vec2) -> Self {
         let regions = SmallVec::new();
         Self { at, regions }
