@@ -14,6 +14,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use run_log::{RunFile, RunOutcome};
 
+#[path = "../../in-process/tests/service_laws/instances.rs"]
+mod instances;
+
 /// Returns `all` if the environment requests the full test, otherwise `some`.
 fn amount(all: u64, some: u64) -> u64 {
     match std::env::var("ALLIANCE_PARITY") {
@@ -142,6 +145,44 @@ fn all_properties_of_points_have_the_same_bytes() {
         let done = run.result.mission.get("done").count();
         assert!(done >= 3, "{allocator}: {:?}", run.result.mission);
         lab.assert_repeated("many");
+    }
+}
+
+/// A random instance with points of some class, as a scenario file: a function of its number.
+type Instance = fn(u64, &mut ChaCha8Rng) -> String;
+
+const CLASSES: [Instance; 9] = [
+    instances::windows_and_values,
+    instances::precedence,
+    instances::coalitions,
+    instances::gatherings,
+    instances::endurance,
+    instances::deliveries,
+    instances::loads,
+    instances::paths,
+    instances::lone,
+];
+
+/// The allocators take turns, and every second instance has faults. `--check` finds no violation, and its replay is
+/// identical.
+#[test]
+fn random_instances_of_each_class_have_the_same_bytes() {
+    let count = amount(100, 2);
+    for (instance, class) in CLASSES.into_iter().zip(0..) {
+        for number in class * count..(class + 1) * count {
+            let mut chance = ChaCha8Rng::seed_from_u64(number);
+            let mut text = instance(number, &mut chance);
+            // The faults are those of a team of two or more.
+            if number % 2 == 1 && text.contains("'r1'") {
+                text += &instances::faults(&mut chance);
+            }
+            let lab = Lab::new();
+            lab.write("s.toml", &text);
+            check(&lab, "s.toml --log full --limit 200");
+            let checked = lab.run("run s.toml --in-process --check --limit 200 --out checked");
+            let stderr = &checked.stderr;
+            assert!(!stderr.contains("violated"), "{number}: {stderr}\n{text}");
+        }
     }
 }
 

@@ -74,6 +74,51 @@ fn a_bundle_algorithm_assigns_all_tasks_and_an_auction_one_each() {
     }
 }
 
+/// A slot has the place of its point. By hand: 4 m and 6 m to p0, 3 m from there to p1 and 5 m to its delivery, 0.3 m less
+/// to each point, at 0.5 m/s, and 5 s of work each.
+#[test]
+fn a_point_is_assigned_if_different_robots_have_its_slots() {
+    let scenario = testkit::scenario(
+        "\
+robots = [
+    { name = 'blue', start = { x_m = 1.0, y_m = 2.0 }, skills = { a = 1, b = 1 } },
+    { name = 'gold', start = { x_m = 11.0, y_m = 2.0 }, skills = { a = 1, b = 1 } },
+]
+[service]
+kinds = [{ name = 'a', work_s = { min = 5.0, max = 5.0 } }]
+points = [
+    { kind = 'a', x_m = 5.0, y_m = 2.0, needs = { a = 1, b = 1 } },
+    { kind = 'a', x_m = 8.0, y_m = 2.0, deliver_to = [8.0, 7.0] },
+]
+",
+    );
+    let setup = testkit::setup(scenario);
+    let (blue_s, gold_s, delivery_s) = (
+        3.7 / 0.5 + 5.0,
+        5.7 / 0.5 + 5.0,
+        2.7 / 0.5 + 5.0 + 5.0 / 0.5,
+    );
+    // The tasks of blue and gold, their times, and the numbers of assigned and shared points. Task 2 is the second slot
+    // of p0.
+    let cases: [(&[u16], &[u16], [f64; 2], [usize; 2]); 4] = [
+        (&[0, 1], &[2], [blue_s + delivery_s, gold_s], [2, 0]),
+        (&[0, 2], &[], [blue_s, 0.0], [0, 0]),
+        (&[0], &[0], [blue_s, gold_s], [0, 1]),
+        (&[0, 2], &[0, 2], [blue_s, gold_s], [1, 1]),
+    ];
+    for (blue, gold, times_s, counts) in cases {
+        let of_robot = |tasks: &[u16]| -> BTreeSet<TaskId> {
+            tasks.iter().map(|task| TaskId(*task)).collect()
+        };
+        let robots = [blue, gold].map(of_robot);
+        let found = Objective::new(&setup, &robots).unwrap().unwrap();
+        for (found, expected) in found.robots_s.iter().zip(times_s) {
+            assert!((found - expected).abs() < 1e-4, "{blue:?} {gold:?} {found}");
+        }
+        assert_eq!([found.assigned, found.shared], counts, "{blue:?} {gold:?}");
+    }
+}
+
 #[test]
 fn each_allocator_has_a_result_within_the_limit() {
     for spec in &missions::Registry::built_in().vocabulary().allocators {

@@ -16,7 +16,7 @@ use scenario::fault::{EventTrigger, Order};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
     BehaviorProperties, DefaultAllianceParams, MissionData, MissionVocabulary, Objective,
-    one_behavior_each,
+    TaskDependencies, one_behavior_each,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
@@ -47,6 +47,13 @@ struct Observe;
 impl MissionData for Observe {
     fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
         read_section::<ObserveSection>(text)
+    }
+
+    fn dependencies(&self, _: &Scenario) -> TaskDependencies {
+        TaskDependencies {
+            cross_schedule: Some("a target counts once, however many robots observe it"),
+            ..TaskDependencies::default()
+        }
     }
 
     fn family(&self, robots: usize, size: usize) -> Option<Scenario> {

@@ -45,6 +45,13 @@ impl MissionData for Push {
         read_section::<PushSection>(text)
     }
 
+    fn dependencies(&self, _: &Scenario) -> TaskDependencies {
+        TaskDependencies {
+            cross_schedule: Some("a push is due only after one at the other end of the bar"),
+            ..TaskDependencies::default()
+        }
+    }
+
     fn family(&self, robots: usize, size: usize) -> Option<Scenario> {
         Some(family(robots, size))
     }

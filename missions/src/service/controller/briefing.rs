@@ -1,5 +1,7 @@
 //! The initial knowledge of robots.
 
+use std::sync::Arc;
+
 use glam::Vec2;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
@@ -10,8 +12,8 @@ use super::place::Place;
 use crate::geometry::is_possible_place;
 use crate::service::bus::PointFact;
 use crate::service::data::{
-    Charger, CostMeasure, KnowledgeSource, Paths, ServiceSection, Slots, TaskGranularity, Terms,
-    crew_reach_m, terms,
+    Charger, CostMeasure, Destination, KnowledgeSource, Origin, Paths, ServiceSection, Slots,
+    TaskGranularity, Terms, crew_reach_m, terms,
 };
 
 /// The share of the capacity at which a robot leaves a charger.
@@ -42,6 +44,8 @@ pub(super) struct Briefing {
     pub coalition_wait: SimTime,
     /// The ways around obstacles, if costs are such ways.
     paths: Option<Paths>,
+    /// The ways to the chargers, by number. Empty without paths.
+    ways_to_chargers: Vec<Arc<Destination>>,
     /// The windows and values of the points at stated places, by number. Empty if no point states any.
     terms: Vec<Terms>,
     /// The priorities of the points at stated places, by number.
@@ -73,6 +77,13 @@ impl Briefing {
                 .unwrap_or(ServiceSection::COALITION_WAIT_S),
         );
         let slots = Slots::new(section);
+        let paths = (section.costs == CostMeasure::Path)
+            .then(|| Paths::new(scenario))
+            .flatten();
+        let ways_to_chargers = paths.iter().flat_map(|paths| {
+            let chargers = section.chargers.iter();
+            chargers.map(|charger| paths.to(charger.place()))
+        });
         // A round has time for the way and for a wait.
         let round = coalition_wait + coalition_wait;
         Self {
@@ -92,9 +103,8 @@ impl Briefing {
             drive_w: energy.map_or(0.0, |energy| f64::from(energy.idle_w + energy.drive_w)),
             energy_limits_j: [section.reserve.unwrap_or(0.2) as f32, CHARGED]
                 .map(|share| share * capacity_j),
-            paths: (section.costs == CostMeasure::Path)
-                .then(|| Paths::new(scenario))
-                .flatten(),
+            ways_to_chargers: ways_to_chargers.collect(),
+            paths,
             coalition_wait,
             priorities: (0..section.points.len())
                 .map(|point| section.priority(point))
@@ -164,8 +174,22 @@ impl Briefing {
         }
     }
 
+    /// Estimates the length of the way to a charger, m, like [`Briefing::way_m`].
+    pub fn way_to_charger_m(&self, from: Vec2, charger: usize) -> Option<f32> {
+        match &self.paths {
+            None => Some(from.distance(self.chargers[charger].place())),
+            Some(paths) => paths.length_m(from, &self.ways_to_chargers[charger]),
+        }
+    }
+
+    /// Returns a place from which robots drive.
+    pub fn origin(&self, at: Vec2) -> Origin {
+        let paths = self.paths.as_ref();
+        paths.map_or_else(|| Origin::new(at), |paths| paths.origin(at))
+    }
+
     /// Returns whether a way leads within reach of the place of a known point.
-    pub fn has_way_to(&self, from: Vec2, place: &Place) -> bool {
+    pub fn has_way_to(&self, from: &Origin, place: &Place) -> bool {
         let paths = self.paths.as_ref();
         paths.is_none_or(|paths| paths.has_way(from, place.ways(paths)))
     }

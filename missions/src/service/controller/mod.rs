@@ -37,7 +37,7 @@ use scenario::time::SimTime;
 use crate::geometry::direction;
 
 use super::bus::{Action, MAX_SHARED, ObservedFact, PointFact, SensorReading};
-use super::data::{self, KnowledgeSource, TaskGranularity};
+use super::data::{self, KnowledgeSource, Origin, TaskGranularity};
 use briefing::Briefing;
 use crew::CrewMember;
 use load::Load;
@@ -294,7 +294,7 @@ impl ServiceController {
     }
 
     /// Returns whether ways lead to a point and to its delivery.
-    fn is_reachable(&self, from: Vec2, known: &KnownPoint) -> bool {
+    fn is_reachable(&self, from: &Origin, known: &KnownPoint) -> bool {
         !self.briefing.has_paths()
             || self.briefing.has_way_to(from, &known.place) && self.can_deliver(known)
     }
@@ -356,8 +356,9 @@ impl MissionController for ServiceController {
         perception.applicable.extend(applicable);
         if self.briefing.has_terms() || self.briefing.has_paths() {
             let own = input.behaviors.iter().zip(&mut perception.applicable);
+            let origin = position.map(|at| self.briefing.origin(at));
             for (behavior, applicable) in own.filter(|(_, applicable)| **applicable) {
-                *applicable = self.may_begin(behavior.task, position);
+                *applicable = self.may_begin(behavior.task, origin.as_ref());
             }
         }
         self.update_charging(input.readings, input.now);

@@ -86,8 +86,8 @@ impl ServiceController {
         if self.recharge.failed.is_suspended(charger, now) {
             return None;
         }
-        let place = self.briefing.chargers[charger].place();
-        let way_m = from.map_or(Some(0.0), |from| self.briefing.way_m(from, place))?;
+        let way_m = |from| self.briefing.way_to_charger_m(from, charger);
+        let way_m = from.map_or(Some(0.0), way_m)?;
         Some((charger, way_m))
     }
 

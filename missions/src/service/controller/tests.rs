@@ -199,7 +199,8 @@ fn an_unreachable_point_does_not_disable_its_kind() {
         let chosen = controller.point_of(TaskId(0), from);
         let chosen = chosen.map(|known| known.fact.point);
         assert_eq!(chosen, Some(expected), "{first}");
-        assert!(controller.may_begin(TaskId(0), Some(from)), "{first}");
+        let origin = controller.briefing.origin(from);
+        assert!(controller.may_begin(TaskId(0), Some(&origin)), "{first}");
         assert!(controller.seconds_in_window(from, &[], TaskId(0)).is_some());
     }
 }

@@ -9,7 +9,7 @@ use scenario::time::SimTime;
 use super::ServiceController;
 use super::memory::{KnownPoint, is_open};
 use crate::service::bus::{LOAD_LEFT_S, PointFact};
-use crate::service::data::TaskGranularity;
+use crate::service::data::{Origin, TaskGranularity};
 
 /// The time before the opening of a window at which a robot arrives at the point, if it drives straight, s. It covers
 /// turns and detours.
@@ -104,7 +104,7 @@ impl ServiceController {
 
     /// Returns whether a robot could do a task, now or when its window opens: the robot has the capacity and ways, may
     /// fill the slot, and no teammate carries the load.
-    fn may_do(&self, task: TaskId, known: &KnownPoint, from: Vec2) -> bool {
+    fn may_do(&self, task: TaskId, known: &KnownPoint, from: &Origin) -> bool {
         let point = known.fact.point;
         self.has_capacity(0.0, point)
             && (!self.is_load(&known.fact) || self.laden == Some(point))
@@ -114,14 +114,14 @@ impl ServiceController {
 
     /// Returns whether a robot should drive to the point of an open task by now: the window is open, or opens about when
     /// the robot arrives. A robot on its way continues.
-    pub(super) fn may_begin(&self, task: TaskId, from: Option<Vec2>) -> bool {
-        let known = from.and_then(|from| self.point_of(task, from));
+    pub(super) fn may_begin(&self, task: TaskId, from: Option<&Origin>) -> bool {
+        let known = from.and_then(|from| self.point_of(task, from.at));
         known.zip(from).is_some_and(|(known, from)| {
             let opens_s = self.opens_in_s(&known.fact);
             let is_in_time = |drive_s: f64| drive_s + EARLY_S >= opens_s;
             let is_due = opens_s <= EARLY_S
                 || self.heading_for == Some(known.fact.point)
-                || self.drive_s(from, known).is_some_and(is_in_time);
+                || self.drive_s(from.at, known).is_some_and(is_in_time);
             is_due && self.may_do(task, known, from)
         })
     }
@@ -133,6 +133,7 @@ impl ServiceController {
         choices: &mut Vec<Choice>,
     ) {
         let from = input.position();
+        let origin = from.map(|from| self.briefing.origin(from));
         let has_energy = input.readings.energy_j.is_none_or(|left_j| left_j > 0.0);
         let can_go = from.is_some() && has_energy && self.recharge.charger.is_none();
         let is_open = self.memory.applicable(&self.briefing, input.now);
@@ -140,8 +141,8 @@ impl ServiceController {
             let task = behavior.task;
             let known = from.and_then(|from| self.point_of(task, from));
             let may_do = || {
-                let mut known = known.zip(from).into_iter();
-                known.any(|(known, from)| self.may_do(task, known, from))
+                let both = known.zip(origin.as_ref());
+                both.is_some_and(|(known, origin)| self.may_do(task, known, origin))
             };
             choices.push(Choice {
                 behavior: behavior.id,

@@ -23,7 +23,7 @@ mod ways;
 pub use faults::POINT;
 pub use loads::{fits, too_heavy};
 pub use objective::{DEADLOCKS, VALUE_COLLECTED, VALUE_LOST};
-pub use paths::{Destination, Paths};
+pub use paths::{Destination, Origin, Paths};
 pub use points::{PointSpec, points};
 pub use precedence::{predecessors, successors};
 pub use room::crew_reach_m;

@@ -11,6 +11,7 @@ use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 use glam::Vec2;
 use pathfinding::directed::dijkstra::dijkstra_all;
 use scenario::{Obstacle, Scenario};
+use smallvec::SmallVec;
 use world_server::world::Regions;
 
 use super::ServiceSection;
@@ -110,6 +111,23 @@ pub struct Destination {
     /// The nodes with a way to the place, and the lengths of the ways, m, in ascending order. Computed on first use,
     /// because robots drive straight to most places.
     ways: OnceLock<Vec<(f32, u32)>>,
+}
+
+/// A place from which robots drive, with its regions. One search of the regions serves all destinations.
+#[derive(Clone, Debug)]
+pub struct Origin {
+    pub at: Vec2,
+    /// The regions around the place: those of at most four grid points.
+    regions: SmallVec<[u32; 4]>,
+}
+
+impl Origin {
+    /// Creates an origin for ways that nothing blocks.
+    #[must_use]
+    pub fn new(at: Vec2) -> Self {
+        let regions = SmallVec::new();
+        Self { at, regions }
+    }
 }
 
 /// The shortest ways of a robot in a room with solid obstacles.
@@ -244,19 +262,20 @@ impl Paths {
     #[must_use]
     pub fn length_m(&self, from: Vec2, to: &Destination) -> Option<f32> {
         let in_graph_m = self.length_in_graph_m(from, to);
-        in_graph_m.or_else(|| self.is_connected(from, to).then(|| from.distance(to.at)))
+        in_graph_m.or_else(|| is_connected(&self.origin(from), to).then(|| from.distance(to.at)))
+    }
+
+    /// Returns a place from which robots drive, with its regions.
+    #[must_use]
+    pub fn origin(&self, at: Vec2) -> Origin {
+        let regions = self.regions.each_near(at, 0.0).collect();
+        Origin { at, regions }
     }
 
     /// Returns whether a way leads within reach of a place. It has a length.
     #[must_use]
-    pub fn has_way(&self, from: Vec2, to: &Destination) -> bool {
-        self.is_connected(from, to) || self.length_in_graph_m(from, to).is_some()
-    }
-
-    /// Returns whether the regions at both ends are the same. The graph misses gaps that are hardly wider than a robot.
-    fn is_connected(&self, from: Vec2, to: &Destination) -> bool {
-        let mut near = self.regions.each_near(from, 0.0);
-        near.any(|region| to.regions.contains(&region))
+    pub fn has_way(&self, from: &Origin, to: &Destination) -> bool {
+        is_connected(from, to) || self.length_in_graph_m(from.at, to).is_some()
     }
 
     fn length_in_graph_m(&self, from: Vec2, to: &Destination) -> Option<f32> {
@@ -277,6 +296,12 @@ impl Paths {
         }
         best_m.is_finite().then_some(best_m)
     }
+}
+
+/// Returns whether the regions at both ends are the same. The graph misses gaps that are hardly wider than a robot.
+fn is_connected(from: &Origin, to: &Destination) -> bool {
+    let mut regions = from.regions.iter();
+    regions.any(|region| to.regions.contains(region))
 }
 
 #[cfg(test)]
@@ -385,7 +410,7 @@ mod tests {
             let length_m = paths.length_m(a, &paths.to(b));
             if let Some(length_m) = length_m.filter(|_| paths.has_room(a) && paths.has_room(b)) {
                 prop_assert!(length_m >= a.distance(b) - 1e-3);
-                prop_assert!(paths.has_way(a, &paths.to(b)));
+                prop_assert!(paths.has_way(&paths.origin(a), &paths.to(b)));
                 let back_m = paths.length_m(b, &paths.to(a)).unwrap_or(f32::INFINITY);
                 prop_assert!((length_m - back_m).abs() < 1e-3, "{length_m} and {back_m}");
             }

@@ -31,6 +31,7 @@ use scenario::fault::{MissionFault, Order};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
     BehaviorProperties, DefaultAllianceParams, MissionData, MissionVocabulary, Objective,
+    TaskDependencies,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::Mission;
@@ -84,6 +85,16 @@ impl MissionData for WasteData {
             for spill in &mut waste.spills {
                 spill.items = 0;
             }
+        }
+    }
+
+    fn dependencies(&self, scenario: &Scenario) -> TaskDependencies {
+        let is_searched = !WasteSection::of(scenario).border_known;
+        TaskDependencies {
+            cross_schedule: is_searched.then_some(
+                "robots move spills after a robot has found the places (find-locations)",
+            ),
+            ..TaskDependencies::default()
         }
     }
 
