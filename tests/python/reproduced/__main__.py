@@ -1,6 +1,7 @@
 """Measures published results with the simulator, and writes docs/REPRODUCED.md.
 
-usage: python3 tests/python/reproduced [--check] [--program PROGRAM] [--data DIR] [--instances DIR] [SECTION...]
+usage: python3 tests/python/reproduced [--check] [--program PROGRAM] [--data DIR] [--instances DIR]
+                                         [--implementations DIR] [SECTION...]
 """
 
 import argparse
@@ -17,7 +18,7 @@ from lab import ROOT, Lab, rounded
 GOLDEN = ROOT / "tests/golden/reproduced.json"
 PAGE = ROOT / "docs/REPRODUCED.md"
 # The modules of the sections, in the order of the page.
-SECTIONS = ["grape", "cbba", "space", "routing", "thesis", "teams"]
+SECTIONS = ["grape", "cbba", "public", "bounds", "space", "routing", "thesis", "teams"]
 
 
 def arguments():
@@ -29,7 +30,8 @@ def arguments():
     parser.add_argument("--program", default="alliance", help="the program under test")
     data = ROOT.parent / "shared/data"
     parser.add_argument("--data", type=Path, default=data, help="the folder with grape/ and space_runs.csv")
-    parser.add_argument("--instances", type=Path, help="the folder with RC208.vrp, PR01.vrp and PR11A.vrp")
+    parser.add_argument("--instances", type=Path, help="the folder with RC101.txt, RC208.vrp, PR01.vrp and PR11A.vrp")
+    parser.add_argument("--implementations", type=Path, help="the folder with CBBA-Python/ and space-simulator/")
     given = parser.parse_args()
     for name in given.sections:
         if name not in SECTIONS:
@@ -40,6 +42,7 @@ def arguments():
     # The program runs in another folder.
     given.program = Path(program).resolve()
     given.instances = given.instances and given.instances.resolve()
+    given.implementations = given.implementations and given.implementations.resolve()
     return given
 
 
@@ -75,7 +78,7 @@ def main():
             continue
         with tempfile.TemporaryDirectory() as folder:
             lab = Lab(given.program, folder, given.data)
-            lab.instances = given.instances
+            lab.instances, lab.implementations = given.instances, given.implementations
             # JSON has lists and texts as keys only.
             found = json.loads(json.dumps(rounded(section.measure(lab, given.check))))
         print(f"{name}: measured", file=sys.stderr)

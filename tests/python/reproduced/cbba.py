@@ -5,7 +5,7 @@ import random
 from itertools import combinations, permutations
 
 from exact import partition
-from lab import Point, Robot, place
+from lab import Point, Robot, place, tasks_of
 from page import Row, Section, verdict
 
 INSTANCES, QUICK = 200, 10
@@ -104,12 +104,6 @@ class Scores:
         return partition(columns, ROBOTS, POINTS)
 
 
-def tasks_of(result):
-    """Returns the points of each robot in an allocation."""
-    number = lambda task: int(task[len("serve(p") : -1])
-    return [sorted(map(number, robot["tasks"])) for robot in result["robots"]]
-
-
 def trial(lab, seed):
     case = instance(seed)
     scores = Scores(*case)
@@ -156,8 +150,8 @@ def sections(found):
             f"{count} instances with {ROBOTS} robots and {POINTS} points, each with bundles of L = {BUNDLE} and "
             f"of L = {LONGEST}. Positions are uniform in {ROOM_M:.0f} × {ROOM_M:.0f} m, work is U(5, 20) s, "
             "values are U(1, 3), and each robot receives all others (D = 1). The score of a path is Σ value · "
-            "0.98^t. The reference is written for this test in Python. Public implementations are no reference: "
-            "they score travel and time by other formulas, and none is a package.",
+            "0.98^t. The reference is written for this test in Python, because public implementations have other "
+            "rules for bids (next section).",
             [
                 Row(
                     "assignments without conflict",

@@ -9,11 +9,12 @@ from scipy.optimize import linear_sum_assignment
 from lab import place
 from page import Row, Section, verdict
 
-# Published: the global utility, the guaranteed share of the optimum by theorem 3, and the number of decisions.
+# Published: the sizes of coalitions, the global utility, the guaranteed share of the optimum by theorem 3, and the number
+# of decisions.
 PUBLISHED = {
-    "circle": (461_790.574323, 0.649984, 1_355),
-    "skew": (350_669.081888, 0.630972, 1_380),
-    "square": (309_411.453208, 0.637530, 1_295),
+    "circle": ([57, 44, 73, 70, 76], 461_790.574323, 0.649984, 1_355),
+    "skew": ([80, 56, 88, 57, 39], 350_669.081888, 0.630972, 1_380),
+    "square": ([62, 50, 93, 49, 66], 309_411.453208, 0.637530, 1_295),
 }
 # Rooms start at 0, and the instances have places from -500 to 500 m.
 SHIFT_M = 500.0
@@ -121,21 +122,27 @@ def measure(lab, quick):
             "messages": result["messages"],
             "recorded_would_move": instance.would_move(instance.recorded),
             "recorded_total": instance.total(instance.recorded),
+            "recorded_sizes": instance.sizes(instance.recorded),
         }
     return found
 
 
 def sections(found):
     rows = []
-    for name, (total, share, decisions) in PUBLISHED.items():
+    text = lambda sizes: " ".join(map(str, sizes))
+    for name, (sizes, total, share, decisions) in PUBLISHED.items():
         each = found[name]
         stays = each["recorded_would_move"]
         rows.append(
             Row(
                 f"{name}: the recorded partition is stable",
-                f"0 of 320 robots gain by a move; sum {total:,.1f}",
-                f"{stays} of 320; sum {each['recorded_total']:,.1f}",
-                verdict(stays == 0 and abs(each["recorded_total"] / total - 1) < 1e-9),
+                f"0 of 320 robots gain by a move; sum {total:,.1f}; coalitions {text(sizes)}",
+                f"{stays} of 320; sum {each['recorded_total']:,.1f}; coalitions {text(each['recorded_sizes'])}",
+                verdict(
+                    stays == 0
+                    and abs(each["recorded_total"] / total - 1) < 1e-9
+                    and each["recorded_sizes"] == sizes
+                ),
                 "the same formula; the test `grape_keeps_the_published_partition` steps each robot",
             )
         )
@@ -145,7 +152,7 @@ def sections(found):
                 f"{name}: global utility from an empty partition",
                 f"{total:,.1f}, at least {share:.3f} of the optimum",
                 f"{each['total']:,.1f} ({away:+.2%}), {each['total'] / each['optimum']:.4f} of the optimum;"
-                f" {each['would_move']} robots gain by a move; coalitions {' '.join(map(str, each['sizes']))}",
+                f" {each['would_move']} robots gain by a move; coalitions {text(each['sizes'])}",
                 verdict(
                     each["stable"]
                     and each["would_move"] == 0

@@ -61,6 +61,12 @@ def rows(folder, table):
         return list(csv.DictReader(file))
 
 
+def tasks_of(result):
+    """Returns the numbers of the points that each robot has in an allocation."""
+    number = lambda task: int(task[len("serve(p") : -1])
+    return [sorted(map(number, robot["tasks"])) for robot in result["robots"]]
+
+
 def toml(value):
     """Returns a value of a scenario as TOML."""
     if isinstance(value, dict):

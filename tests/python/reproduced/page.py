@@ -19,7 +19,8 @@ marks an agreement that proves little, because the setting differs or is not kno
 published result is quoted from memory.
 
 ```sh
-python3 tests/python/reproduced --program target/release/alliance --data DATA --instances DIR
+python3 tests/python/reproduced --program target/release/alliance --data DATA --instances DIR \\
+    --implementations CODE
 ```
 
 This command measures all figures, stores them in `tests/golden/reproduced.json` and writes this page.
@@ -27,8 +28,9 @@ This command measures all figures, stores them in `tests/golden/reproduced.json`
 - DATA contains `grape/circle.csv`, `skew.csv` and `square.csv` (the instances of figure 7, with the columns kind,
   index, x_m, y_m, demand, task and utility), and `space_runs.csv` (93 runs of SPACE, with the columns allocator, end_s
   and distance). The default is `../shared/data`, beside the repository.
-- DIR contains RC208.vrp, PR01.vrp and PR11A.vrp from the tests in PyVRP's sources.
-- Names of sections (grape, cbba, space, routing, thesis, teams) limit the command to these.
+- DIR contains RC101.txt, and RC208.vrp, PR01.vrp and PR11A.vrp from the tests in PyVRP's sources.
+- CODE contains CBBA-Python and space-simulator, the sources of both repositories at the stated commits.
+- Names of sections (grape, cbba, public, bounds, space, routing, thesis, teams) limit the command to these.
 - With `--check`, it repeats a cheap part of each section and compares the figures and the page; the test `reproduced`
   does so in CI.
 - A section without its data or packages is skipped and named. The page needs the packages of all sections.

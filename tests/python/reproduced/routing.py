@@ -15,7 +15,7 @@ from page import OTHER, Row, Section, prose, table
 
 SMALL, QUICK = 20, 1
 ROBOTS, POINTS = 3, 7
-FILES = ["RC208", "PR01", "PR11A"]
+FILES = {"RC101": "RC101.txt", "RC208": "RC208.vrp", "PR01": "PR01.vrp", "PR11A": "PR11A.vrp"}
 # PyVRP stops after this number of iterations, so that its solution is the same on every machine.
 ITERATIONS, SEED = 2_000, 1
 # PyVRP computes in whole numbers: 1 unit is 1 cm or 10 ms.
@@ -26,8 +26,8 @@ def missing(given):
     if find_spec("pyvrp") is None:
         return "there is no Python package pyvrp; see tests/python/requirements.txt"
     if not given.check and given.instances is None:
-        return f"--instances: state the folder with {', '.join(FILES)}"
-    files = [] if given.check else [given.instances / f"{name}.vrp" for name in FILES]
+        return f"--instances: state the folder with {', '.join(FILES.values())}"
+    files = [] if given.check else [given.instances / file for file in FILES.values()]
     for file in files:
         if not file.is_file():
             return f"there is no file {file}"
@@ -86,7 +86,7 @@ def measure_small(lab, seed, allocators):
 def imported(lab, name):
     """Imports an instance of vehicle routing. Returns the scenario file and its robots and points."""
     file = lab.folder / f"{name}.toml"
-    lab.alliance("import", lab.instances / f"{name}.vrp", "--out", file)
+    lab.alliance("import", lab.instances / FILES[name], "--out", file)
     # The problem for both sides has no capacities.
     text = re.sub(r"^(demand|capacity) = .*\n", "", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
     # A long reach would shorten the routes.
@@ -220,8 +220,9 @@ def sections(found):
     return [
         Section(
             "Gaps to the optimum",
-            "The solvers HiGHS (in SciPy) and PyVRP. RC208 by Solomon, PR01 and PR11A after Cordeau and Vidal, "
-            "as in the tests of PyVRP; the figure for RC208 is from its solution file there.",
+            "The solvers HiGHS (in SciPy) and PyVRP. RC101 and RC208 by Solomon, PR01 and PR11A after Cordeau and "
+            "Vidal. RC101 is the file of the repository iRB-Lab/py-ga-VRPTW (commit bf80619), the others are those in "
+            "the tests of PyVRP; the figure for RC208 is from its solution file there.",
             "Each allocator carries out the instance by robots that drive. All points are known from the start. "
             "Robots turn at once, pass through each other and drive 1 m/s.",
             rows,
