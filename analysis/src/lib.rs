@@ -93,12 +93,22 @@ fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
 /// # Errors
 /// Fails if the folder contains no run. Before the first run, the message of [`LATEST`] names the way to one.
 fn open(folder: &Path) -> anyhow::Result<RunLog> {
+    open_within(folder, u64::MAX)
+}
+
+/// Opens the log like [`open`], without the tables of every tick if they are larger than `bytes_max`.
+fn open_within(folder: &Path, bytes_max: u64) -> anyhow::Result<RunLog> {
     if folder == Path::new(LATEST) && !folder.exists() {
         let remedy = "start one with `alliance run`, or name the folder of a run";
         return Err(Problem::with_source(LATEST, "there is no run here yet", remedy).into());
     }
-    Ok(RunLog::open(folder, &Registry::current().vocabulary())?)
+    let vocabulary = Registry::current().vocabulary();
+    Ok(RunLog::open_within(folder, &vocabulary, bytes_max)?)
 }
+
+/// The size of the tables of every tick up to which they are read to show a run. They take half a minute and 1 GB of
+/// memory then.
+pub const SHOWN_BYTES_MAX: u64 = 500_000_000;
 
 /// The size of a log that is read without a word. It takes well below a second.
 const SILENT_BYTES: u64 = 32_000_000;
@@ -113,15 +123,16 @@ fn about_reading(folder: &Path) -> Option<String> {
     (bytes > SILENT_BYTES).then(|| format!("reading {} ({size})", folder.display()))
 }
 
-/// Opens the log of a run to show it. A damaged log would show a run that ends too early.
+/// Opens the log of a run to show it, without the tables of every tick if they are larger than `bytes_max`. A damaged log
+/// would show a run that ends too early.
 ///
 /// # Errors
 /// Fails like [`open`], and if the run has ended and its log does not contain all of it.
-fn open_undamaged(folder: &Path) -> anyhow::Result<RunLog> {
+fn open_undamaged(folder: &Path, bytes_max: u64) -> anyhow::Result<RunLog> {
     if let Some(line) = about_reading(folder) {
         stderr_line!("{line}");
     }
-    let log = open(folder)?;
+    let log = open_within(folder, bytes_max)?;
     match log.damage() {
         None => Ok(log),
         Some(damage) => {
@@ -137,7 +148,7 @@ fn open_undamaged(folder: &Path) -> anyhow::Result<RunLog> {
 /// # Errors
 /// Fails if the folder contains no run, and if the run has ended and its log does not contain all of it.
 pub fn open_finished(folder: &Path) -> anyhow::Result<Option<RunLog>> {
-    let log = open_undamaged(folder)?;
+    let log = open_undamaged(folder, u64::MAX)?;
     Ok((log.run.outcome != RunOutcome::Running).then_some(log))
 }
 

@@ -58,6 +58,8 @@ pub struct RunLog {
     /// The tables whose files continue after the last complete tick, and files of tables that the log level excludes.
     /// Readers of this type do not see these bytes. In a run that has not ended, later rows of any table are normal.
     pub excess: Vec<Table>,
+    /// The size of the tables of every tick, bytes, if [`RunLog::open_within`] left them out.
+    pub unread: Option<u64>,
     /// The text of run.json.
     run_json: Vec<u8>,
     folder: PathBuf,
@@ -75,11 +77,29 @@ impl RunLog {
     /// # Errors
     /// Returns a [`ReadError`] if run.json is missing or malformed, or if an existing file cannot be read.
     pub fn open(folder: &Path, vocabulary: &Vocabulary) -> Result<Self, ReadError> {
+        Self::open_within(folder, vocabulary, u64::MAX)
+    }
+
+    /// Reads the log like [`RunLog::open`]. If the tables that a summary does not have exceed `bytes_max` together, it
+    /// leaves them out: they may not fit into memory.
+    ///
+    /// # Errors
+    /// Returns the errors of [`RunLog::open`].
+    pub fn open_within(
+        folder: &Path,
+        vocabulary: &Vocabulary,
+        bytes_max: u64,
+    ) -> Result<Self, ReadError> {
         let path = folder.join(Document::Run.file_name());
         let text = fs::read(&path).map_err(|error| no_run(folder, &path, error))?;
         let run = RunFile::parse(&text, vocabulary)
             .map_err(|reason| ReadError::Malformed { path, reason })?;
 
+        let of_every_tick = |table: Table| run.log.keeps(table) && !LogLevel::Summary.keeps(table);
+        let bytes = Table::ALL.into_iter().filter(|table| of_every_tick(*table));
+        let bytes = bytes.filter_map(|table| folder.join(table.file_name()).metadata().ok());
+        let bytes: u64 = bytes.map(|file| file.len()).sum();
+        let unread = (bytes > bytes_max && run.log.has_every_tick()).then_some(bytes);
         let mut tables = BTreeMap::new();
         let mut excluded = Vec::new();
         // ticks.csv is written last and read first, so that the other tables of a live run are never behind it.
@@ -91,15 +111,21 @@ impl RunLog {
                 }
                 continue;
             }
+            if unread.is_some() && of_every_tick(table) {
+                continue;
+            }
             match fs::read(&path) {
                 Ok(bytes) => {
                     tables.insert(table, bytes);
                 }
-                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                    tables.insert(table, Vec::new());
+                }
                 Err(error) => return Err(ReadError::Read { path, error }),
             }
         }
-        let mut log = Self::from_tables(folder, run, tables);
+        let mut log = Self::from_read_tables(folder, run, tables);
+        log.unread = unread;
         log.excess.append(&mut excluded);
         log.run_json = text;
         Ok(log)
@@ -127,6 +153,12 @@ impl RunLog {
         for table in Table::ALL {
             tables.entry(table).or_default();
         }
+        Self::from_read_tables(folder, run, tables)
+    }
+
+    /// Creates a log from the contents of the tables that were read. The others are empty, and not compared with their
+    /// seals.
+    fn from_read_tables(folder: &Path, run: RunFile, mut tables: BTreeMap<Table, Vec<u8>>) -> Self {
         let lengths = |tables: &BTreeMap<Table, Vec<u8>>| -> Vec<(Table, usize)> {
             let lengths = tables.iter().map(|(table, bytes)| (*table, bytes.len()));
             lengths.collect()
@@ -154,12 +186,17 @@ impl RunLog {
         let excess = pairs.filter(|(before, after)| before != after);
         let excess = excess.map(|((table, _), _)| table);
         let excess = excess.filter(|table| !(is_running && later.contains(table)));
+        let excess = excess.collect();
+        for table in Table::ALL {
+            tables.entry(table).or_default();
+        }
         Self {
             run_json: run.to_json().into_bytes(),
             run,
             last,
             torn,
-            excess: excess.collect(),
+            excess,
+            unread: None,
             folder: folder.to_owned(),
             tables,
             rests,
@@ -186,6 +223,12 @@ impl RunLog {
     pub fn whole_table(&self, table: Table) -> Vec<u8> {
         let rest = self.rests.get(&table).map_or(&[][..], Vec::as_slice);
         [self.table(table), rest].concat()
+    }
+
+    /// Returns whether the log contains every value of every tick, and it was read.
+    #[must_use]
+    pub fn has_every_tick(&self) -> bool {
+        self.run.log.has_every_tick() && self.unread.is_none()
     }
 
     /// Returns the rows of a table; none for a table that the log level omits.

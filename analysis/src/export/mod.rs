@@ -167,7 +167,7 @@ impl ExportCommand {
             video: self.formats.video.as_deref(),
         };
         self.pictures.check(&wanted)?;
-        let log = open_undamaged(&self.folder)?;
+        let log = open_undamaged(&self.folder, u64::MAX)?;
         let bag = self.formats.rosbag.as_ref();
         let bag = bag.map(|folder| folder.clone().unwrap_or_else(|| self.folder.join("rosbag")));
         if let Some(folder) = &bag {
@@ -261,7 +261,7 @@ fn rosbag_is_there() -> anyhow::Result<()> {
 /// # Errors
 /// Returns an error when this program does not reproduce the run exactly or the file cannot be written.
 pub fn export_mcap(folder: &Path) -> anyhow::Result<()> {
-    write_mcap(&open_undamaged(folder)?, &mcap_file(folder))
+    write_mcap(&open_undamaged(folder, u64::MAX)?, &mcap_file(folder))
 }
 
 fn mcap_file(folder: &Path) -> PathBuf {

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use indicatif::DecimalBytes;
 use missions::Registry;
 use run_log::{LogLevel, MemoryLog, RunFile, RunLog};
 use scenario::Setup;
@@ -29,7 +30,7 @@ use crate::figures::{Figure, pdf};
 use crate::new_file::{make_folder, write_atomically};
 use crate::progress::Progress;
 use crate::replay_views::retrace_into;
-use crate::{LATEST, exit_status, open_undamaged};
+use crate::{LATEST, SHOWN_BYTES_MAX, exit_status, open_undamaged};
 
 const LEFT_OUT: &str = "only in separate files because the page would be too large";
 const UNDRAWN: &str =
@@ -118,8 +119,14 @@ struct Shown {
 }
 
 impl Shown {
-    fn of(folder: &Path, look: &FigureOptions, notes: &mut Vec<String>) -> anyhow::Result<Self> {
-        let logged = open_undamaged(folder)?;
+    /// Reads a run, without the tables of every tick if they are larger than `bytes_max`.
+    fn of(
+        folder: &Path,
+        bytes_max: u64,
+        look: &FigureOptions,
+        notes: &mut Vec<String>,
+    ) -> anyhow::Result<Self> {
+        let logged = open_undamaged(folder, bytes_max)?;
         let (run, history, rooms) = full_history(&logged, &look.snapshot, notes)?;
         let metrics = Metrics::compute(&history, &run);
         Ok(Self {
@@ -167,7 +174,7 @@ impl Shown {
 pub fn report(folder: &Path, out: &Path, look: &FigureOptions) -> anyhow::Result<Vec<String>> {
     look.size.sheet()?;
     let mut notes = Vec::new();
-    let mut shown = Shown::of(folder, look, &mut notes)?;
+    let mut shown = Shown::of(folder, SHOWN_BYTES_MAX, look, &mut notes)?;
     let end = shown.history.end;
     let part = shown.part(folder, out, look, end)?;
     let (text, left_out) = page(&part);
@@ -187,8 +194,8 @@ fn report_of_two(
 ) -> anyhow::Result<Vec<String>> {
     look.size.sheet()?;
     let mut notes = Vec::new();
-    let mut a = Shown::of(folders[0], look, &mut notes)?;
-    let mut b = Shown::of(folders[1], look, &mut notes)?;
+    let mut a = Shown::of(folders[0], SHOWN_BYTES_MAX, look, &mut notes)?;
+    let mut b = Shown::of(folders[1], SHOWN_BYTES_MAX, look, &mut notes)?;
     let difference = compare(&a.logged, &b.logged)?;
     let end = a.history.end.max(b.history.end);
     let parts = [
@@ -238,7 +245,7 @@ fn full_history(
         .map_or(logged.run.result.ticks, |last| last.tick + 1);
     let level = logged.run.log;
     let is_long = ticks * sets as u64 > REPLAYED_ROWS_MAX;
-    let has_tables = level.has_every_tick() || (is_long && level == LogLevel::Summary);
+    let has_tables = logged.has_every_tick() || (is_long && level != LogLevel::Off);
     let mut rooms = Vec::new();
     let mut replayed = None;
     if !has_tables || !times.is_empty() {
@@ -281,9 +288,11 @@ fn full_history(
     let level = level.as_str();
     let (run, history) = match replayed {
         Some(replayed) => {
-            notes.push(format!(
-                "the run was logged with --log {level}, so it was replayed for this report"
-            ));
+            let why = match logged.unread {
+                None => format!("was logged with --log {level}"),
+                Some(bytes) => format!("has a log of {}", DecimalBytes(bytes)),
+            };
+            notes.push(format!("the run {why}, so it was replayed for this report"));
             replayed
         }
         None => {
@@ -294,9 +303,14 @@ fn full_history(
         }
     };
     if history.is_summary {
+        let why = match logged.unread {
+            None => format!("--log {level} and {sets} behavior sets"),
+            Some(bytes) => format!("a log of {}", DecimalBytes(bytes)),
+        };
         notes.push(format!(
-            "with --log {level} and {sets} behavior sets the report has no levels, ways, messages and detections, and not \
-             the time in which tasks were applicable; a run with --log compact has them"
+            "with {why} the report has no levels, ways, messages and detections, and not the time in which tasks were \
+             applicable; a run whose log with --log compact is smaller than {} has them",
+            DecimalBytes(SHOWN_BYTES_MAX)
         ));
     }
     Ok((run, history, rooms))

@@ -115,7 +115,7 @@ impl History {
         }
         history.events = log.rows()?;
         history.mission = log.rows()?;
-        history.is_summary = !log.run.log.has_every_tick();
+        history.is_summary = !log.has_every_tick();
         history.finish(&log.run);
         Ok(history)
     }

@@ -5,6 +5,7 @@ use std::future::Future;
 use std::path::Path;
 use std::time::Duration;
 
+use analysis::SHOWN_BYTES_MAX;
 use analysis::replay_views::retrace_into;
 use analysis::report::takeovers::event_line;
 use axum::extract::ws::WebSocket;
@@ -53,7 +54,8 @@ impl Logged {
     /// # Errors
     /// If the folder contains no run, or a run without a complete tick.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
-        let logged = RunLog::open(folder, &Registry::current().vocabulary())?;
+        let vocabulary = Registry::current().vocabulary();
+        let logged = RunLog::open_within(folder, &vocabulary, SHOWN_BYTES_MAX)?;
         let scenario = &logged.run.setup.scenario;
         let step = SimTime(scenario.step_ms);
         let mut views = Views::new();
@@ -71,7 +73,7 @@ impl Logged {
             }
         })?;
         corners.add(last_levels(&replayed.end, step));
-        let log = RunLog::from_memory(&replayed.sink, &Registry::current().vocabulary())?;
+        let log = RunLog::from_memory(&replayed.sink, &vocabulary)?;
         let events = log.each_row().map(|row| row.map(event_line));
         let mut events = events.collect::<Result<Vec<_>, _>>()?;
         let end = replayed.run.result.sim_time_ms;

@@ -200,6 +200,39 @@ fn a_replayed_run_has_the_figures_of_its_full_log() {
     }
 }
 
+/// The tables of every tick of a large log are not read. A short run is replayed for them.
+#[test]
+fn tables_above_the_bound_are_not_read() {
+    for level in [LogLevel::Full, LogLevel::Compact] {
+        let folder = run(level);
+        let shown = |bytes_max| {
+            let (look, mut notes) = (FigureOptions::default(), Vec::new());
+            let shown = Shown::of(folder.path(), bytes_max, &look, &mut notes).unwrap();
+            (shown, notes)
+        };
+        let ((whole, none), (part, notes)) = (shown(u64::MAX), shown(100_000));
+        let size = DecimalBytes(part.logged.unread.unwrap());
+        let note = format!("the run has a log of {size}, so it was replayed for this report");
+        assert_eq!((none, notes), (Vec::new(), vec![note]));
+        assert!(part.logged.table(Table::Poses).is_empty());
+        assert_eq!(part.logged.last, whole.logged.last);
+        let metrics = [part.metrics, whole.metrics].map(|metrics| format!("{metrics:?}"));
+        assert_eq!(metrics[0], metrics[1]);
+        let unread = History::read(&part.logged).unwrap();
+        assert!(unread.is_summary && !whole.history.is_summary);
+        // Damage of the other tables is found.
+        let events = folder.path().join("events.csv");
+        let bytes = fs::read(&events).unwrap();
+        fs::write(&events, &bytes[..bytes.len() / 2]).unwrap();
+        let refused = open_undamaged(folder.path(), 100_000).unwrap_err();
+        let refused = format!("{refused:#}");
+        assert!(
+            refused.contains("events.csv agrees with its seals for "),
+            "{refused}"
+        );
+    }
+}
+
 /// A summary contains the same work as a full log. The report says what it does not contain.
 #[test]
 fn a_summary_alone_has_the_same_work_and_names_what_it_lacks() {
