@@ -100,7 +100,8 @@ points = [
     );
     // The tasks of blue and gold, their times, and the numbers of assigned and shared points. Task 2 is the second slot
     // of p0.
-    let cases: [(&[u16], &[u16], [f64; 2], [usize; 2]); 4] = [
+    type Case = (&'static [u16], &'static [u16], [f64; 2], [usize; 2]);
+    let cases: [Case; 4] = [
         (&[0, 1], &[2], [blue_s + delivery_s, gold_s], [2, 0]),
         (&[0, 2], &[], [blue_s, 0.0], [0, 0]),
         (&[0], &[0], [blue_s, gold_s], [0, 1]),
