@@ -218,8 +218,9 @@ pub(super) fn check_filled(scenario: &Scenario) -> Result<(), Problem> {
         .map(|(skill, count)| format!("{count} {skill}"))
         .collect();
     let what = format!(
-        "p{point} needs {} robots at once ({}), and the team can fill {most} of these slots",
+        "p{point} needs {} {} at once ({}), and the team can fill {most} of these slots",
         of_point.len(),
+        if of_point.len() == 1 { "robot" } else { "robots" },
         needs.join(", ")
     );
     let remedy = "give robots the skills";
