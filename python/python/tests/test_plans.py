@@ -53,7 +53,7 @@ def command(tmp_path):
 
     def run_command(*words: str, status: int = 0, **variables: str) -> subprocess.CompletedProcess[str]:
         environment = {**os.environ, "ALLIANCE_PYTHON": sys.executable, **variables}
-        done = subprocess.run([program(), *words], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+        done = subprocess.run([program(), *words], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=900)
         assert done.returncode == status, done.stderr
         return done
 
@@ -101,6 +101,19 @@ def test_the_command_and_its_shards_have_the_same_results(command, tmp_path):
     changed.write_text((EXAMPLES / "greedy.py").read_text() + "\n# changed\n")
     refused = command("compare", "plan.toml", "--controller", f"greedy={changed}", "--out", "whole", status=2)
     assert "holds another sweep, or this one before it was changed" in refused.stderr
+
+
+def test_a_result_of_a_suite_is_checked_with_its_controller(command, tmp_path):
+    controller = ["--controller", f"greedy={EXAMPLES / 'greedy.py'}"]
+    command("bench", "v1", "--allocator", "greedy", *controller, "--out", "mine")
+    done = command("bench", "check", "mine/result.json", *controller)
+    assert "2 of 180 runs repeated, 0 differ" in done.stderr
+    refused = command("bench", "check", "mine/result.json", status=2)
+    assert "name their files with --controller" in refused.stderr
+    changed = tmp_path / "greedy.py"
+    changed.write_text((EXAMPLES / "greedy.py").read_text() + "\n# changed\n")
+    refused = command("bench", "check", "mine/result.json", "--controller", f"greedy={changed}", status=2)
+    assert "the files of --controller differ from those that made this result" in refused.stderr
 
 
 def test_a_run_of_a_plan_can_be_repeated_in_processes_and_replayed_without_python(command, tmp_path):

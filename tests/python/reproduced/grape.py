@@ -18,6 +18,7 @@ PUBLISHED = {
 }
 # Rooms start at 0, and the instances have places from -500 to 500 m.
 SHIFT_M = 500.0
+RANGE_M = 50.0
 ROUNDS = 5_000
 # The largest distance from the published sum. Stable partitions are not unique.
 CLOSE = 0.02
@@ -47,6 +48,14 @@ class Instance:
     def utility(self, robot, task, members):
         share = np.log2(members + 1) / members
         return np.maximum(0.0, self.scale[task] * share - self.distance[robot, task])
+
+    def has_links(self, file):
+        """Tests whether the robots within the radio range are those of the recorded links."""
+        with open(file, newline="", encoding="utf-8") as lines:
+            recorded = {(int(row["a"]), int(row["b"])) for row in csv.DictReader(lines)}
+        apart = np.linalg.norm(self.robots[:, None] - self.robots[None], axis=2)
+        near = np.argwhere(np.triu(apart <= RANGE_M, 1)) + 1
+        return recorded == set(map(tuple, near.tolist()))
 
     def sizes(self, allocation):
         return [allocation.count(task) for task in range(len(self.tasks))]
@@ -84,7 +93,7 @@ class Instance:
             # The rounds end before a robot gives up a task on which it makes no progress.
             "step_ms": 5,
             "room": {"width_m": 2 * SHIFT_M, "height_m": 2 * SHIFT_M},
-            "radio": {"range_m": 50.0},
+            "radio": {"range_m": RANGE_M},
             "allocator": "grape",
             "allocators": {"grape": {"utility": "published"}},
             # At 1 m/s, and with work as long as the way within reach, the cost in s is the distance in m.
@@ -108,6 +117,7 @@ def measure(lab, quick):
     found = {}
     for name in ["skew"] if quick else PUBLISHED:
         instance = Instance(lab.data / "grape" / f"{name}.csv")
+        assert instance.has_links(lab.data / "grape" / f"{name}-links.csv"), "the same radio graph"
         result = lab.allocate(lab.write("grape.toml", instance.scenario()), rounds=ROUNDS)
         tasks = [robot["tasks"] for robot in result["robots"]]
         assert all(len(each) <= 1 for each in tasks), "a robot has one task"
@@ -177,8 +187,8 @@ def sections(found):
             "GRAPE: three instances of figure 7",
             "Jang, Shin, Tsourdos, IEEE T-RO 34(6), 2018; instances from the repository inmo-jang/GRAPE (MIT "
             "license).",
-            "320 robots, 5 tasks, radio range 50 m. Robots stand still (`--allocate-only`), with `utility = "
-            '"published"` '
+            "320 robots, 5 tasks, radio range 50 m, whose links are those of the instances. Robots stand still "
+            '(`--allocate-only`), with `utility = "published"` '
             "([GRAPE](allocators/grape.md)). The optimum is exact: an assignment of robots to places of "
             "coalitions.",
             rows,

@@ -26,8 +26,9 @@ python3 tests/python/reproduced --program target/release/alliance --data DATA --
 This command measures all figures, stores them in `tests/golden/reproduced.json` and writes this page.
 
 - DATA contains `grape/circle.csv`, `skew.csv` and `square.csv` (the instances of figure 7, with the columns kind,
-  index, x_m, y_m, demand, task and utility), and `space_runs.csv` (93 runs of SPACE, with the columns allocator, end_s
-  and distance). The default is `../shared/data`, beside the repository.
+  index, x_m, y_m, demand, task and utility), their links `circle-links.csv` and so on (columns a and b), and
+  `space_runs.csv` (93 runs of SPACE, with the columns allocator, end_s and distance). The default is `../shared/data`,
+  beside the repository.
 - DIR contains RC101.txt, and RC208.vrp, PR01.vrp and PR11A.vrp from the tests in PyVRP's sources.
 - CODE contains CBBA-Python and space-simulator, the sources of both repositories at the stated commits.
 - Names of sections (grape, cbba, public, bounds, space, routing, thesis, teams) limit the command to these.
