@@ -16,6 +16,8 @@ impl Simulation {
     /// Ends the run if no robot takes part.
     pub fn end_if_idle(&mut self) {
         if self.outcome.is_none() && self.barrier.is_idle() {
+            // The faults that were due in this tick count.
+            self.schedule.end_tick();
             self.outcome = Some(Outcome::NoRobotLeft);
         }
     }
