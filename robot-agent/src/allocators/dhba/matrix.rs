@@ -15,7 +15,7 @@ use crate::by_rank::ByRank;
 
 /// The number of teammates near a robot that report each row in a period. More: lost rows and lost robots are found
 /// earlier. Fewer: fewer messages.
-const REPORTS: usize = 6;
+const REPORTS: usize = 8;
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
@@ -109,33 +109,29 @@ impl Matrix {
         true
     }
 
-    /// Receives the version of a teammate's row. An older version than the one here is answered with the row.
-    pub fn receive_version(&mut self, version: &RowVersion) -> Update {
-        self.note_version(version).1
+    /// Receives the version of a teammate's row. An older version than the one here is answered with the row. Returns
+    /// whether the teammate was not known before.
+    pub fn receive_version(&mut self, version: &RowVersion) -> bool {
+        let known = self.rows.places().end;
+        self.note_version(version);
+        self.rows.places().end > known
     }
 
     /// Receives a version, and returns the index of its row.
     #[inline]
-    fn note_version(&mut self, version: &RowVersion) -> (usize, Update) {
-        let (place, is_newcomer) = match self.rows.place(version.robot) {
-            Ok(place) => (place, false),
-            Err(place) => {
-                self.rows.insert(place, version.robot, Row::default());
-                self.oldest = self.oldest.min(version.seen);
-                (place, true)
-            }
-        };
+    fn note_version(&mut self, version: &RowVersion) -> usize {
+        let place = self.rows.place(version.robot).unwrap_or_else(|place| {
+            self.rows.insert(place, version.robot, Row::default());
+            self.oldest = self.oldest.min(version.seen);
+            place
+        });
         let row = self.rows.at_mut(place);
         row.seen = row.seen.max(version.seen);
         if version.made < row.made {
             row.must_send = true;
             self.has_unsent = true;
         }
-        let update = Update {
-            is_newcomer,
-            ..Update::default()
-        };
-        (place, update)
+        place
     }
 
     /// Receives a teammate's row, and forwards it if it is newer than the one here. `direct` is the time of the message
@@ -148,7 +144,12 @@ impl Matrix {
         direct: Option<SimTime>,
         concerns: impl FnOnce(&[EligibleTask], &[EligibleTask]) -> bool,
     ) -> Update {
-        let (place, mut update) = self.note_version(version);
+        let known = self.rows.places().end;
+        let place = self.note_version(version);
+        let mut update = Update {
+            is_newcomer: self.rows.places().end > known,
+            ..Update::default()
+        };
         let row = self.rows.at_mut(place);
         // A message from before the row here may contain an earlier row.
         let is_current = direct.is_some() && direct >= row.made && version.made.is_some();

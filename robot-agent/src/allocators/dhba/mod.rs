@@ -148,7 +148,7 @@ impl Dhba {
                     all |= self.matrix.receive_row(version, entries, direct, concerns);
                 }
                 for version in versions.iter().filter(|version| is_sound(version)) {
-                    all |= self.matrix.receive_version(version);
+                    all.is_newcomer |= self.matrix.receive_version(version);
                 }
             }
             self.matrix.note_seen(sender, sent);
