@@ -103,19 +103,6 @@ def test_the_command_and_its_shards_have_the_same_results(command, tmp_path):
     assert "holds another sweep, or this one before it was changed" in refused.stderr
 
 
-def test_a_result_of_a_suite_is_checked_with_its_controller(command, tmp_path):
-    controller = ["--controller", f"greedy={EXAMPLES / 'greedy.py'}"]
-    command("bench", "v1", "--allocator", "greedy", *controller, "--out", "mine")
-    done = command("bench", "check", "mine/result.json", *controller)
-    assert "2 of 180 runs repeated, 0 differ" in done.stderr
-    refused = command("bench", "check", "mine/result.json", status=2)
-    assert "name their files with --controller" in refused.stderr
-    changed = tmp_path / "greedy.py"
-    changed.write_text((EXAMPLES / "greedy.py").read_text() + "\n# changed\n")
-    refused = command("bench", "check", "mine/result.json", "--controller", f"greedy={changed}", status=2)
-    assert "the files of --controller differ from those that made this result" in refused.stderr
-
-
 def test_a_run_of_a_plan_can_be_repeated_in_processes_and_replayed_without_python(command, tmp_path):
     (tmp_path / "plan.toml").write_text(TOML)
     controller = f"greedy={EXAMPLES / 'greedy.py'}"
