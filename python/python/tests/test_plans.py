@@ -53,7 +53,7 @@ def command(tmp_path):
 
     def run_command(*words: str, status: int = 0, **variables: str) -> subprocess.CompletedProcess[str]:
         environment = {**os.environ, "ALLIANCE_PYTHON": sys.executable, **variables}
-        done = subprocess.run([program(), *words], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=900)
+        done = subprocess.run([program(), *words], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
         assert done.returncode == status, done.stderr
         return done
 
