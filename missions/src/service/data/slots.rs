@@ -220,7 +220,11 @@ pub(super) fn check_filled(scenario: &Scenario) -> Result<(), Problem> {
     let what = format!(
         "p{point} needs {} {} at once ({}), and the team can fill {most} of these slots",
         of_point.len(),
-        if of_point.len() == 1 { "robot" } else { "robots" },
+        if of_point.len() == 1 {
+            "robot"
+        } else {
+            "robots"
+        },
         needs.join(", ")
     );
     let remedy = "give robots the skills";
