@@ -180,7 +180,9 @@ await withChromium(WINDOW, async (tab, browser) => {
     natives.push(native());
     await open(tab, "");
     const { processInfo } = await browser.send("SystemInfo.getProcessInfo");
-    pid = processInfo.filter(({ type }) => type === "renderer").toSorted((a, b) => b.cpuTime - a.cpuTime)[0].id;
+    // Chromium has other renderers, too.
+    const renderers = processInfo.filter(({ type }) => type === "renderer").map(({ id }) => id);
+    [pid] = renderers.toSorted((a, b) => threads(b).worker - threads(a).worker);
     pages.push(await playground(tab, pid));
     loads.push(load());
   }

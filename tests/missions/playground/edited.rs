@@ -40,6 +40,15 @@ fn open_editor(browser: &Browser, link: &str, text: Option<&str>) {
     }
 }
 
+/// Starts a browser with the editor, with a text instead of that of the default mission. Returns `None` without module or
+/// browser.
+fn editor(lab: &Lab, text: Option<&str>) -> Option<Browser> {
+    let link = page(lab)?;
+    let browser = Browser::start(LAPTOP)?;
+    open_editor(&browser, &link, text);
+    Some(browser)
+}
+
 fn text(browser: &Browser) -> String {
     let text = browser.eval("document.querySelector('#edit-text').value");
     text.as_str().unwrap().to_owned()
@@ -67,11 +76,9 @@ fn drag(browser: &Browser, from: (f64, f64), to: (f64, f64)) {
 #[test]
 fn the_drawing_shows_the_robots() {
     let lab = Lab::new();
-    let Some(link) = page(&lab) else { return };
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let Some(browser) = editor(&lab, Some(FILE)) else {
         return;
     };
-    open_editor(&browser, &link, Some(FILE));
     let color_at = |x_m: f64, y_m: f64| {
         browser.eval(&format!(
             "(() => {{
@@ -92,11 +99,9 @@ fn the_drawing_shows_the_robots() {
 #[test]
 fn drawing_changes_the_text_and_typing_the_drawing() {
     let lab = Lab::new();
-    let Some(link) = page(&lab) else { return };
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let Some(browser) = editor(&lab, Some(FILE)) else {
         return;
     };
-    open_editor(&browser, &link, Some(FILE));
     // With the mouse: a robot moves, an obstacle is drawn, and a spill is placed, which states the default spills.
     drag(&browser, (2.0, 6.0), (4.0, 7.0));
     let moved = FILE.replace("x_m = 2.0, y_m = 6.0", "x_m = 4.0, y_m = 7.0");
@@ -170,11 +175,9 @@ fn drawing_changes_the_text_and_typing_the_drawing() {
 #[test]
 fn files_of_the_computer_are_opened() {
     let lab = Lab::new();
-    let Some(link) = page(&lab) else { return };
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let Some(browser) = editor(&lab, None) else {
         return;
     };
-    open_editor(&browser, &link, None);
     let builtin = text(&browser);
     lab.write("my room.toml", FILE);
     lab.write("bytes.toml", b"name = \"\xff\"");
@@ -199,11 +202,9 @@ fn files_of_the_computer_are_opened() {
 #[test]
 fn every_function_has_keys() {
     let lab = Lab::new();
-    let Some(link) = page(&lab) else { return };
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let Some(browser) = editor(&lab, Some(FILE)) else {
         return;
     };
-    open_editor(&browser, &link, Some(FILE));
     let focus =
         |selector: &str| browser.eval(&format!("document.querySelector('{selector}').focus()"));
     // A new robot, beside the middle of the room: an arrow moves by two fields of the grid of 0.05 m.
@@ -314,11 +315,9 @@ fn an_edited_scenario_runs_as_in_the_native_program() {
 #[test]
 fn a_click_leaves_the_keys_to_the_editor() {
     let lab = Lab::new();
-    let Some(link) = page(&lab) else { return };
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let Some(browser) = editor(&lab, None) else {
         return;
     };
-    open_editor(&browser, &link, None);
     let builtin = text(&browser);
     browser.input("#edit-text", &json!(FILE).to_string());
     browser.wait_for("document.querySelector('#edit-item').length == 6");
@@ -339,11 +338,9 @@ fn a_click_leaves_the_keys_to_the_editor() {
 #[test]
 fn undo_and_redo_survive_runs() {
     let lab = Lab::new();
-    let Some(link) = page(&lab) else { return };
-    let Some(browser) = Browser::start(LAPTOP) else {
+    let Some(browser) = editor(&lab, None) else {
         return;
     };
-    open_editor(&browser, &link, None);
     let builtin = text(&browser);
     browser.input("#edit-text", &json!(FILE).to_string());
     browser.wait_for("document.querySelector('#edit-item').length == 6");

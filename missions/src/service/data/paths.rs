@@ -354,7 +354,7 @@ mod tests {
         let expected = 2.0 * (first + corner) + 2.0 + 2.0 * side;
         let found = length_m(&paths, (1.0, 2.0), (11.0, 2.0)).unwrap();
         assert!((found - expected).abs() < 1e-3, "{found}, not {expected}");
-        // Another robot asks for the same place.
+        // The ways to the place are cached.
         let again = length_m(&paths, (1.0, 2.0), (11.0, 2.0));
         assert_eq!(again, Some(found));
     }

@@ -60,7 +60,7 @@ pub(super) struct Realms {
     border: Cell<Option<Locations>>,
     spill: Cell<Realm>,
     deposit: Cell<Realm>,
-    /// The nearest deposit of each spill that the robot has asked for, by spill.
+    /// The spills whose nearest deposit has been computed, in ascending order, and that deposit.
     of_spills: RefCell<Vec<(u16, Vec2)>>,
 }
 

@@ -13,8 +13,8 @@ use smallvec::SmallVec;
 
 use crate::by_rank::ByRank;
 
-/// The number of teammates near a robot that report each row in a period. More: lost rows and lost robots are found
-/// earlier. Fewer: fewer messages.
+/// The least number of teammates near a robot that report each row in a period, if as many are near. More: lost rows and
+/// lost robots are found earlier. Fewer: fewer messages.
 const REPORTS: usize = 8;
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,8 +60,6 @@ pub struct Matrix {
     has_unsent: bool,
     /// The index of the next row whose version must be sent; `None` if all have been sent.
     next_version: Option<usize>,
-    /// The number of teammates that were received since the versions were last requested.
-    near: usize,
     /// The number of parts into which the versions are divided.
     parts: usize,
     /// The number of the part that is sent.
@@ -112,26 +110,27 @@ impl Matrix {
     /// Receives the version of a teammate's row. An older version than the one here is answered with the row. Returns
     /// whether the teammate was not known before.
     pub fn receive_version(&mut self, version: &RowVersion) -> bool {
-        let known = self.rows.places().end;
-        self.note_version(version);
-        self.rows.places().end > known
+        self.note_version(version).1
     }
 
-    /// Receives a version, and returns the index of its row.
+    /// Receives a version. Returns the index of its row, and whether the teammate was not known before.
     #[inline]
-    fn note_version(&mut self, version: &RowVersion) -> usize {
-        let place = self.rows.place(version.robot).unwrap_or_else(|place| {
-            self.rows.insert(place, version.robot, Row::default());
-            self.oldest = self.oldest.min(version.seen);
-            place
-        });
+    fn note_version(&mut self, version: &RowVersion) -> (usize, bool) {
+        let (place, is_newcomer) = match self.rows.place(version.robot) {
+            Ok(place) => (place, false),
+            Err(place) => {
+                self.rows.insert(place, version.robot, Row::default());
+                self.oldest = self.oldest.min(version.seen);
+                (place, true)
+            }
+        };
         let row = self.rows.at_mut(place);
         row.seen = row.seen.max(version.seen);
         if version.made < row.made {
             row.must_send = true;
             self.has_unsent = true;
         }
-        place
+        (place, is_newcomer)
     }
 
     /// Receives a teammate's row, and forwards it if it is newer than the one here. `direct` is the time of the message
@@ -144,10 +143,9 @@ impl Matrix {
         direct: Option<SimTime>,
         concerns: impl FnOnce(&[EligibleTask], &[EligibleTask]) -> bool,
     ) -> Update {
-        let known = self.rows.places().end;
-        let place = self.note_version(version);
+        let (place, is_newcomer) = self.note_version(version);
         let mut update = Update {
-            is_newcomer: self.rows.places().end > known,
+            is_newcomer,
             ..Update::default()
         };
         let row = self.rows.at_mut(place);
@@ -184,7 +182,7 @@ impl Matrix {
         if let Ok(at) = self.rows.place(robot) {
             let row = self.rows.at_mut(at);
             row.seen = sent.max(row.seen);
-            self.near += usize::from(!std::mem::replace(&mut row.is_near, true));
+            row.is_near = true;
         }
     }
 
@@ -215,13 +213,13 @@ impl Matrix {
     /// Requests that the robot's own row and the versions of all rows are sent, or a part of the versions if many
     /// teammates are near, because these report the others. `period` is the number of the period since the start.
     pub fn repeat(&mut self, me: RobotId, period: u64) {
-        self.parts = (self.near / REPORTS).max(1);
+        let mut near = 0;
+        for row in self.rows.values_mut() {
+            near += usize::from(std::mem::take(&mut row.is_near));
+        }
+        self.parts = (near / REPORTS).max(1);
         // Teammates begin with different parts.
         self.part = me.index() + (period % self.parts as u64) as usize;
-        self.near = 0;
-        for row in self.rows.values_mut() {
-            row.is_near = false;
-        }
         if let Ok(at) = self.rows.place(me) {
             self.rows.at_mut(at).must_send = true;
             self.has_unsent = true;

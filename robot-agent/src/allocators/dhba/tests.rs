@@ -130,20 +130,26 @@ fn the_assignment_is_optimal_despite_loss() {
     }
 }
 
-/// A crashed robot keeps its task until τ after its last message, also for robots that do not receive it directly.
-#[test]
-fn tasks_of_a_crashed_robot_return() {
-    let costs: [&[f64]; 3] = [&[1.0], &[5.0], &[9.0]];
-    let mut team = Team::<Dhba>::still(0, TAU, Situation::from_costs(&costs), Config::default());
-    team.connect_as_line(0.0);
+/// Runs steps, and returns the time of the latest message of robot 0 in them.
+fn last_message_of_the_first(team: &mut Team<Dhba>, steps: usize) -> SimTime {
     let mut last = SimTime::ZERO;
-    for _ in 0..50 {
+    for _ in 0..steps {
         let now = team.now();
         team.step();
         if team.in_flight.iter().any(|sent| sent.sender == RobotId(0)) {
             last = now;
         }
     }
+    last
+}
+
+/// A crashed robot keeps its task until τ after its last message, also for robots that do not receive it directly.
+#[test]
+fn tasks_of_a_crashed_robot_return() {
+    let costs: [&[f64]; 3] = [&[1.0], &[5.0], &[9.0]];
+    let mut team = Team::<Dhba>::still(0, TAU, Situation::from_costs(&costs), Config::default());
+    team.connect_as_line(0.0);
+    let last = last_message_of_the_first(&mut team, 50);
     assert_eq!(team.executors(0), [0]);
     team.kill(0);
     while team.executors(0).is_empty() {
@@ -209,14 +215,7 @@ fn crowded_robots_report_rows_in_turns() {
         // 23 teammates are near, so that half of the robots report a row in a period.
         assert_eq!(reports, [12; ROBOTS]);
     }
-    let mut last = SimTime::ZERO;
-    for _ in 0..20 {
-        let now = team.now();
-        team.step();
-        if team.in_flight.iter().any(|sent| sent.sender == RobotId(0)) {
-            last = now;
-        }
-    }
+    let last = last_message_of_the_first(&mut team, 20);
     let rows = |team: &Team<Dhba>| team.allocator(1).matrix.rows().count();
     team.kill(0);
     while rows(&team) == ROBOTS {
