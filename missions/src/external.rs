@@ -20,7 +20,7 @@ pub struct MissionAction {
     /// True to report the progress (waste).
     pub report: bool,
     /// The point to work on (service).
-    pub work: Option<u16>,
+    pub work: Option<u32>,
     /// The last board line that the robot has read (service).
     pub read: Option<u32>,
     /// True to observe all targets in range (observe).

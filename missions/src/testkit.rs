@@ -110,7 +110,7 @@ fn check_catalog(setup: &Setup) {
             "{} has a task",
             behavior.name
         );
-        let unit_s = mission.work_unit_s(scenario, &scenario.body, 1.0, behavior);
+        let unit_s = mission.work_unit_s(scenario)(&scenario.body, 1.0, behavior);
         assert!(
             unit_s.is_finite() && unit_s > 0.0,
             "a unit of work of {} takes a positive, finite time",
@@ -148,7 +148,7 @@ impl<'s> Trial<'s> {
             team.unwrap_or_else(|error| panic!("{error}"))
         };
         let teams = [team(), team()];
-        let robots = (0..setup.scenario.robots.len() as u16).map(RobotId);
+        let robots = (0..setup.scenario.robots.len() as u32).map(RobotId);
         let member = |robot| {
             let [tentative, undisturbed] = teams
                 .each_ref()
@@ -228,7 +228,7 @@ impl<'s> Trial<'s> {
         let received = std::mem::replace(&mut self.sent, vec![Vec::new(); self.agents.len()]);
         let mut commands = Vec::new();
         for rank in 0..self.agents.len() {
-            let robot = RobotId(rank as u16);
+            let robot = RobotId(rank as u32);
             self.world
                 .write_readings(robot, &mut self.agents[rank].readings);
             let mut readings = self.agents[rank].readings.clone();
@@ -357,7 +357,7 @@ fn check_state_covers_readings(tick: Tick, world: &World, commands: &[Option<Act
     if with.mission().state_hash() != without.mission().state_hash() {
         return;
     }
-    for robot in (0..with.robot_count() as u16).map(RobotId) {
+    for robot in (0..with.robot_count() as u32).map(RobotId) {
         if with.pose(robot) == without.pose(robot) {
             let [with, without] = [&with, &without].map(|world| world.readings(robot).mission);
             assert_eq!(

@@ -174,7 +174,7 @@ impl TakeoverDetector {
     fn after_losses(&self, found: Found) -> Vec<LossTakeover> {
         let name = |rank: usize| {
             let roster = &self.tracker.roster;
-            roster.name(RobotId(rank as u16)).to_owned()
+            roster.name(RobotId(rank as u32)).to_owned()
         };
         let takeovers = found.sorted().takeovers.into_iter();
         let lost = takeovers.filter_map(|takeover| match takeover.cause {

@@ -119,7 +119,7 @@ struct ActionFields {
     turn: f32,
     gripper: String,
     report: bool,
-    work: Option<u16>,
+    work: Option<u32>,
     read: Option<u32>,
     watch: bool,
     doing: Option<String>,

@@ -197,7 +197,7 @@ impl ControllerObject {
         let own_name = self.common.name;
         let team = setup.scenario.robots.iter().map(|robot| &*robot.name);
         let team = PyTuple::new(py, team.collect::<Vec<_>>())?;
-        let tasks = (0..catalog.tasks.len() as u16).map(|task| catalog.task_name(TaskId(task)));
+        let tasks = (0..catalog.tasks.len() as u32).map(|task| catalog.task_name(TaskId(task)));
         let tasks = PyTuple::new(py, tasks.collect::<Vec<_>>())?;
         let given = (
             name,

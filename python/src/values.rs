@@ -83,9 +83,9 @@ impl Set {
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn for_test(
         py: Python<'_>,
-        id: u16,
+        id: u32,
         name: &str,
-        task: u16,
+        task: u32,
         task_name: &str,
         applicable: bool,
         active: bool,
@@ -131,7 +131,7 @@ impl Set {
 
     /// Id of the set, the same for all robots.
     #[getter]
-    fn id(&self) -> u16 {
+    fn id(&self) -> u32 {
         self.definition.id.0
     }
 
@@ -143,7 +143,7 @@ impl Set {
 
     /// Id of the set's task, an index of `Controller.tasks`.
     #[getter]
-    fn task(&self) -> u16 {
+    fn task(&self) -> u32 {
         self.definition.task.0
     }
 
@@ -309,12 +309,12 @@ impl Message {
     ))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn for_test(
-        sender: u16,
+        sender: u32,
         state: &str,
         incarnation: u32,
         sent: f64,
-        task: Option<u16>,
-        set: Option<u16>,
+        task: Option<u32>,
+        set: Option<u32>,
         since: f64,
         progress: u32,
         position: Option<(f32, f32)>,
@@ -354,7 +354,7 @@ impl Message {
 
     /// Rank of the sender, an index of `Controller.team`.
     #[getter]
-    fn sender(&self) -> u16 {
+    fn sender(&self) -> u32 {
         self.broadcast.sender.0
     }
 
@@ -379,13 +379,13 @@ impl Message {
 
     /// Id of the task; `None` when idle.
     #[getter]
-    fn task(&self) -> Option<u16> {
+    fn task(&self) -> Option<u32> {
         Some(self.heartbeat()?.task?.0)
     }
 
     /// Id of the behavior set; `None` when idle.
     #[getter]
-    fn set(&self) -> Option<u16> {
+    fn set(&self) -> Option<u32> {
         Some(self.heartbeat()?.set?.0)
     }
 

@@ -121,8 +121,8 @@ mod tests {
     proptest! {
         #[test]
         fn a_place_does_not_depend_on_the_start_of_its_search(
-            ranks in prop::collection::vec(0..30_u16, 0..40),
-            robot in 0..32_u16,
+            ranks in prop::collection::vec(0..30_u32, 0..40),
+            robot in 0..32_u32,
             near in 0..42_usize,
         ) {
             let mut ranks: Vec<RobotId> = ranks.into_iter().map(RobotId).collect();
@@ -135,7 +135,7 @@ mod tests {
         #[test]
         fn list_behaves_like_a_map_by_rank(
             many in any::<bool>(),
-            entries in prop::collection::vec((0..20_u16, 0..100_u32), 0..60),
+            entries in prop::collection::vec((0..20_u32, 0..100_u32), 0..60),
         ) {
             let (mut list, mut map) = (ByRank::default(), BTreeMap::new());
             let others = (0..if many { 300 } else { 0 }).map(|rank| (3 * rank, 1));

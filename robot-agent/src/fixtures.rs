@@ -21,7 +21,7 @@ pub fn brief(team: usize, unit_s: f64) -> TaskBrief {
         max_robots: 1,
         priority: 0,
         unit_s,
-        robots: (0..team as u16).map(RobotId).collect(),
+        robots: (0..team as u32).map(RobotId).collect(),
         coalition: None,
     }
 }
@@ -49,7 +49,7 @@ pub fn self_state(robot: RobotId, team: usize, briefs: Arc<[TaskBrief]>) -> Self
 }
 
 /// Returns an applicable choice of an exclusive task.
-pub fn choice(task: u16, cost_s: f64) -> Choice {
+pub fn choice(task: u32, cost_s: f64) -> Choice {
     Choice {
         behavior: BehaviorId(task),
         task: TaskId(task),

@@ -94,7 +94,7 @@ mod tests {
     use super::*;
     use crate::fixtures::{self, STEP};
 
-    fn broadcast(sender: u16, tick: Tick, index: u16, seq: u64) -> Broadcast {
+    fn broadcast(sender: u32, tick: Tick, index: u16, seq: u64) -> Broadcast {
         let message = AllocationMessage::Open(OpenMessage::default());
         let body = BroadcastContent::Allocation(message);
         let sent = SimTime(tick * STEP.0);
@@ -102,7 +102,7 @@ mod tests {
         Broadcast { index, ..broadcast }
     }
 
-    fn entry(sender: u16, tick: Tick, count: u16) -> ManifestEntry {
+    fn entry(sender: u32, tick: Tick, count: u16) -> ManifestEntry {
         ManifestEntry {
             sender: RobotId(sender),
             tick,

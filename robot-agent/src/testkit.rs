@@ -73,7 +73,7 @@ struct Trial {
 impl Trial {
     fn new(seed: u64, make: &mut impl FnMut(SelfState) -> Box<dyn RunningAllocator>) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let tasks = rng.random_range(1..6_u16);
+        let tasks = rng.random_range(1..6_u32);
         let behaviors = (0..tasks).map(|task| OwnBehavior {
             id: BehaviorId(task),
             task: TaskId(task),
@@ -86,7 +86,7 @@ impl Trial {
             max_robots: behavior.max_robots,
             priority: behavior.priority,
             unit_s: 2.0,
-            robots: (0..team as u16).map(RobotId).collect(),
+            robots: (0..team as u32).map(RobotId).collect(),
             coalition: None,
         };
         let me = SelfState {
@@ -95,7 +95,7 @@ impl Trial {
             briefs: behaviors.iter().map(brief).collect(),
             behaviors,
             team,
-            tasks: usize::from(tasks),
+            tasks: tasks as usize,
             step_s: 0.05,
             heartbeat_period: SimTime(1000),
             ceased_after: SimTime(5000),
@@ -236,7 +236,7 @@ impl Trial {
     }
 
     fn some_tasks(&mut self, share: f64) -> Vec<TaskId> {
-        let all = 0..self.me.tasks as u16;
+        let all = 0..self.me.tasks as u32;
         all.filter(|_| self.rng.random_bool(share))
             .map(TaskId)
             .collect()
@@ -275,7 +275,7 @@ impl Trial {
     fn broadcast(&mut self, now: SimTime) -> Broadcast {
         self.seq += 1;
         let wild = self.rng.random_bool(0.1);
-        let sender = match self.rng.random_range(0..self.me.team as u16) {
+        let sender = match self.rng.random_range(0..self.me.team as u32) {
             1 => RobotId(0),
             other => RobotId(other),
         };
@@ -303,7 +303,7 @@ impl Trial {
             TaskState::Waiting,
         ];
         let state = states[self.rng.random_range(0..states.len())];
-        let tasks = self.me.tasks as u16 + if wild { 40 } else { 0 };
+        let tasks = self.me.tasks as u32 + if wild { 40 } else { 0 };
         let task = (state != TaskState::Idle).then(|| TaskId(self.rng.random_range(0..tasks)));
         let back_ms = self.rng.random_range(0..9000);
         BroadcastContent::Heartbeat(Heartbeat {
@@ -406,7 +406,7 @@ impl Trial {
 fn strangers(received: &[Arc<Broadcast>], team: usize) -> impl Iterator<Item = Arc<Broadcast>> {
     received.iter().map(move |broadcast| {
         let mut stranger = broadcast.as_ref().clone();
-        stranger.sender = RobotId(team as u16 + 7);
+        stranger.sender = RobotId(team as u32 + 7);
         Arc::new(stranger)
     })
 }

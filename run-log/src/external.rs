@@ -230,7 +230,7 @@ mod tests {
     use scenario::ids::{BehaviorId, RobotId};
     use scenario::time::SimTime;
 
-    fn answer(tick: u64, robot: u16) -> ExternalAnswer {
+    fn answer(tick: u64, robot: u32) -> ExternalAnswer {
         let broadcast = |index| Broadcast {
             sender: RobotId(robot),
             incarnation: 1,

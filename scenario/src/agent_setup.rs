@@ -1,5 +1,7 @@
 //! The part of a setup that robots receive.
 
+use std::sync::Arc;
+
 use super::{Scenario, Setup};
 use crate::fault::Faults;
 
@@ -30,7 +32,9 @@ impl Setup {
     #[must_use]
     pub fn for_robot(&self, robot: &str) -> Self {
         let mut briefing = self.for_robots();
-        briefing.alliance.robots.retain(|name, _| name == robot);
+        let own = self.alliance.robots.get_key_value(robot);
+        let own = own.map(|(name, params)| (name.clone(), params.clone()));
+        briefing.alliance.robots = Arc::new(own.into_iter().collect());
         briefing.profile.robots.retain(|name, _| name == robot);
         briefing
     }

@@ -1,6 +1,7 @@
 //! ALLIANCE parameters and switches: their form in a scenario, and the values in force (ALLIANCE.md §1 and §3).
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -271,13 +272,13 @@ pub struct Alliance {
     /// The length of a step, ms.
     pub step_ms: u64,
     pub switches: Switches,
-    /// The parameters by robot name.
-    pub robots: BTreeMap<String, RobotParams>,
+    /// The parameters by robot name. The copies of a setup share them, because a large team has many.
+    pub robots: Arc<BTreeMap<String, RobotParams>>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotParams {
-    pub rank: u16,
+    pub rank: u32,
     /// The parameters by behavior set name.
     pub sets: BTreeMap<String, BehaviorParams>,
 }

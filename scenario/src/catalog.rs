@@ -78,7 +78,7 @@ impl Catalog {
         }
         let names = tasks.iter().map(|task| task.name.clone());
         Self {
-            task_ids: names.zip((0..=u16::MAX).map(TaskId)).collect(),
+            task_ids: names.zip((0..=u32::MAX).map(TaskId)).collect(),
             mission,
             tasks,
             sets,
@@ -89,7 +89,7 @@ impl Catalog {
     #[must_use]
     pub fn find_behavior(&self, name: &str) -> Option<BehaviorId> {
         let index = self.sets.iter().position(|set| set.name == name)?;
-        Some(BehaviorId(index as u16))
+        Some(BehaviorId(index as u32))
     }
 
     /// Returns the name of a task of this catalog.
@@ -109,7 +109,7 @@ impl Catalog {
         let named = robot.tasks.iter().filter_map(|name| self.find_task(name));
         let mut tasks: Vec<TaskId> = named.collect();
         if robot.tasks.is_empty() {
-            tasks = (0..self.tasks.len() as u16).map(TaskId).collect();
+            tasks = (0..self.tasks.len() as u32).map(TaskId).collect();
         }
         tasks.sort_unstable();
         tasks.dedup();
@@ -120,7 +120,7 @@ impl Catalog {
                 let behavior = &self.sets[set];
                 robot.skill_at(behavior) > 0.0 && self.mission.has_behavior(robot, behavior)
             })
-            .map(|index| BehaviorId(index as u16))
+            .map(|index| BehaviorId(index as u32))
     }
 
     /// Returns the id of the task with this name.

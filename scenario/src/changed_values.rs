@@ -1,6 +1,7 @@
 //! Other parameters of the allocators of a resolved setup, by a short key.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use serde_json::Value;
 
@@ -96,7 +97,7 @@ impl Setup {
             .map(|(_, name)| name)
             .collect();
         let mut found = false;
-        for (name, params) in &mut self.alliance.robots {
+        for (name, params) in Arc::make_mut(&mut self.alliance.robots) {
             if !followers.contains(name) {
                 continue;
             }

@@ -19,14 +19,14 @@ macro_rules! id {
 /// Declares an identifier that is an index into a list.
 macro_rules! index {
     ($(#[$about:meta])* $name:ident) => {
-        id! { $(#[$about])* $name(u16) }
+        id! { $(#[$about])* $name(u32) }
 
         impl $name {
             /// Returns the index into a list with one entry for each of them.
             #[inline]
             #[must_use]
             pub fn index(self) -> usize {
-                usize::from(self.0)
+                self.0 as usize
             }
         }
     };

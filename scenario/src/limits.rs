@@ -67,6 +67,8 @@ pub const fn whole(from: i64, to: i64, unit: &'static str) -> NumberRange {
 pub const LONGEST_S: f64 = 1e9;
 /// The greatest length of bodies, ranges and objects, m.
 pub const LONGEST_M: f64 = 1e3;
+/// The greatest extent of a room in missions whose robots keep maps or tracks, m. A million robots need 7 km.
+pub const WIDEST_M: f64 = 8e3;
 /// The greatest extent of a room, and the greatest coordinate, m. The resolution of coordinates is 8 mm there.
 pub const FARTHEST_M: f64 = 1e5;
 

@@ -103,7 +103,7 @@ pub(super) fn check(
             sets.insert(set.name.clone(), values.into_params(task));
         }
         // `validate` has checked that a scenario has at most `MAX_ROBOTS` robots.
-        let rank = rank as u16;
+        let rank = rank as u32;
         robots.insert(robot.name.clone(), RobotParams { rank, sets });
     }
 
@@ -118,7 +118,7 @@ pub(super) fn check(
         threshold,
         step_ms: scenario.step_ms,
         switches: section.switches.applied_to(section.preset.switches()),
-        robots,
+        robots: Arc::new(robots),
     };
     Ok((alliance, skipped))
 }

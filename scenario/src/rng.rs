@@ -43,18 +43,21 @@ pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
 
 #[must_use]
 pub fn robot_stream(seed: u64, purpose: Purpose, robot: RobotId) -> ChaCha8Rng {
-    numbered_stream(seed, purpose, u32::from(robot.0) + 1)
+    numbered_stream(seed, purpose, u64::from(robot.0) + 1)
 }
 
 /// Returns the stream of a purpose for one directed link. A purpose has streams of robots or of links, never both.
 #[must_use]
 pub fn link_stream(seed: u64, purpose: Purpose, sender: RobotId, receiver: RobotId) -> ChaCha8Rng {
-    let link = u32::from(sender.0) << 16 | u32::from(receiver.0);
-    numbered_stream(seed, purpose, link)
+    // The purpose has bits 32 to 39. A rank has up to 24 bits, of which the upper eight follow it.
+    let [sender, receiver] = [sender, receiver].map(|robot| u64::from(robot.0));
+    let lower = (sender & 0xFFFF) << 16 | (receiver & 0xFFFF);
+    let upper = (sender >> 16) << 48 | (receiver >> 16) << 40;
+    numbered_stream(seed, purpose, upper | lower)
 }
 
-fn numbered_stream(seed: u64, purpose: Purpose, number: u32) -> ChaCha8Rng {
+fn numbered_stream(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream((u64::from(purpose as u32) << 32) | u64::from(number));
+    rng.set_stream((u64::from(purpose as u32) << 32) | number);
     rng
 }

@@ -115,7 +115,7 @@ impl SetupFile {
                 threshold: alliance.threshold,
                 step_ms: alliance.step_ms,
                 switches: alliance.switches.applied_to(preset.switches()),
-                robots: alliance.robots.into_owned(),
+                robots: Arc::new(alliance.robots.into_owned()),
             },
             step_order: step_order.unwrap_or_else(|| scenario.step_order()),
             profile,

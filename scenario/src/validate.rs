@@ -16,8 +16,8 @@ use crate::ids::TaskId;
 use crate::names::RESERVED;
 use crate::room::check_resolution;
 
-/// The maximum number of robots of a scenario. Ranks, which are 16-bit numbers, would allow more.
-pub const MAX_ROBOTS: usize = 10_000;
+/// The maximum number of robots of a scenario. Random streams of links have room for ranks of 24 bits.
+pub const MAX_ROBOTS: usize = 1_000_000;
 /// The maximum expected number of random faults in a mission.
 const MAX_RANDOM_FAULTS: f64 = 1e5;
 

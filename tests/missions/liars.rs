@@ -146,7 +146,7 @@ fn a_sender_of_unknown_numbers_is_dismissed_and_the_others_complete() {
         kind: BulletinKind::First,
         about: Some(BulletinSubject {
             task: TaskId(7),
-            set: BehaviorId(u16::MAX),
+            set: BehaviorId(u32::MAX),
             progress: 0,
         }),
         payload: Payload::Open(Vec::new()),

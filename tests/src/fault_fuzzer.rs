@@ -103,7 +103,7 @@ pub fn run(
     };
     for rank in 0..setup.scenario.robots.len() {
         fuzzer.peers.push(Peer::default());
-        fuzzer.spawn(RobotId(rank as u16));
+        fuzzer.spawn(RobotId(rank as u32));
     }
     fuzzer.pump()?;
     let (mut tick, mut waited) = (0, 0);
@@ -226,7 +226,7 @@ impl Fuzzer<'_> {
                 let waiting = (process.inbox.len(), process.outbox.len());
                 (process.stopped, process.ended, waiting)
             });
-            let place = barrier.presence(RobotId(rank as u16));
+            let place = barrier.presence(RobotId(rank as u32));
             let awaited = peer.awaited;
             format!("{place:?} (stopped, ended, messages: {process:?}, awaited {awaited})")
         });
@@ -470,7 +470,7 @@ impl Fuzzer<'_> {
     /// Sends a random order. The simulation refuses invalid orders.
     fn order(&mut self) {
         let rank = self.rng.random_range(0..self.peers.len());
-        self.note("order", RobotId(rank as u16));
+        self.note("order", RobotId(rank as u32));
         if self.rng.random_bool(0.1) {
             let _ = self.simulation.clear(None);
             return;
@@ -481,7 +481,7 @@ impl Fuzzer<'_> {
     }
 
     fn start_by_hand(&mut self) {
-        let robot = RobotId(self.rng.random_range(0..self.peers.len()) as u16);
+        let robot = RobotId(self.rng.random_range(0..self.peers.len()) as u32);
         self.note("start", robot);
         self.spawn(robot);
     }
@@ -489,7 +489,7 @@ impl Fuzzer<'_> {
     /// Lets a deadline pass: of an awaited stopped robot, of an invited robot that does not join, of an act, or of a
     /// run without robots.
     fn pass_time(&mut self) {
-        let robot = RobotId(self.rng.random_range(0..self.peers.len()) as u16);
+        let robot = RobotId(self.rng.random_range(0..self.peers.len()) as u32);
         self.note("deadline", robot);
         let barrier = self.simulation.barrier();
         let peer = &self.peers[robot.index()];
@@ -502,7 +502,7 @@ impl Fuzzer<'_> {
         } else if !barrier.started() {
             for (rank, peer) in self.peers.iter().enumerate() {
                 if peer.lost {
-                    self.simulation.start_without(RobotId(rank as u16));
+                    self.simulation.start_without(RobotId(rank as u32));
                 }
             }
         } else if is_slow {

@@ -148,7 +148,7 @@ impl Barrier {
     }
 
     pub fn robots(&self) -> impl Iterator<Item = RobotId> + use<> {
-        (0..self.places.len() as u16).map(RobotId)
+        (0..self.places.len() as u32).map(RobotId)
     }
 
     /// Returns the number of external inputs since the last call, and resets it. Later inputs have larger order indexes.
@@ -254,7 +254,7 @@ impl Barrier {
                 continue;
             }
             if !std::mem::replace(&mut place.tick_sent, true) {
-                self.to_ask.push_back(RobotId(index as u16));
+                self.to_ask.push_back(RobotId(index as u32));
             }
             if self.order == StepOrder::InOrder {
                 break;
@@ -326,7 +326,7 @@ impl Barrier {
                 None => place.manifest.clear(),
             }
             if place.end_tick() {
-                gathered.dead.push(RobotId(index as u16));
+                gathered.dead.push(RobotId(index as u32));
             }
             place.enter(false, None, &mut self.inputs);
         }

@@ -7,7 +7,7 @@ use scenario::{MAX_ROBOTS, Problem, Scenario, Vocabulary};
 
 /// The number of robots if only `--size` is given.
 const DEFAULT_ROBOTS: usize = 3;
-const MAX_SIZE: usize = 10_000;
+const MAX_SIZE: usize = 1_000_000;
 const SIZE: &str = "size";
 const SIZE_HELP: &str = "Amount of work [default: two thirds of the robots]";
 /// The group of all size options, of which at most one may be given.

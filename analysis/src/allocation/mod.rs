@@ -109,7 +109,7 @@ pub fn allocate(setup: &Setup, limit: u64) -> anyhow::Result<Allocation> {
 
 /// Returns the robots of a team, by rank.
 fn robots(setup: &Setup) -> Vec<RobotId> {
-    let ranks = (0..=u16::MAX).take(setup.scenario.robots.len());
+    let ranks = (0..=u32::MAX).take(setup.scenario.robots.len());
     ranks.map(RobotId).collect()
 }
 

@@ -45,14 +45,14 @@ impl Objective {
             let robot = &scenario.robots[rank];
             let speed_m_s = f64::from(scenario.body_of(robot).speed_m_s);
             // A robot with several slots of a point drives there once.
-            let left: BTreeSet<u16> = tasks.iter().map(|task| slots.point(*task)).collect();
-            let mut left: Vec<u16> = left.into_iter().collect();
+            let left: BTreeSet<u32> = tasks.iter().map(|task| slots.point(*task)).collect();
+            let mut left: Vec<u32> = left.into_iter().collect();
             let mut at = starts.get(rank).map_or(Vec2::ZERO, |pose| pose.position);
             let mut total_s = 0.0;
-            let place = |number: u16| points.get(usize::from(number)).map(|point| point.at);
+            let place = |number: u32| points.get(number as usize).map(|point| point.at);
             while let Some(next) = nearest(at, &left, place) {
                 let number = left.swap_remove(next);
-                let point = &points[usize::from(number)];
+                let point = &points[number as usize];
                 let way_m = f64::from((at.distance(point.at) - section.reach_m).max(0.0));
                 let skill = match slots.of_point(number) {
                     [] => robot.skill(&section.kinds[point.kind].name).unwrap_or(1.0),
@@ -67,13 +67,13 @@ impl Objective {
             }
             total_s
         };
-        let tasks_of = |number: u16| -> Vec<TaskId> {
+        let tasks_of = |number: u32| -> Vec<TaskId> {
             match slots.of_point(number) {
                 [] => vec![TaskId(number)],
                 slots => slots.iter().map(|slot| slot.task).collect(),
             }
         };
-        let is_assigned = |number: &u16| {
+        let is_assigned = |number: &u32| {
             let tasks = tasks_of(*number);
             let all = (0..robots.len()).map(|rank| (rank, None));
             let filled = fill_slots(tasks.len(), all, |rank: usize, slot| {
@@ -81,11 +81,11 @@ impl Objective {
             });
             filled.iter().all(Option::is_some)
         };
-        let is_shared = |number: &u16| {
+        let is_shared = |number: &u32| {
             let has = |task: &TaskId| robots.iter().filter(|tasks| tasks.contains(task)).count();
             tasks_of(*number).iter().any(|task| has(task) > 1)
         };
-        let numbers = (0..=u16::MAX).take(points.len());
+        let numbers = (0..=u32::MAX).take(points.len());
         Ok(Some(Self {
             robots_s: robots.iter().enumerate().map(of_robot).collect(),
             assigned: numbers.clone().filter(is_assigned).count(),
@@ -109,7 +109,7 @@ impl Objective {
 
 /// Returns the place in `left` of the point that is nearest to `at`. Of equal ones, it is the first. Points without a
 /// place are left out.
-fn nearest(at: Vec2, left: &[u16], place: impl Fn(u16) -> Option<Vec2>) -> Option<usize> {
+fn nearest(at: Vec2, left: &[u32], place: impl Fn(u32) -> Option<Vec2>) -> Option<usize> {
     let places = left.iter().enumerate();
     let places = places.filter_map(|(index, task)| Some((index, place(*task)?)));
     places

@@ -100,7 +100,7 @@ points = [
     );
     // The tasks of blue and gold, their times, and the numbers of assigned and shared points. Task 2 is the second slot
     // of p0.
-    type Case = (&'static [u16], &'static [u16], [f64; 2], [usize; 2]);
+    type Case = (&'static [u32], &'static [u32], [f64; 2], [usize; 2]);
     let cases: [Case; 4] = [
         (&[0, 1], &[2], [blue_s + delivery_s, gold_s], [2, 0]),
         (&[0, 2], &[], [blue_s, 0.0], [0, 0]),
@@ -108,7 +108,7 @@ points = [
         (&[0, 2], &[0, 2], [blue_s, gold_s], [1, 1]),
     ];
     for (blue, gold, times_s, counts) in cases {
-        let of_robot = |tasks: &[u16]| -> BTreeSet<TaskId> {
+        let of_robot = |tasks: &[u32]| -> BTreeSet<TaskId> {
             tasks.iter().map(|task| TaskId(*task)).collect()
         };
         let robots = [blue, gold].map(of_robot);

@@ -45,11 +45,9 @@ pub struct Takeover {
 pub fn forecasts(setup: &Setup) -> Vec<Forecast> {
     let scenario = &setup.scenario;
     let catalog = &setup.catalog;
+    let unit_s_of = catalog.mission.work_unit_s(scenario);
     let unit_s = |robot: &Robot, set: &BehaviorSpec| {
-        let body = scenario.body_of(robot);
-        catalog
-            .mission
-            .work_unit_s(scenario, &body, robot.skill_at(set), set)
+        unit_s_of(&scenario.body_of(robot), robot.skill_at(set), set)
     };
     let params_of = |robot: &str, set: &str| &setup.alliance.robots[robot].sets[set];
     // The sets of all robots by task: a search for each set would be quadratic in the number of tasks.

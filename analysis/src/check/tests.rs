@@ -172,9 +172,7 @@ fn units_of_work_of_the_default_room() {
         let set = sets
             .find(|set| BehaviorKind::from_spec(set) == kind)
             .unwrap();
-        catalog
-            .mission
-            .work_unit_s(&scenario, &scenario.body, 1.0, set)
+        catalog.mission.work_unit_s(&scenario)(&scenario.body, 1.0, set)
     };
     // 12 m at 0.5 m/s, 90° at 90°/s.
     assert!((unit(BehaviorKind::FindLocationsMethodical) - 25.0).abs() < 1e-4);

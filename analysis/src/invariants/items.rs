@@ -55,7 +55,7 @@ impl Items {
                 continue;
             };
             let item = state.items.get(id as usize);
-            if item.and_then(|item| item.carrier) != Some(RobotId(rank as u16)) {
+            if item.and_then(|item| item.carrier) != Some(RobotId(rank as u32)) {
                 let name = &scenario.robots[rank].name;
                 return Err(format!("{name} carries item-{id}, which is not with it"));
             }

@@ -62,12 +62,13 @@ impl Termination {
             turn_deg_s: slowest.turn_deg_s.min(body.turn_deg_s),
             ..slowest
         });
+        let unit_s_of = setup.catalog.mission.work_unit_s(scenario);
         let units = setup.catalog.sets.iter().map(|set| {
-            let skills = scenario.robots.iter().map(|robot| robot.skill_at(set));
-            let able = skills.filter(|skill| *skill > 0.0);
+            // Without a named skill, all robots have 1.
+            let named = set.skill.iter().flat_map(|_| &scenario.robots);
+            let able = (named.map(|robot| robot.skill_at(set))).filter(|skill| *skill > 0.0);
             let least = able.reduce(f64::min).unwrap_or(1.0);
-            let mission = setup.catalog.mission;
-            mission.work_unit_s(scenario, &slowest, least, set)
+            unit_s_of(&slowest, least, set)
         });
         let unit_s = units.fold(0.0, f64::max);
         let across_m = scenario.room.width_m.hypot(scenario.room.height_m);

@@ -224,7 +224,7 @@ impl Dice<'_> {
         let mut robots = self.scenario.robots.iter();
         let sets: Vec<BehaviorId> = match robots.find(|spec| robot == Some(&spec.name)) {
             Some(robot) => catalog.behaviors_of(robot).collect(),
-            None => (0..catalog.sets.len() as u16).map(BehaviorId).collect(),
+            None => (0..catalog.sets.len() as u32).map(BehaviorId).collect(),
         };
         (!sets.is_empty()).then(|| catalog.behavior_name(self.any(&sets)).to_owned())
     }

@@ -344,7 +344,7 @@ impl History {
 
     /// Returns all tasks in catalog order.
     pub fn tasks(&self) -> impl Iterator<Item = TaskId> + use<> {
-        (0..self.catalog.tasks.len() as u16).map(TaskId)
+        (0..self.catalog.tasks.len() as u32).map(TaskId)
     }
 
     /// Returns each behavior set of each robot for the task, with the robot's rank.

@@ -149,7 +149,7 @@ pub fn check(run: &Run) {
         match kind {
             "begun" | "done" => {
                 for before in before.get(number).into_iter().flatten() {
-                    let outcome = outcomes.get(&usize::from(*before));
+                    let outcome = outcomes.get(&(*before as usize));
                     assert_eq!(outcome, Some(&"done"), "{event:?} before p{before}");
                 }
                 assert!(event.t_ms >= opens, "{event:?} before {opens}");
@@ -167,7 +167,7 @@ pub fn check(run: &Run) {
                 let is_late = closes.is_some_and(|closes| event.t_ms >= closes);
                 let mut before = before.get(number).into_iter().flatten();
                 let has_expired =
-                    |before: &u16| outcomes.get(&usize::from(*before)) == Some(&"expired");
+                    |before: &u32| outcomes.get(&(*before as usize)) == Some(&"expired");
                 assert!(is_late || before.any(has_expired), "{event:?}");
             }
             _ => {}

@@ -10,7 +10,7 @@ pub const MAX_SENSED_TARGETS: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensedTarget {
-    pub target: u16,
+    pub target: u32,
     /// The position of the target in the robot's frame, m.
     pub offset: Vec2,
 }
@@ -28,7 +28,7 @@ pub struct ObserveAction;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sighting {
-    pub target: u16,
+    pub target: u32,
     /// The position in the room, m.
     pub at: Vec2,
     pub when: SimTime,

@@ -22,7 +22,7 @@ pub struct SensorReading {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BarSeen {
-    pub bar: u16,
+    pub bar: u32,
     pub end: BarEnd,
     /// The position of that end in the robot's frame, m.
     pub near_end: Vec2,
@@ -38,7 +38,7 @@ pub struct Stroke {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BarReport {
-    pub bar: u16,
+    pub bar: u32,
     /// The last known pose, m and rad.
     pub pose: Pose,
     /// The time at which the bar was seen there.

@@ -17,10 +17,10 @@ pub const LOAD_LEFT_S: f32 = LEAST_LEFT_S / 2.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointFact {
-    pub point: u16,
+    pub point: u32,
     /// The kind of work, as an index into the scenario's kinds.
-    pub kind: u16,
-    pub round: u16,
+    pub kind: u32,
+    pub round: u32,
     /// The place, m: in the robot's frame in a reading of sight, in the room's frame elsewhere.
     pub at: Vec2,
     /// The work left for a robot of skill 1, s. 0 if the point is done or expired.
@@ -35,12 +35,12 @@ pub struct SensorReading {
     /// The last board line covered by `points`, if it is beyond the line that the robot has [acknowledged](Action::read).
     pub board_line: Option<u32>,
     /// The point on which the robot worked successfully in the previous step.
-    pub effect: Option<u16>,
+    pub effect: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Action {
-    pub work: Option<u16>,
+    pub work: Option<u32>,
     /// The last board line that the robot has read. The board does not repeat lines up to this one.
     pub read: Option<u32>,
 }

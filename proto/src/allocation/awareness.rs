@@ -10,7 +10,7 @@ use scenario::ids::TaskId;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Awareness {
     /// The number of the block.
-    pub block: u16,
+    pub block: u32,
     /// The tasks that the sender can execute now, in ascending order.
     pub costs: Vec<TaskCost>,
 }

@@ -11,7 +11,7 @@ use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
 /// The number of tasks in a block: the tasks with ids from `block * BLOCK_TASKS` on.
-pub const BLOCK_TASKS: u16 = 32;
+pub const BLOCK_TASKS: u32 = 32;
 
 /// The largest number of time stamps in a block. With all of them and all tasks of a block, a message takes less than
 /// 1,200 bytes.
@@ -21,7 +21,7 @@ pub const TIME_STAMPS_MAX: usize = 64;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BidTable {
     /// The number of the block; see [`BLOCK_TASKS`].
-    pub block: u16,
+    pub block: u32,
     /// The slot of each task that the table is about. An exclusive task has only slot 0.
     pub slot: u16,
     /// The entries of the tasks that the sender can execute, in ascending order: y, z, and the round.

@@ -7,7 +7,7 @@ use scenario::time::SimTime;
 
 /// The number of tasks in a block: the tasks with ids from `block * AWARD_BLOCK_TASKS` on. A message contains the
 /// awards of one block and therefore takes less than 1,200 bytes.
-pub const AWARD_BLOCK_TASKS: u16 = 32;
+pub const AWARD_BLOCK_TASKS: u32 = 32;
 
 /// The sender's bid in an auction, and all tasks of one block that the sender has won.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub struct AuctionBid {
     /// The bid; `None` if the sender does not bid in this auction.
     pub bid: Option<CostBid>,
     /// The number of the block; see [`AWARD_BLOCK_TASKS`].
-    pub block: u16,
+    pub block: u32,
     /// The sender's awards in the block, in ascending order of the task. Other awards to the sender of earlier auctions
     /// are void.
     pub awards: Vec<Award>,

@@ -144,7 +144,7 @@ pub struct ItemsKnowledge {
     pub withdrawn: Vec<Withdrawal>,
     /// The known state of sources, by index in the scenario and in that order. True means seen empty; false means items
     /// were seen there.
-    pub empty: Vec<(u16, Fact<bool>)>,
+    pub empty: Vec<(u32, Fact<bool>)>,
     /// The places outside the sources with items, or searched since.
     pub loose: Vec<Fact<LooseItem>>,
     /// The latest known progress report.

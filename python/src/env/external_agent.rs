@@ -19,7 +19,7 @@ pub const NAME: &str = "environment";
 #[derive(Clone, Copy, Debug)]
 pub struct Mate {
     pub position: Option<Vec2>,
-    pub executing: Option<u16>,
+    pub executing: Option<u32>,
     pub received: SimTime,
 }
 

@@ -155,7 +155,7 @@ fn teammates(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup) {
         );
         row.offset(|| format!("mate{place}"), offset, part_m);
         let task = mate.and_then(|mate| mate.executing);
-        let task = task.map_or(0.0, |task| f32::from(task + 1) / tasks);
+        let task = task.map_or(0.0, |task| (task + 1) as f32 / tasks);
         row.put(|| format!("mate{place}.task"), task);
         let age_s = mate.map(|mate| agent.now.since(mate.received).as_secs_f64());
         row.put(|| format!("mate{place}.age"), age_s.map_or(0.0, squash));

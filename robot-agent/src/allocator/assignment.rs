@@ -28,7 +28,7 @@ pub fn assign(cost_ms: &[Vec<Option<i64>>], coalitions: &[Vec<TaskId>]) -> Vec<A
         pairs.retain(|&(robot, task)| cost_ms[robot][tasks[task]].is_some());
         for &(robot, task) in &pairs {
             load_ms[robot] += cost_ms[robot][tasks[task]].unwrap_or(NEVER);
-            assigned[robot].push(TaskId(tasks[task] as u16));
+            assigned[robot].push(TaskId(tasks[task] as u32));
         }
     };
     for coalition in coalitions {

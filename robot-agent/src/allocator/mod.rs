@@ -216,6 +216,7 @@ impl TaskBrief {
         let mut all: Vec<Self> = catalog.tasks.iter().map(new).collect();
         // Most robots of a team have equal bodies and skills.
         let mut known: Vec<Option<(Body, f64, f64)>> = vec![None; catalog.sets.len()];
+        let unit_s_of = catalog.mission.work_unit_s(scenario);
         for (robot, rank) in scenario.robots.iter().zip(0..) {
             let body = scenario.body_of(robot);
             for id in catalog.behaviors_of(robot) {
@@ -227,10 +228,7 @@ impl TaskBrief {
                     Some((of_body, of_skill, unit_s)) if (*of_body, *of_skill) == (body, skill) => {
                         *unit_s
                     }
-                    _ => {
-                        let mission = catalog.mission;
-                        mission.work_unit_s(scenario, &body, skill, behavior)
-                    }
+                    _ => unit_s_of(&body, skill, behavior),
                 };
                 *known = Some((body, skill, unit_s));
                 brief.unit_s = brief.unit_s.max(unit_s);

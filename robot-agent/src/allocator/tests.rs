@@ -123,7 +123,7 @@ fn the_testkit_finds_each_violation() {
     }
 }
 
-fn me(robot: u16, tasks: usize) -> SelfState {
+fn me(robot: u32, tasks: usize) -> SelfState {
     let briefs = vec![fixtures::brief(3, 10.0); tasks];
     SelfState {
         assigned: [TaskId(1)].into(),
@@ -158,7 +158,7 @@ fn step(
     outcome
 }
 
-fn executes(sender: u16, seq: u64, since_ms: u64, task: Option<u16>) -> Arc<Broadcast> {
+fn executes(sender: u32, seq: u64, since_ms: u64, task: Option<u32>) -> Arc<Broadcast> {
     let idle = Announcement::idle(SimTime(since_ms));
     let announcement = task.map_or(idle, |task| Announcement {
         state: TaskState::Executing,
@@ -299,7 +299,7 @@ fn received_broadcasts_do_not_change_random_draws() {
         (0..1_000).map(active).collect()
     };
     let alone = draws(&|_| Vec::new());
-    let executing = |tick| vec![executes(2, tick + 1, tick, Some((tick % 3) as u16))];
+    let executing = |tick| vec![executes(2, tick + 1, tick, Some((tick % 3) as u32))];
     assert_eq!(draws(&executing), alone);
 }
 
@@ -334,7 +334,7 @@ proptest! {
             prop::collection::vec(prop::collection::vec(cell, tasks), robots)
         }),
     ) {
-        let coalition: Vec<TaskId> = (0..3).filter(|task| *task < costs[0].len() as u16).map(TaskId).collect();
+        let coalition: Vec<TaskId> = (0..3).filter(|task| *task < costs[0].len() as u32).map(TaskId).collect();
         let assigned = assignment::assign(&costs, std::slice::from_ref(&coalition));
         for own in &assigned {
             let together = own.iter().filter(|task| coalition.contains(task));
@@ -342,7 +342,7 @@ proptest! {
         }
         for task in coalition.len()..costs[0].len() {
             let owners: Vec<usize> = (0..costs.len())
-                .filter(|&robot| assigned[robot].contains(&TaskId(task as u16)))
+                .filter(|&robot| assigned[robot].contains(&TaskId(task as u32)))
                 .collect();
             let can_be_done = costs.iter().any(|row| row[task].is_some());
             prop_assert_eq!(owners.len(), usize::from(can_be_done));

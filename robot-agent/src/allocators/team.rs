@@ -249,7 +249,7 @@ impl<A: Allocator> Team<A> {
 
     fn me(&self, rank: usize, incarnation: Incarnation) -> SelfState {
         let robots = self.situation.cost_s.len();
-        let mut me = fixtures::self_state(RobotId(rank as u16), robots, self.briefs());
+        let mut me = fixtures::self_state(RobotId(rank as u32), robots, self.briefs());
         me.behaviors
             .retain(|own| self.cost_s(rank, own.task).is_some());
         (me.incarnation, me.ceased_after) = (incarnation, self.tau);
@@ -267,7 +267,7 @@ impl<A: Allocator> Team<A> {
     }
 
     pub fn briefs(&self) -> Arc<[TaskBrief]> {
-        let brief = |(task, id): (&Task, u16)| {
+        let brief = |(task, id): (&Task, u32)| {
             let ranks = 0..self.situation.cost_s.len();
             let able = ranks.filter(|&rank| self.cost_s(rank, TaskId(id)).is_some());
             let costs = able
@@ -277,7 +277,7 @@ impl<A: Allocator> Team<A> {
                 max_robots: task.max_robots,
                 priority: task.priority,
                 unit_s: costs.fold(0.0, f64::max),
-                robots: able.map(|rank| RobotId(rank as u16)).collect(),
+                robots: able.map(|rank| RobotId(rank as u32)).collect(),
                 coalition: task.coalition,
             }
         };
@@ -325,7 +325,7 @@ impl<A: Allocator> Team<A> {
         let ground_truth = self.ground_truth();
         let mut outgoing = Vec::new();
         for rank in 0..self.robots.len() {
-            let me = RobotId(rank as u16);
+            let me = RobotId(rank as u32);
             let mut received = self.in_flight.clone();
             received.retain(|broadcast| broadcast.sender != me && passes(broadcast, me));
             let choices = self.choices(rank);
@@ -379,7 +379,7 @@ impl<A: Allocator> Team<A> {
                 let cost_s = self.cost_s(rank, TaskId(id))?;
                 Some(Choice {
                     round: task.round,
-                    applicable: task.units != Some(0) && self.applicable[rank][usize::from(id)],
+                    applicable: task.units != Some(0) && self.applicable[rank][id as usize],
                     reward: task.reward,
                     priority: task.priority,
                     max_robots: task.max_robots,
@@ -417,7 +417,7 @@ impl<A: Allocator> Team<A> {
         let number = (robot.incarnation, robot.seq);
         robot.seq += 1;
         let body = BroadcastContent::Allocation(message);
-        let broadcast = fixtures::broadcast(RobotId(rank as u16), number, now, body);
+        let broadcast = fixtures::broadcast(RobotId(rank as u32), number, now, body);
         self.in_flight.push(Arc::new(broadcast));
     }
 
@@ -445,7 +445,7 @@ impl<A: Allocator> Team<A> {
     }
 
     pub fn executors(&self, task: usize) -> Vec<usize> {
-        let task = Some(TaskId(task as u16));
+        let task = Some(TaskId(task as u32));
         let ranks = 0..self.robots.len();
         ranks
             .filter(|&rank| self.robots[rank].active == task)

@@ -42,7 +42,8 @@ impl RunHash {
     /// Adds the hash of a section of a robot, or of the world if `robot` is `None`.
     #[inline(always)]
     pub fn section(&mut self, robot: Option<RobotId>, section: Section, hash: u64) {
-        let rank = robot.map_or(u16::MAX, |robot| robot.0).to_le_bytes();
+        // Two bytes of the rank suffice: robots follow in order of rank, and larger teams wrap round.
+        let rank = robot.map_or(u16::MAX, |robot| robot.0 as u16).to_le_bytes();
         let name = section.as_str().as_bytes();
         // Added in one piece, because each addition may have to grow the buffer.
         let mut piece = [0; 2 + NAME_MOST + 8];

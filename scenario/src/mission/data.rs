@@ -102,7 +102,7 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         ["blue", "gold", "green"].map(robot).to_vec()
     }
 
-    /// Returns a scenario with this number of robots and amount of work, 1 to 10,000 each; `None` if the mission has
+    /// Returns a scenario with this number of robots and amount of work, 1 to 1,000,000 each; `None` if the mission has
     /// only one size.
     fn family(&self, _robots: usize, _size: usize) -> Option<Scenario> {
         None
@@ -158,19 +158,14 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         DefaultAllianceParams::COMMON
     }
 
-    /// Estimates the longest time between two signs of progress in a behavior, s, for a robot with this body and skill.
-    /// The default is a trip across the room and half a turn.
-    fn work_unit_s(
-        &self,
-        scenario: &Scenario,
-        body: &Body,
-        skill: f64,
-        behavior: &BehaviorSpec,
-    ) -> f64 {
-        let _ = (skill, behavior);
-        let (width, height) = (scenario.room.width_m, scenario.room.height_m);
-        let way_m = (width * width + height * height).sqrt();
-        f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
+    /// Returns a function that estimates the longest time between two signs of progress in a behavior, s, for a robot with
+    /// this body and skill. The default is a trip across the room and half a turn.
+    fn work_unit_s<'a>(&'a self, scenario: &'a Scenario) -> WorkUnit<'a> {
+        Box::new(|body, _, _| {
+            let (width, height) = (scenario.room.width_m, scenario.room.height_m);
+            let way_m = (width * width + height * height).sqrt();
+            f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
+        })
     }
 
     /// Returns the names that an argument of the mission's faults accepts; see [`FaultRange::Name`].
@@ -256,15 +251,18 @@ pub trait MissionData: Debug + Send + Sync + 'static {
 /// is the task's number.
 pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, Vec<BehaviorSpec>) {
     let tasks: Vec<String> = tasks.collect();
-    let behaviors = (0..=u16::MAX).zip(&tasks).map(|(task, name)| BehaviorSpec {
+    let behaviors = (0..=u32::MAX).zip(&tasks).map(|(task, name)| BehaviorSpec {
         name: name.clone(),
         task: TaskId(task),
-        kind: task.into(),
+        kind: task,
         skill: None,
     });
     let behaviors = behaviors.collect();
     (tasks, behaviors)
 }
+
+/// A function that estimates a unit of work by body, skill and behavior ([`MissionData::work_unit_s`]).
+pub type WorkUnit<'a> = Box<dyn Fn(&Body, f64, &BehaviorSpec) -> f64 + 'a>;
 
 /// A function that writes a random section of a mission ([`MissionData::random_section`]). The result must be valid with any
 /// room and robots.

@@ -5,7 +5,7 @@ pub use glam::Vec2;
 pub use super::columns::Column;
 pub use super::data::{
     BehaviorProperties, BuiltinScenario, DefaultAllianceParams, DrawSection, MissionData,
-    MissionVocabulary, Objective, TaskDependencies, one_behavior_each,
+    MissionVocabulary, Objective, TaskDependencies, WorkUnit, one_behavior_each,
 };
 pub use super::registry::{Mission, read_section};
 pub use super::section::Section;

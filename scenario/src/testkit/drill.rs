@@ -4,11 +4,11 @@
 use crate::fault::{FaultArgument, FaultRange, FaultSpec};
 use crate::ids::TaskId;
 use crate::mission::columns::Column;
-use crate::mission::data::{DefaultAllianceParams, MissionData, MissionVocabulary};
+use crate::mission::data::{DefaultAllianceParams, MissionData, MissionVocabulary, WorkUnit};
 use crate::mission::registry::Mission;
 use crate::mission::registry::read_section;
 use crate::mission::section::Section;
-use crate::{BehaviorSpec, Body, Problem, Robot, Scenario, Setup, UntypedTable, Vocabulary};
+use crate::{BehaviorSpec, Problem, Robot, Scenario, Setup, UntypedTable, Vocabulary};
 
 /// The drill mission with the tasks `find`, `move(top)`, `move(bottom)` and `report`. `find` has two behaviors, and one
 /// of them needs a device that not all robots have. A robot whose skill `lift` is 0 cannot execute the `move` tasks.
@@ -128,7 +128,7 @@ impl MissionData for Drill {
             ("move(bottom)", 2),
             ("report", 3),
         ];
-        let behavior = |(kind, (name, task)): (usize, (&str, u16))| BehaviorSpec {
+        let behavior = |(kind, (name, task)): (usize, (&str, u32))| BehaviorSpec {
             name: name.to_owned(),
             task: TaskId(task),
             kind: kind as u32,
@@ -171,13 +171,7 @@ impl MissionData for Drill {
         }
     }
 
-    fn work_unit_s(
-        &self,
-        _scenario: &Scenario,
-        _body: &Body,
-        _skill: f64,
-        _behavior: &BehaviorSpec,
-    ) -> f64 {
-        30.0
+    fn work_unit_s<'a>(&'a self, _: &'a Scenario) -> WorkUnit<'a> {
+        Box::new(|_, _, _| 30.0)
     }
 }

@@ -109,7 +109,7 @@ impl World {
 
     fn step(&mut self) {
         for (rank, command) in self.commands.iter_mut().enumerate() {
-            black_box(self.world.readings(RobotId(rank as u16)));
+            black_box(self.world.readings(RobotId(rank as u32)));
             // The bodies turn at different times.
             let turns = (self.tick + 7 * rank as u64) % (STRAIGHT + TURN) >= STRAIGHT;
             *command = Some(Actuation {

@@ -20,7 +20,7 @@ impl Barrier {
             });
         };
         // Without participants no tick ends, so a new agent enters the current tick. So does an expected agent.
-        let expected = self.expected.contains(&RobotId(index as u16));
+        let expected = self.expected.contains(&RobotId(index as u32));
         let later = self.started && !self.is_idle() && !expected;
         let first_tick = self.tick + Tick::from(later);
         let place = &mut self.places[index];
@@ -41,7 +41,7 @@ impl Barrier {
         place.may_still_arrive = false;
         place.incarnation += 1;
         place.last_counted = None;
-        Ok((RobotId(index as u16), place.incarnation, first_tick))
+        Ok((RobotId(index as u32), place.incarnation, first_tick))
     }
 
     /// Registers that the liveliness token of an incarnation has appeared.

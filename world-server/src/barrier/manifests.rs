@@ -47,7 +47,7 @@ impl Barrier {
                 continue;
             }
             let entry = ManifestEntry {
-                sender: RobotId(sender as u16),
+                sender: RobotId(sender as u32),
                 tick: self.tick,
                 incarnation: answer.incarnation,
                 count: answer.broadcasts,

@@ -16,7 +16,7 @@ use Verdict::{Counted, SilenceEnded, Stale};
 use StepOrder::{InOrder, Simultaneous};
 
 /// A team of this size in which all robots receive each other.
-struct All(u16);
+struct All(u32);
 
 impl RadioReach for All {
     fn for_each_receiver(&self, _: RobotId, receive: impl FnMut(RobotId)) {
@@ -27,23 +27,23 @@ impl RadioReach for All {
 /// An event of the barrier. Robots are given by rank.
 #[derive(Clone, Debug)]
 enum Action {
-    Invite(u16),
+    Invite(u32),
     /// The token of an incarnation appears; the number counts back from the latest incarnation.
-    Arrive(u16, u32),
+    Arrive(u32, u32),
     /// The token of an incarnation disappears; the number counts back from the latest incarnation.
-    Gone(u16, u32),
-    Stall(u16),
+    Gone(u32, u32),
+    Stall(u32),
     Ask,
     /// A correct answer with this number of broadcasts.
-    Answer(u16, u16),
+    Answer(u32, u16),
     /// A report with a wrong incarnation and tick, each as distance from the correct value plus one.
-    Stray(u16, u32, u64, u16),
+    Stray(u32, u32, u64, u16),
     /// The end of the tick, if the tick is complete.
     Finish,
 }
 
 fn action() -> impl Strategy<Value = Action> {
-    let robot = || 0..4_u16;
+    let robot = || 0..4_u32;
     prop_oneof![
         2 => robot().prop_map(Action::Invite),
         2 => (robot(), 0..2_u32).prop_map(|(robot, ago)| Action::Arrive(robot, ago)),
@@ -82,19 +82,19 @@ fn report(robot: RobotId, incarnation: Incarnation, tick: Tick, broadcasts: u16)
 struct Watched {
     barrier: Barrier,
     order: StepOrder,
-    robots: u16,
+    robots: u32,
     /// All counted reports, by tick and rank.
-    counted: BTreeMap<(Tick, u16), Report>,
+    counted: BTreeMap<(Tick, u32), Report>,
     /// Robots whose answer to the current tick is due.
-    awaited: BTreeSet<u16>,
+    awaited: BTreeSet<u32>,
     /// Robots that were sent the current tick, in that order.
-    asked: Vec<u16>,
+    asked: Vec<u32>,
     /// The first tick that each incarnation was promised.
-    promised: BTreeMap<(u16, Incarnation), Tick>,
+    promised: BTreeMap<(u32, Incarnation), Tick>,
 }
 
 impl Watched {
-    fn new(robots: u16, order: StepOrder) -> Self {
+    fn new(robots: u32, order: StepOrder) -> Self {
         let team: Vec<Robot> = (0..robots)
             .map(|rank| Robot {
                 name: format!("robot-{rank}"),
@@ -113,7 +113,7 @@ impl Watched {
     }
 
     /// Creates a barrier whose robots have all arrived.
-    fn running(robots: u16, order: StepOrder) -> Self {
+    fn running(robots: u32, order: StepOrder) -> Self {
         let mut watched = Self::new(robots, order);
         for robot in 0..robots {
             watched.invite(robot);
@@ -123,12 +123,12 @@ impl Watched {
         watched
     }
 
-    fn incarnation(&self, robot: u16) -> Incarnation {
-        self.barrier.places[usize::from(robot)].incarnation
+    fn incarnation(&self, robot: u32) -> Incarnation {
+        self.barrier.places[robot as usize].incarnation
     }
 
     /// Returns the latest tick in which that incarnation counted.
-    fn last_counted(&self, robot: u16, incarnation: Incarnation) -> Option<Tick> {
+    fn last_counted(&self, robot: u32, incarnation: Incarnation) -> Option<Tick> {
         let of_robot = self
             .counted
             .iter()
@@ -141,7 +141,7 @@ impl Watched {
     }
 
     fn perform(&mut self, action: &Action) {
-        let within = |robot: u16| robot % self.robots;
+        let within = |robot: u32| robot % self.robots;
         match *action {
             Action::Invite(robot) => self.invite(within(robot)),
             Action::Arrive(robot, ago) => self.arrive(within(robot), ago),
@@ -174,7 +174,7 @@ impl Watched {
         }
     }
 
-    fn invite(&mut self, robot: u16) {
+    fn invite(&mut self, robot: u32) {
         let before = self.incarnation(robot);
         if let Ok((id, incarnation, first)) = self.barrier.invite(&format!("robot-{robot}")) {
             assert_eq!((id, incarnation), (RobotId(robot), before + 1));
@@ -186,13 +186,13 @@ impl Watched {
         }
     }
 
-    fn arrive(&mut self, robot: u16, ago: u32) {
+    fn arrive(&mut self, robot: u32, ago: u32) {
         let incarnation = self.incarnation(robot).saturating_sub(ago);
         self.barrier.arrive(RobotId(robot), incarnation);
         self.barrier.start_if_all_arrived();
     }
 
-    fn gone(&mut self, robot: u16, ago: u32) {
+    fn gone(&mut self, robot: u32, ago: u32) {
         let incarnation = self.incarnation(robot).saturating_sub(ago);
         self.barrier.agent_lost(RobotId(robot), incarnation, true);
         if incarnation == self.incarnation(robot) {
@@ -200,7 +200,7 @@ impl Watched {
         }
     }
 
-    fn stall(&mut self, robot: u16) {
+    fn stall(&mut self, robot: u32) {
         self.barrier.stall(RobotId(robot));
         self.awaited.remove(&robot);
     }
@@ -208,7 +208,7 @@ impl Watched {
     /// Checks that a report counts if and only if it is the first answer of an agent that was sent the tick.
     fn report(
         &mut self,
-        robot: u16,
+        robot: u32,
         incarnation: Incarnation,
         tick: Tick,
         broadcasts: u16,
@@ -262,10 +262,10 @@ impl Watched {
 
     /// Returns the expected manifest of a robot in the current tick: all counted broadcasts since its last step. It is empty if the
     /// robot did not count in the previous tick.
-    fn expected_manifest(&self, robot: u16, incarnation: Incarnation) -> Vec<ManifestEntry> {
+    fn expected_manifest(&self, robot: u32, incarnation: Incarnation) -> Vec<ManifestEntry> {
         let now = self.barrier.tick();
         let counted_before = now > 0 && self.last_counted(robot, incarnation) == Some(now - 1);
-        let receives = |tick: Tick, sender: u16| match self.order {
+        let receives = |tick: Tick, sender: u32| match self.order {
             Simultaneous => counted_before && tick + 1 == now,
             InOrder => {
                 (counted_before && tick + 1 == now && sender > robot)
@@ -297,7 +297,7 @@ impl Watched {
         self.barrier.finish(&All(self.robots), &mut gathered);
         assert_eq!(self.barrier.tick(), tick + 1);
         for (rank, counted) in gathered.counted.iter().enumerate() {
-            assert_eq!(*counted, self.counted.contains_key(&(tick, rank as u16)));
+            assert_eq!(*counted, self.counted.contains_key(&(tick, rank as u32)));
         }
         let mut died = Vec::new();
         for input in &gathered.inputs {
@@ -313,7 +313,7 @@ impl Watched {
                     .places
                     .iter()
                     .position(|place| place.name == *robot);
-                let rank = rank.unwrap() as u16;
+                let rank = rank.unwrap() as u32;
                 assert_eq!(*last_counted, self.last_counted(rank, *incarnation));
                 died.push(RobotId(rank));
             }
@@ -342,7 +342,7 @@ impl Watched {
 proptest! {
     #[test]
     fn no_report_counts_twice_and_uncounted_broadcasts_are_not_received(
-        robots in 1..=4_u16,
+        robots in 1..=4_u32,
         order in order(),
         started in prop::bool::weighted(0.8),
         actions in prop::collection::vec(action(), 0..200),
@@ -374,7 +374,7 @@ fn the_clock_starts_when_the_last_robot_arrives_in_any_order() {
             assert_eq!(watched.report(robot, 1, 0, 0), Counted);
         }
         // The order of arrival does not change the log.
-        let joined = |rank: u16| Input::Join {
+        let joined = |rank: u32| Input::Join {
             robot: format!("robot-{rank}"),
             incarnation: 1,
             moment: None,

@@ -20,7 +20,7 @@ use super::schedule::FaultIndex;
 pub(super) struct Bursts {
     enter: Probability,
     leave: Probability,
-    robots: u16,
+    robots: u32,
     /// The current tick of the chains.
     tick: Tick,
     chains: Vec<Chain>,
@@ -36,7 +36,7 @@ impl Bursts {
     /// Creates the chains of a fault that is applied in `tick`. A `share` of all ticks is bad, in bursts of `mean_ticks`.
     pub fn new(
         seed: u64,
-        robots: u16,
+        robots: u32,
         (fault, tick): (FaultIndex, Tick),
         share: f64,
         mean_ticks: f64,
@@ -83,7 +83,7 @@ impl Bursts {
 
     /// Checks whether all messages on the link are lost in this tick.
     pub fn is_bad(&self, sender: RobotId, receiver: RobotId) -> bool {
-        self.chains[sender.index() * usize::from(self.robots) + receiver.index()].bad
+        self.chains[sender.index() * self.robots as usize + receiver.index()].bad
     }
 }
 

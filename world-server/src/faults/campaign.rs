@@ -40,7 +40,7 @@ pub fn expand(campaign: &RandomFaults, scenario: &Scenario, seed: u64) -> Vec<Or
     let mut orders = Vec::new();
     let robots = scenario.robots.iter().enumerate();
     for (rank, robot) in robots.filter(|(_, robot)| !robot.absent) {
-        let mut rng = robot_stream(seed, Purpose::RandomFaults, RobotId(rank as u16));
+        let mut rng = robot_stream(seed, Purpose::RandomFaults, RobotId(rank as u32));
         let mut repaired = SimTime::ZERO;
         for number in 0_u64.. {
             rng.set_word_pos(u128::from(number) * u128::from(DRAWS * WORDS));

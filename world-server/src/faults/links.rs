@@ -124,7 +124,7 @@ impl LinkFaults {
 
         let by_distance = |active: &ActiveFault| matches!(active.scope, Scope::Beyond(_));
         if self.active.iter().any(by_distance) {
-            let robots = (0..self.roster.names().len() as u16).map(RobotId);
+            let robots = (0..self.roster.names().len() as u32).map(RobotId);
             self.positions = robots.map(position).collect();
         }
     }
@@ -178,7 +178,7 @@ impl LinkFaults {
         if !self.active.iter().any(|active| active.state.hold) {
             return;
         }
-        let senders = (0..self.roster.names().len() as u16).map(RobotId);
+        let senders = (0..self.roster.names().len() as u32).map(RobotId);
         let senders = senders
             .filter(|&sender| sender != receiver)
             .filter(|&sender| self.state(sender, receiver).is_some_and(|state| state.hold));
@@ -351,7 +351,7 @@ impl LinkFaults {
             Some((share, burst_s)) if burst_s > 0.0 => {
                 let mean_ticks = burst_s / self.step.as_secs_f64();
                 let applied = (fault, self.tick);
-                let robots = self.roster.names().len() as u16;
+                let robots = self.roster.names().len() as u32;
                 active.bursts = Some(Bursts::new(self.seed, robots, applied, share, mean_ticks));
             }
             Some((share, _)) => active.state.drop = Probability::from_share(share),

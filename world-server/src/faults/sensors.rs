@@ -64,7 +64,7 @@ enum Defect {
 impl Sensors {
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
-        let robots = (0..setup.roster.names().len() as u16).map(RobotId);
+        let robots = (0..setup.roster.names().len() as u32).map(RobotId);
         let draws = robots.map(|robot| robot_stream(setup.seed, Purpose::Sensor, robot));
         Self {
             roster: Arc::clone(&setup.roster),

@@ -11,8 +11,8 @@ use crate::world::World;
 fn a_mission_receives_the_abilities_of_each_robot() {
     let setup = unlike_robots();
     let world = World::new(&setup, DRILL);
-    let able = |robot: u16| {
-        let spec = &setup.scenario.robots[usize::from(robot)];
+    let able = |robot: u32| {
+        let spec = &setup.scenario.robots[robot as usize];
         let body = world.body_of(RobotId(robot));
         let driving = (body.speed_m_s, body.push_m_s, body.turn_deg_s);
         (driving, spec.has_device("horn"), spec.skill("lift"))

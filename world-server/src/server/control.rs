@@ -79,7 +79,7 @@ impl Server {
     fn description(&self) -> Result<Description, Problem> {
         let mut setup = self.simulation.setup().clone();
         // Their size is quadratic in the size of the team.
-        setup.alliance.robots.clear();
+        setup.alliance.robots = std::sync::Arc::default();
         let setup = setup.to_json();
         Ok(Description {
             run: self.run.clone(),

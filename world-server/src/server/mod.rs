@@ -278,7 +278,7 @@ impl Server {
     pub fn check_deadlines(&mut self) {
         let now = Instant::now();
         for index in 0..self.peers.len() {
-            let robot = RobotId(index as u16);
+            let robot = RobotId(index as u32);
             let peer = &mut self.peers[index];
             if let Some((incarnation, since)) = peer.invited
                 && now.duration_since(since) > GRACE
@@ -296,7 +296,7 @@ impl Server {
         }
         if !self.simulation.barrier().started() {
             for (index, _) in self.peers.iter().enumerate().filter(|(_, peer)| peer.lost) {
-                self.simulation.start_without(RobotId(index as u16));
+                self.simulation.start_without(RobotId(index as u32));
             }
         }
         for robot in self.awaited.clone() {

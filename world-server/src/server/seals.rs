@@ -47,7 +47,7 @@ impl Seals {
                 .collect(),
             ranks: names()
                 .enumerate()
-                .map(|(rank, name)| (name.to_owned(), RobotId(rank as u16)))
+                .map(|(rank, name)| (name.to_owned(), RobotId(rank as u32)))
                 .collect(),
             hosts: hosts
                 .map(|host| {

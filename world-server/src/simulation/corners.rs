@@ -106,7 +106,7 @@ impl CurveCorners {
     }
 
     fn end(&mut self, rank: usize) {
-        let robot = RobotId(rank as u16);
+        let robot = RobotId(rank as u32);
         let Curves { at, sets, .. } = std::mem::take(&mut self.curves[rank]);
         let ends = sets.iter().map(|curve| Corner {
             last: true,

@@ -114,7 +114,7 @@ impl Floor {
         let robots = scenario.robots.iter().zip(poses).enumerate();
         let robots = robots.map(|(rank, (robot, pose))| {
             let component = Component {
-                id: ComponentId::Robot(RobotId(rank as u16)),
+                id: ComponentId::Robot(RobotId(rank as u32)),
                 pose,
                 shape: Shape::Disc {
                     radius_m: body.radius_m,
@@ -185,7 +185,7 @@ impl Floor {
             let was_empty = battery.is_empty();
             battery.draw(drive, self.step);
             if !was_empty && battery.is_empty() {
-                let robot = Some(RobotId(rank as u16));
+                let robot = Some(RobotId(rank as u32));
                 happened.add(Event::new(EventKind::EnergyOut, robot));
             }
         }
@@ -344,7 +344,7 @@ impl Floor {
         reach_m: f32,
     ) -> impl Iterator<Item = (RobotId, Vec2)> + '_ {
         let near = self.bodies.near(point, reach_m);
-        near.map(|(rank, at)| (RobotId(rank as u16), at))
+        near.map(|(rank, at)| (RobotId(rank as u32), at))
     }
 
     /// Checks whether a disc overlaps no solid except bodies.

@@ -40,7 +40,7 @@ impl RadioRange {
 impl RadioReach for Floor {
     fn for_each_receiver(&self, sender: RobotId, mut receive: impl FnMut(RobotId)) {
         let Some(range) = &self.range else {
-            let ranks = 0..self.robots.len() as u16;
+            let ranks = 0..self.robots.len() as u32;
             return ranks.map(RobotId).for_each(receive);
         };
         let at = self.robots[sender.index()].position();
@@ -55,7 +55,7 @@ impl RadioReach for Floor {
             if squared < least * least
                 || (squared <= most * most && place.distance(at) <= range.range_m)
             {
-                receive(RobotId(rank as u16));
+                receive(RobotId(rank as u32));
             }
         });
     }
@@ -96,7 +96,7 @@ mod tests {
         World::new(&Setup::resolve(scenario, 1, None).unwrap().setup, DRILL)
     }
 
-    fn receivers(world: &World, sender: u16) -> BTreeSet<RobotId> {
+    fn receivers(world: &World, sender: u32) -> BTreeSet<RobotId> {
         let mut receivers = Vec::new();
         world.for_each_receiver(RobotId(sender), |receiver| receivers.push(receiver));
         let distinct: BTreeSet<RobotId> = receivers.iter().copied().collect();
@@ -115,18 +115,18 @@ mod tests {
         #[test]
         fn only_robots_in_range_receive(
             places in prop::collection::vec((0.5..11.5_f32, 0.5..8.5_f32), 1..20),
-            moves in prop::collection::vec((0..20_u16, 0.5..11.5_f32, 0.5..8.5_f32), 0..10),
+            moves in prop::collection::vec((0..20_u32, 0.5..11.5_f32, 0.5..8.5_f32), 0..10),
             range_m in 0.5..15.0_f32,
         ) {
             let mut world = world(Some(range_m), &places);
-            let ranks = 0..places.len() as u16;
+            let ranks = 0..places.len() as u32;
             for (rank, x, y) in moves {
                 if ranks.contains(&rank) {
                     world.move_robot(RobotId(rank), Vec2::new(x, y), None).unwrap();
                 }
             }
             for sender in ranks.clone() {
-                let at = |rank: u16| world.pose(RobotId(rank)).position;
+                let at = |rank: u32| world.pose(RobotId(rank)).position;
                 let near = ranks.clone().filter(|&rank| at(rank).distance(at(sender)) <= range_m);
                 prop_assert_eq!(receivers(&world, sender), near.map(RobotId).collect());
             }

@@ -75,7 +75,7 @@ pub fn start_poses(
             &nobody
         };
         if !is_free(&space, others, radius_m, position, -ROUNDING_M) {
-            return Err(StartError::Taken(RobotId(rank as u16)));
+            return Err(StartError::Taken(RobotId(rank as u32)));
         }
         if !robot.absent {
             taken.push(position);
@@ -102,7 +102,7 @@ pub fn start_poses(
         for rank in unplaced {
             let position = places
                 .next()
-                .ok_or(StartError::NoRoom(RobotId(rank as u16)))?;
+                .ok_or(StartError::NoRoom(RobotId(rank as u32)))?;
             poses[rank] = Some(Pose {
                 position,
                 heading_rad: PI,

@@ -60,7 +60,7 @@ impl World {
             let can_act = floor.robots[rank].can_act();
             let command = commands.get(rank).copied().flatten().filter(|_| can_act);
             let command = limit_command(&floor.robots[rank].body, command.unwrap_or_default());
-            let robot = RobotId(rank as u16);
+            let robot = RobotId(rank as u32);
             if !matches!(command.action, Action::Nothing) {
                 mission.act(robot, &command.action, floor, &mut happened);
             }

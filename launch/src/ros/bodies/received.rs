@@ -171,7 +171,7 @@ fn read_pose(rank: usize, message: &[u8], room: &Room) -> Result<ExternalPose, S
         return Err(format!("({x_m}, {y_m}) is not in the room"));
     }
     Ok(ExternalPose {
-        robot: RobotId(rank as u16),
+        robot: RobotId(rank as u32),
         x_m,
         y_m,
         heading_rad: pose.heading_rad as f32,
@@ -192,7 +192,7 @@ fn read_scan(rank: usize, message: &[u8], spec: &BodySpec) -> Result<ExternalSca
         ranges_m: scan.ranges,
     };
     Ok(ExternalScan {
-        robot: RobotId(rank as u16),
+        robot: RobotId(rank as u32),
         beams: measured.proximity(spec.radius_m, spec.avoidance_range_m),
         stamp_ns: i64::from(sec) * 1_000_000_000 + i64::from(nanosec),
     })

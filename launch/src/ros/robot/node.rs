@@ -68,7 +68,7 @@ impl RosNode {
     /// Creates the node of the robot with this rank.
     pub fn new(connection: &Connection, rank: usize, setup: &Setup) -> anyhow::Result<Self> {
         let names = robot_names(setup, OPTION)?;
-        let (robot, name) = (RobotId(rank as u16), &names[rank]);
+        let (robot, name) = (RobotId(rank as u32), &names[rank]);
         let session = connection.session.clone();
         // The process has this node until its end.
         let node = format!("alliance_{name}").leak();

@@ -160,7 +160,7 @@ impl Memory {
         });
     }
 
-    fn place(&self, target: u16) -> Result<usize, usize> {
+    fn place(&self, target: u32) -> Result<usize, usize> {
         self.tracks
             .binary_search_by_key(&target, |track| track.last.target)
     }

@@ -134,7 +134,7 @@ impl MissionController for Observer {
         let sensed = input.reading::<SensorReading>();
         if self.look(&sensed, input) {
             let observe = duties.iter().position(|duty| *duty == TaskKind::Observe);
-            let task = observe.map(|index| TaskId(index as u16));
+            let task = observe.map(|index| TaskId(index as u32));
             perception.progressed.extend(task);
         }
         if let Some(position) = input.position() {

@@ -15,7 +15,7 @@ const REACH: Ranges = Ranges {
 };
 const FASTEST_M_S: f32 = 0.15;
 
-fn sighting(target: u16, x: f32, when_ms: u64) -> Sighting {
+fn sighting(target: u32, x: f32, when_ms: u64) -> Sighting {
     Sighting {
         target,
         at: Vec2::new(x, 0.0),
@@ -86,15 +86,15 @@ fn a_target_that_a_teammate_sees_is_shared_for_a_while() {
 
 #[derive(Clone, Copy, Debug)]
 enum Event {
-    See(u16, f32),
-    Hear(u16, f32),
-    HearOf(u16, f32),
+    See(u32, f32),
+    Hear(u32, f32),
+    HearOf(u32, f32),
     LookAway,
     Forget,
 }
 
 fn events() -> impl Strategy<Value = Event> {
-    let about = || (0..60_u16, -4.0..4.0_f32);
+    let about = || (0..60_u32, -4.0..4.0_f32);
     prop_oneof![
         4 => about().prop_map(|(target, x)| Event::See(target, x)),
         4 => about().prop_map(|(target, x)| Event::Hear(target, x)),
@@ -128,7 +128,7 @@ proptest! {
                 Event::Forget => memory.remove_stale(Vec2::ZERO, REACH, now),
             }
             let shared: SharedSightings = memory.in_sight().collect();
-            let targets: Vec<u16> = shared.iter().map(|sighting| sighting.target).collect();
+            let targets: Vec<u32> = shared.iter().map(|sighting| sighting.target).collect();
             prop_assert_eq!(&targets, &in_sight.iter().copied().collect::<Vec<_>>());
             let bytes = proto::codec::encode(&shared).unwrap();
             prop_assert!(bytes.len() <= MAX_KNOWLEDGE_BYTES);

@@ -1,13 +1,13 @@
 //! Checks of `[observe]` beyond the ranges of its parameters.
 
-use scenario::limits::LONGEST_M;
+use scenario::limits::WIDEST_M;
 use scenario::{KeyPath, Problem, Scenario};
 
 use super::ObserveSection;
 
 /// Returns the first error of `[observe]`. Distances and speeds must be in order.
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
-    scenario.room.check(LONGEST_M)?;
+    scenario.room.check(WIDEST_M)?;
     let section = ObserveSection::from_scenario(scenario);
     let slowest = ("slowest_m_s", section.slowest_m_s);
     let fastest = ("fastest_m_s", section.fastest_m_s);

@@ -12,7 +12,7 @@ const RADIUS_M: f32 = 10.0;
 const RADIO_M: f32 = 5.0;
 const SPEED_M_S: f32 = 0.2;
 
-/// Creates a scenario for 1 to 10,000 robots and targets.
+/// Creates a scenario for 1 to 1,000,000 robots and targets.
 pub(super) fn family(robots: usize, targets: usize) -> Scenario {
     let default = Scenario::default();
     let radius_m = RADIUS_M * (robots as f32 / ROBOTS).sqrt();
@@ -44,7 +44,7 @@ pub(super) fn family(robots: usize, targets: usize) -> Scenario {
 
 fn section(targets: usize) -> ObserveSection {
     ObserveSection {
-        n: targets as u16,
+        n: targets as u32,
         slowest_m_s: 0.0,
         fastest_m_s: 0.15,
         turn_hz: 0.05,

@@ -16,16 +16,16 @@ use scenario::fault::{EventTrigger, Order};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
     BehaviorProperties, DefaultAllianceParams, MissionData, MissionVocabulary, Objective,
-    TaskDependencies, one_behavior_each,
+    TaskDependencies, WorkUnit, one_behavior_each,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
 use scenario::mission::section::Section;
-use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
+use scenario::{BehaviorSpec, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
 
 use crate::duration::beyond_limit;
 
-pub const MAX_TARGETS: usize = 10_000;
+pub const MAX_TARGETS: usize = 1_000_000;
 
 pub const OBSERVE: Mission = Mission::new(
     "observe",
@@ -126,8 +126,9 @@ impl MissionData for Observe {
         }
     }
 
-    fn work_unit_s(&self, scenario: &Scenario, _: &Body, _: f64, _: &BehaviorSpec) -> f64 {
-        ObserveSection::from_scenario(scenario).duration_s
+    fn work_unit_s<'a>(&'a self, scenario: &'a Scenario) -> WorkUnit<'a> {
+        let duration_s = ObserveSection::from_scenario(scenario).duration_s;
+        Box::new(move |_, _, _| duration_s)
     }
 
     fn expected_properties(&self, _: &Scenario) -> ExpectedProperties {
@@ -143,7 +144,7 @@ impl MissionData for Observe {
         let Some(when) = when.filter(|when| verbs.contains(&when.what.as_str())) else {
             return Ok(());
         };
-        let count = usize::from(ObserveSection::from_scenario(scenario).n);
+        let count = ObserveSection::from_scenario(scenario).n as usize;
         let exists = |object: &str| {
             EventTrigger::number_of(object, "t").is_some_and(|target| target < count)
         };

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObserveSection {
-    pub n: u16,
+    pub n: u32,
     pub slowest_m_s: f32,
     pub fastest_m_s: f32,
     pub turn_hz: f64,

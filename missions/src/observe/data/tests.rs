@@ -58,7 +58,7 @@ fn the_family_is_valid_in_every_size_with_the_same_area_per_robot() {
         // All keys but one have the defaults of an empty section.
         let default = parse("[observe]\n");
         let default = ObserveSection {
-            n: targets as u16,
+            n: targets as u32,
             ..ObserveSection::from_scenario(&default).clone()
         };
         assert_eq!(*ObserveSection::from_scenario(&scenario), default);

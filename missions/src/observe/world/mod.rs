@@ -55,7 +55,7 @@ impl Observe {
         let seen = nearest.map(|number| {
             let offset = self.targets.at(number) - position;
             SensedTarget {
-                target: number as u16,
+                target: number as u32,
                 offset: Vec2::new(ahead.dot(offset), ahead.perp_dot(offset)),
             }
         });

@@ -208,7 +208,7 @@ fn figures_match_their_definitions() {
 #[test]
 fn a_full_reading_fits_its_size() {
     let seen = SensedTarget {
-        target: u16::MAX,
+        target: u32::MAX,
         offset: Vec2::splat(-2.345_678),
     };
     let sensed = SensorReading {

@@ -30,7 +30,7 @@ pub(super) struct BarKnowledge {
 }
 
 impl BarKnowledge {
-    pub fn new(bar: u16, pose: Pose) -> Self {
+    pub fn new(bar: u32, pose: Pose) -> Self {
         Self {
             report: BarReport {
                 bar,
@@ -48,7 +48,7 @@ impl BarKnowledge {
     pub fn set_pose(&mut self, pose: Pose, section: &PushSection) {
         self.report.pose = pose;
         self.lead_m = lead_m(&pose, section.length_m);
-        let goal_m = section.bars[usize::from(self.report.bar)].goal_x_m;
+        let goal_m = section.bars[self.report.bar as usize].goal_x_m;
         self.has_arrived = pose.position.x - self.lead_m.abs() / 2.0 >= goal_m;
     }
 

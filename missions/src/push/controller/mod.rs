@@ -68,7 +68,7 @@ impl Pusher {
         bars.dedup();
         let known = bars
             .iter()
-            .map(|&bar| BarKnowledge::new(bar as u16, section.bars[bar].pose()));
+            .map(|&bar| BarKnowledge::new(bar as u32, section.bars[bar].pose()));
         Self {
             room: scenario.room,
             push_m_s: scenario.body_of(&scenario.robots[robot.index()]).push_m_s,
@@ -82,7 +82,7 @@ impl Pusher {
         }
     }
 
-    fn place_of(&self, bar: u16) -> Option<usize> {
+    fn place_of(&self, bar: u32) -> Option<usize> {
         self.known
             .binary_search_by_key(&bar, |known| known.report.bar)
             .ok()
@@ -90,7 +90,7 @@ impl Pusher {
 
     fn of_task(&self, task: TaskId) -> Option<(usize, BarEnd)> {
         let (bar, end) = bar_and_end(task);
-        Some((self.place_of(bar as u16)?, end))
+        Some((self.place_of(bar as u32)?, end))
     }
 
     fn end_x(&self, place: usize, end: BarEnd) -> f32 {
@@ -140,7 +140,7 @@ impl Pusher {
             if way_m >= section.sight_m - CERTAIN_M || known.has_arrived {
                 continue;
             }
-            let start = &section.bars[usize::from(known.report.bar)];
+            let start = &section.bars[known.report.bar as usize];
             let mut pose = known.report.pose;
             pose.position.x += FARTHER_M;
             if pose.position.x > start.goal_x_m {

@@ -126,7 +126,7 @@ fn heartbeats_contain_many_bars_in_turn() {
     }
     assert_eq!(shared.len(), 30);
     let largest = BarReport {
-        bar: u16::MAX,
+        bar: u32::MAX,
         pose: leading(0.1),
         seen: SimTime(u64::MAX),
         last: Some(stroke(BarEnd::Left, SimTime(u64::MAX))),

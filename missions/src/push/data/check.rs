@@ -2,7 +2,7 @@
 
 use std::f32::consts::SQRT_2;
 
-use scenario::limits::LONGEST_M;
+use scenario::limits::WIDEST_M;
 use scenario::{Catalog, KeyPath, Problem, Scenario};
 use world_server::world::{Bar, Outline};
 
@@ -12,7 +12,7 @@ use crate::coverage::uncovered_tasks;
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     let section = PushSection::of(scenario);
     let at = KeyPath::new(["push"]);
-    scenario.room.check(LONGEST_M)?;
+    scenario.room.check(WIDEST_M)?;
     sizes(scenario, section, &at)?;
     for (index, bar) in section.bars.iter().enumerate() {
         let at = at.key("bars").index(index);

@@ -25,7 +25,7 @@ const BAR_AT_M: f32 = 2.0;
 const GOAL_AT_M: f32 = 9.0;
 const STARTS_AT_M: f32 = 1.0;
 
-/// Creates a scenario for 1 to 10,000 robots and bars.
+/// Creates a scenario for 1 to 1,000,000 robots and bars.
 #[must_use]
 pub fn family(robots: usize, bars: usize) -> Scenario {
     let least = bars.max(robots.div_ceil(ROBOTS));

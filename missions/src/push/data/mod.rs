@@ -20,7 +20,7 @@ use scenario::mission::prelude::*;
 
 use crate::push::bar::{BarEnd, end};
 
-pub const MAX_BARS: usize = 10_000;
+pub const MAX_BARS: usize = 1_000_000;
 
 /// The places of a robot that pushes, as distances from the end of the bar, in lengths of it. The places after the
 /// first are for a blocked first place.
@@ -146,11 +146,13 @@ impl MissionData for Push {
     }
 
     /// A unit leads away from one end, along the bar to the other, and includes a stroke there.
-    fn work_unit_s(&self, scenario: &Scenario, body: &Body, _: f64, _: &BehaviorSpec) -> f64 {
+    fn work_unit_s<'a>(&'a self, scenario: &'a Scenario) -> WorkUnit<'a> {
         let section = PushSection::of(scenario);
-        let way_m = section.length_m + 4.0 * body.radius_m;
-        let turns_s = 3.0 * 180.0 / body.turn_deg_s;
-        f64::from(way_m / body.speed_m_s + turns_s + section.stroke_m / body.push_m_s)
+        Box::new(|body, _, _| {
+            let way_m = section.length_m + 4.0 * body.radius_m;
+            let turns_s = 3.0 * 180.0 / body.turn_deg_s;
+            f64::from(way_m / body.speed_m_s + turns_s + section.stroke_m / body.push_m_s)
+        })
     }
 
     fn behavior_properties(&self, _: &Scenario, _: &BehaviorSpec) -> BehaviorProperties {

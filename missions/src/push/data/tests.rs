@@ -82,8 +82,8 @@ fn each_bar_has_two_tasks_and_a_robot_is_impatient_for_its_own_end() {
     let stated = vocabulary.builtin("parker-box").unwrap().text;
     let (without, _) = stated.split_once("# Each robot is impatient").unwrap();
     let impatience = |text: &str| -> Vec<f64> {
-        let robots = resolve(parse(text)).alliance.robots.into_values();
-        let sets = robots.flat_map(|robot| robot.sets.into_values());
+        let robots = resolve(parse(text)).alliance.robots;
+        let sets = robots.values().flat_map(|robot| robot.sets.values());
         sets.map(|set| set.fast_impatience).collect()
     };
     assert_eq!(impatience(without), impatience(stated));

@@ -232,7 +232,7 @@ impl PushWorld {
         let offset = end(pose, which, section.length_m) - position;
         let ahead = floor.ahead(robot);
         Some(BarSeen {
-            bar: bar as u16,
+            bar: bar as u32,
             end: which,
             near_end: Vec2::new(ahead.dot(offset), ahead.perp_dot(offset)),
             lead_m: lead_m(pose, section.length_m),
@@ -316,7 +316,7 @@ impl MissionWorld for PushWorld {
             let pushes = std::mem::take(&mut robot.pushes_now);
             robot.slips = std::mem::take(&mut robot.slips_now);
             if !pushes {
-                self.ends_push(RobotId(rank as u16), happened);
+                self.ends_push(RobotId(rank as u32), happened);
             }
         }
         self.hash = self.hash();

@@ -200,7 +200,7 @@ fn a_bar_over_the_line_arrives_once_and_completes_the_mission() {
 #[test]
 fn a_robot_senses_the_nearer_end_and_the_touch() {
     let mut world = world(&[(2.0, 5.5, 90.0), (0.5, 0.5, 0.0)]);
-    let sensed = |world: &World, robot: u16| -> SensorReading {
+    let sensed = |world: &World, robot: u32| -> SensorReading {
         let readings = world.readings(RobotId(robot)).mission;
         *readings.value::<SensorReading>()
     };
@@ -260,8 +260,8 @@ proptest! {
             let robots = 0..apart.len();
             let commands: Vec<_> = robots.map(|robot| {
                 // Most robots head for the bar.
-                let to = world.bars()[0].center() - world.pose(RobotId(robot as u16)).position;
-                let bearing = to.y.atan2(to.x) - world.pose(RobotId(robot as u16)).heading_rad;
+                let to = world.bars()[0].center() - world.pose(RobotId(robot as u32)).position;
+                let bearing = to.y.atan2(to.x) - world.pose(RobotId(robot as u32)).heading_rad;
                 let turn_rad_s = if robot as u8 % 4 == steered { turn_rad_s } else { bearing };
                 Some(Actuation { speed_m_s: 0.5, turn_rad_s, ..Actuation::default() })
             }).collect();

@@ -19,7 +19,7 @@ use crate::service::data::Slots;
 #[derive(Debug)]
 pub(super) struct Appointments {
     /// The points with several slots that the team can fill, in ascending order.
-    points: Vec<u16>,
+    points: Vec<u32>,
     /// The robots with each skill, by rank.
     able: BTreeMap<String, Vec<RobotId>>,
     /// The length of a round in the first cycle, at least 1 ms.
@@ -39,16 +39,16 @@ pub(super) struct Round {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Appointment {
     /// Any slot of a point.
-    Point(u16),
+    Point(u32),
     /// The slot of a point, as a task.
-    Slot(u16, TaskId),
+    Slot(u32, TaskId),
     /// Other points than this one, whose slots are for other robots.
-    Elsewhere(u16),
+    Elsewhere(u32),
 }
 
 impl Appointment {
     /// Returns whether the robot may fill the slot of a point.
-    pub fn permits(self, point: u16, slot: TaskId) -> bool {
+    pub fn permits(self, point: u32, slot: TaskId) -> bool {
         match self {
             Self::Point(here) => here == point,
             Self::Slot(_, own) => own == slot,
@@ -57,20 +57,20 @@ impl Appointment {
     }
 
     /// Returns whether this is an appointment in a round of a point.
-    pub fn concerns(self, point: u16) -> bool {
+    pub fn concerns(self, point: u32) -> bool {
         let (Self::Point(of_round) | Self::Slot(of_round, _) | Self::Elsewhere(of_round)) = self;
         of_round == point
     }
 
     /// Returns whether the robot should be at a point.
-    pub fn is_at(self, point: u16) -> bool {
+    pub fn is_at(self, point: u32) -> bool {
         matches!(self, Self::Point(here) | Self::Slot(here, _) if here == point)
     }
 }
 
 impl Appointments {
     pub fn new(scenario: &Scenario, slots: &Slots, catalog: &Catalog, round: SimTime) -> Self {
-        let unfillable: Vec<u16> = (slots.unfillable(scenario, catalog).into_iter())
+        let unfillable: Vec<u32> = (slots.unfillable(scenario, catalog).into_iter())
             .map(|(point, _)| point)
             .collect();
         let several = slots.iter().filter(|(_, slots)| slots.len() > 1);
@@ -104,8 +104,8 @@ impl Appointments {
     }
 
     /// Returns those of some points, in ascending order, that have rounds.
-    pub fn with_rounds(&self, points: impl Iterator<Item = u16>) -> Vec<u16> {
-        let mut points: Vec<u16> = points
+    pub fn with_rounds(&self, points: impl Iterator<Item = u32>) -> Vec<u32> {
+        let mut points: Vec<u32> = points
             .filter(|point| self.points.binary_search(point).is_ok())
             .collect();
         points.sort_unstable();
@@ -115,7 +115,7 @@ impl Appointments {
 
     /// Returns the point of a round for a robot with these [points](Self::with_rounds): the one with the number of the
     /// round, or the next one, if `is_due` is true for it.
-    pub fn point(&self, round: Round, own: &[u16], is_due: impl Fn(u16) -> bool) -> Option<u16> {
+    pub fn point(&self, round: Round, own: &[u32], is_due: impl Fn(u32) -> bool) -> Option<u32> {
         let of_round = self.points[round.number as usize % self.points.len()];
         let first = own.partition_point(|point| *point < of_round);
         let mut in_order = own[first..].iter().chain(&own[..first]).copied();
@@ -124,7 +124,7 @@ impl Appointments {
 
     /// Returns the place of a robot in a round whose point is known. The robots for the slots are drawn for each round, so
     /// that the same robots do not always gather in vain if one of them is lost.
-    pub fn place(&self, round: Round, point: u16, slots: &Slots, robot: RobotId) -> Appointment {
+    pub fn place(&self, round: Round, point: u32, slots: &Slots, robot: RobotId) -> Appointment {
         if round.number < self.points.len() as u64 {
             return Appointment::Point(point);
         }
@@ -153,7 +153,7 @@ impl Appointments {
 mod tests {
     use super::*;
 
-    fn appointments(points: u16) -> Appointments {
+    fn appointments(points: u32) -> Appointments {
         Appointments {
             points: (0..points).collect(),
             able: BTreeMap::new(),
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_round_names_the_next_point_that_is_due() {
         let appointments = appointments(4);
-        let of_round = |number, due: &[u16]| {
+        let of_round = |number, due: &[u32]| {
             let round = Round { cycle: 0, number };
             appointments.point(round, due, |_| true)
         };

@@ -124,8 +124,8 @@ impl Briefing {
 
     /// Checks whether a received fact is plausible. A faulty teammate may send any values.
     pub fn is_plausible(&self, fact: &PointFact, now: SimTime) -> bool {
-        usize::from(fact.point) < self.most_points
-            && usize::from(fact.kind) < self.kinds.len()
+        (fact.point as usize) < self.most_points
+            && (fact.kind as usize) < self.kinds.len()
             && (is_possible_place(fact.at) || self.room.contains(fact.at))
             && (0.0..1e7).contains(&fact.left_s)
             && self.is_round_plausible(fact, now)
@@ -138,7 +138,7 @@ impl Briefing {
             // A lost load begins a new round. No more than one can be lost in a step.
             Some(self.step)
         } else {
-            self.kinds[usize::from(fact.kind)].period
+            self.kinds[fact.kind as usize].period
         };
         let arrives = period.map(|period| {
             let since = period.0.saturating_mul(fact.round.into());
@@ -199,8 +199,8 @@ impl Briefing {
         from.delivery_m(|| self.way_m(from.at, to))
     }
 
-    pub fn terms(&self, point: u16) -> &Terms {
-        self.terms.get(usize::from(point)).unwrap_or(&Terms::NONE)
+    pub fn terms(&self, point: u32) -> &Terms {
+        self.terms.get(point as usize).unwrap_or(&Terms::NONE)
     }
 
     /// Returns the time from which robots can work on a point, and the time at which it expires, if it is stated.
@@ -208,13 +208,13 @@ impl Briefing {
         self.terms(fact.point).window(fact.round)
     }
 
-    pub fn priority(&self, point: u16) -> i32 {
-        let priority = self.priorities.get(usize::from(point));
+    pub fn priority(&self, point: u32) -> i32 {
+        let priority = self.priorities.get(point as usize);
         priority.copied().unwrap_or_default()
     }
 
     /// Returns the point of a task, if each point is a task.
-    pub fn point(&self, task: TaskId) -> u16 {
+    pub fn point(&self, task: TaskId) -> u32 {
         self.slots.point(task)
     }
 
@@ -224,7 +224,7 @@ impl Briefing {
     }
 
     /// Returns the distance from a point within which robots work, m.
-    pub fn reach_m_of(&self, point: u16) -> f32 {
+    pub fn reach_m_of(&self, point: u32) -> f32 {
         match self.slots.of_point(point).len() {
             0 | 1 => self.reach_m,
             _ => self.crew_reach_m,
@@ -232,7 +232,7 @@ impl Briefing {
     }
 
     /// Returns whether robots must work together at a point.
-    pub fn has_slots(&self, point: u16) -> bool {
+    pub fn has_slots(&self, point: u32) -> bool {
         !self.slots.of_point(point).is_empty()
     }
 

@@ -12,13 +12,13 @@ pub(super) struct CrewMember {
     /// seldom exchange all their robots.
     patience: SimTime,
     /// The points with appointments at which the robot can fill a slot, in ascending order.
-    pub points: Vec<u16>,
+    pub points: Vec<u32>,
     /// The task of the slot that the robot fills.
     pub task: Option<TaskId>,
     /// The point at which the robot waits for others, and since when.
-    waiting: Option<(u16, SimTime)>,
+    waiting: Option<(u32, SimTime)>,
     /// The point and the work left, s, at the last step with an effect.
-    left_s: Option<(u16, f32)>,
+    left_s: Option<(u32, f32)>,
     /// True after a wait in vain, until the robot works in a crew.
     pub has_waited_in_vain: bool,
     /// The place of a robot that has waited in vain, in this round.
@@ -28,7 +28,7 @@ pub(super) struct CrewMember {
 impl CrewMember {
     /// Creates the state of a robot with these [points](Self::points). Its patience is between half of the longest wait
     /// and all of it: less for a robot of higher rank.
-    pub fn new(robot: RobotId, team: usize, longest: SimTime, points: Vec<u16>) -> Self {
+    pub fn new(robot: RobotId, team: usize, longest: SimTime, points: Vec<u32>) -> Self {
         let half_ms = longest.0 / 2;
         Self {
             patience: SimTime(longest.0 - half_ms * u64::from(robot.0) / team.max(1) as u64),
@@ -51,7 +51,7 @@ impl CrewMember {
     }
 
     /// Records that the robot waits at a point, or that it does not. Returns whether it has waited too long.
-    pub fn note_wait(&mut self, point: Option<u16>, now: SimTime) -> bool {
+    pub fn note_wait(&mut self, point: Option<u32>, now: SimTime) -> bool {
         let known = self.waiting.filter(|(known, _)| Some(*known) == point);
         self.waiting = known.or(point.map(|point| (point, now)));
         let is_too_long = self

@@ -18,9 +18,9 @@ pub(super) struct Load {
     capacity: Option<f64>,
     taken: f64,
     /// The last point whose demand was taken, with its round. A stuck sensor reports it again.
-    last: Option<(u16, u16)>,
+    last: Option<(u32, u32)>,
     /// The point at which the work has no effect, and since when.
-    refused: Option<(u16, SimTime)>,
+    refused: Option<(u32, SimTime)>,
 }
 
 impl Load {
@@ -59,7 +59,7 @@ impl ServiceController {
     }
 
     /// Returns whether the robot can take the demand of a point after those of other tasks.
-    pub(super) fn has_capacity(&self, more: f64, point: u16) -> bool {
+    pub(super) fn has_capacity(&self, more: f64, point: u32) -> bool {
         self.load.fits(more, self.briefing.terms(point).demand)
     }
 

@@ -37,18 +37,18 @@ impl KnownPoint {
 /// later observation. Kept work never increases within a round.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
-    points: BTreeMap<u16, KnownPoint>,
+    points: BTreeMap<u32, KnownPoint>,
     /// The most recently changed points, the newest last.
-    news: ArrayVec<u16, MAX_RECENT>,
+    news: ArrayVec<u32, MAX_RECENT>,
     /// The robot's tasks in ascending order, with the number of known open points that it can serve.
     open: Vec<(TaskId, u32)>,
     skills: Vec<f32>,
     /// The known open points that expire at a stated time.
-    closing: BTreeSet<(SimTime, u16)>,
+    closing: BTreeSet<(SimTime, u32)>,
     /// The attempts of this robot that found no way to a point.
-    pub failed: FailedAttempts<u16>,
+    pub failed: FailedAttempts<u32>,
     /// The points at which this robot has waited too long for others.
-    pub waits: FailedAttempts<u16>,
+    pub waits: FailedAttempts<u32>,
 }
 
 pub(super) fn is_open(fact: &PointFact) -> bool {
@@ -75,25 +75,25 @@ impl Memory {
         if briefing.has_slots(fact.point) {
             return 1.0;
         }
-        self.skills[usize::from(fact.kind)]
+        self.skills[fact.kind as usize]
     }
 
-    pub fn known(&self, point: u16) -> Option<&KnownPoint> {
+    pub fn known(&self, point: u32) -> Option<&KnownPoint> {
         self.points.get(&point)
     }
 
-    pub fn fact(&self, point: u16) -> Option<&PointFact> {
+    pub fn fact(&self, point: u32) -> Option<&PointFact> {
         Some(&self.known(point)?.fact)
     }
 
-    pub fn facts_from(&self, point: u16) -> impl Iterator<Item = &PointFact> {
+    pub fn facts_from(&self, point: u32) -> impl Iterator<Item = &PointFact> {
         self.points.range(point..).map(|(_, known)| &known.fact)
     }
 
     /// Returns for each own task, in order, whether it has a point that the robot can serve and that is not suspended.
     pub fn applicable(&self, briefing: &Briefing, now: SimTime) -> impl Iterator<Item = bool> {
         self.open.iter().map(move |(task, open)| {
-            let is_of_task = |point: &u16| match briefing.tasks {
+            let is_of_task = |point: &u32| match briefing.tasks {
                 TaskGranularity::Points => *point == briefing.point(*task),
                 TaskGranularity::Kinds => self.fact(*point).is_some_and(|fact| {
                     fact.kind == task.0 && is_open(fact) && self.skill(briefing, fact) > 0.0
@@ -115,12 +115,12 @@ impl Memory {
         }
         let old = self.known(number).map(|known| (known.fact, known.sensed));
         if let Some((fact, sensed)) = old {
-            let age = |round: u16, sensed: SimTime| (round, sensed);
+            let age = |round: u32, sensed: SimTime| (round, sensed);
             if age(new.fact.round, new.sensed) <= age(fact.round, sensed) {
                 return;
             }
             let is_same_round = new.fact.round == fact.round;
-            let is_kept = briefing.kinds[usize::from(new.fact.kind)].kept;
+            let is_kept = briefing.kinds[new.fact.kind as usize].kept;
             if is_same_round && is_kept && is_open(&fact) && is_open(&new.fact) {
                 new.fact.left_s = new.fact.left_s.min(fact.left_s);
             }
@@ -170,14 +170,14 @@ impl Memory {
         self.fact(point)
     }
 
-    pub fn work_left(&mut self, point: u16, left_s: f32) {
+    pub fn work_left(&mut self, point: u32, left_s: f32) {
         if let Some(known) = self.points.get_mut(&point) {
             known.fact.left_s = known.fact.left_s.min(left_s);
         }
     }
 
     /// Marks a point as recently changed, for the next heartbeats.
-    pub fn mark_changed(&mut self, point: u16) {
+    pub fn mark_changed(&mut self, point: u32) {
         if let Some(old) = self.news.iter().position(|news| *news == point) {
             self.news.remove(old);
         }
@@ -217,7 +217,7 @@ impl Memory {
         now: SimTime,
     ) -> impl Iterator<Item = &'a KnownPoint> {
         self.points.values().filter(move |KnownPoint { fact, .. }| {
-            usize::from(fact.kind) == kind
+            fact.kind as usize == kind
                 && is_open(fact)
                 && self.skill(briefing, fact) > 0.0
                 && !self.failed.is_suspended(fact.point, now)

@@ -67,19 +67,19 @@ struct ServiceController {
     wander: Wander,
     progress: Option<Progress>,
     /// The point on which the robot worked in the previous step, according to its own action.
-    working: Option<u16>,
-    target: Option<u16>,
+    working: Option<u32>,
+    target: Option<u32>,
     /// The point of the previous step's active task.
-    heading_for: Option<u16>,
+    heading_for: Option<u32>,
     crew: CrewMember,
     /// The point whose load the robot carries.
-    laden: Option<u16>,
+    laden: Option<u32>,
     load: Load,
     recharge: Recharge,
     /// The point to which the way was blocked, with the work left, s, and the time since when both are the same.
-    blocked: Option<(u16, f32, SimTime)>,
+    blocked: Option<(u32, f32, SimTime)>,
     /// The number of the point from which the absence check continues.
-    looked_for: u16,
+    looked_for: u32,
     /// Memory for the facts in a message.
     received: Vec<ObservedFact>,
     now: SimTime,
@@ -175,7 +175,7 @@ impl ServiceController {
     /// is.
     fn note_work(
         &mut self,
-        effect: Option<u16>,
+        effect: Option<u32>,
         input: &ControllerInput<'_>,
         perception: &mut Perception,
     ) {
@@ -226,7 +226,7 @@ impl ServiceController {
         if has_progressed {
             perception.progressed.push(self.briefing.task(&fact));
         }
-        if !is_over && self.briefing.kinds[usize::from(fact.kind)].kept {
+        if !is_over && self.briefing.kinds[fact.kind as usize].kept {
             self.memory.work_left(fact.point, progress.left_s());
             if quarters {
                 self.memory.mark_changed(fact.point);
@@ -258,7 +258,7 @@ impl ServiceController {
 
     /// Records that the way to a point is blocked. The attempt has failed, unless a teammate at the point may be in the way.
     fn note_blocked(&mut self, fact: &PointFact, position: Vec2, now: SimTime) {
-        let is_same = |known: &(u16, f32, SimTime)| (known.0, known.1) == (fact.point, fact.left_s);
+        let is_same = |known: &(u32, f32, SimTime)| (known.0, known.1) == (fact.point, fact.left_s);
         let known = self.blocked.filter(is_same);
         let blocked = known.unwrap_or((fact.point, fact.left_s, now));
         let reach_m = self.briefing.reach_m_of(fact.point);
@@ -307,7 +307,7 @@ impl ServiceController {
     }
 
     /// Returns whether the window of a point was open in the previous step. Before, a robot at the point only waits.
-    fn could_work(&self, point: u16) -> bool {
+    fn could_work(&self, point: u32) -> bool {
         let fact = self.memory.fact(point);
         let opens = fact.map_or(SimTime::ZERO, |fact| self.briefing.window(fact).0);
         opens == SimTime::ZERO || opens + self.briefing.step <= self.now
@@ -484,7 +484,7 @@ impl MissionController for ServiceController {
 impl ServiceController {
     /// Returns the earliest start of a point's current round if each point is a task. All robots compute the same time.
     fn came_back(&self, fact: &PointFact) -> SimTime {
-        let period = self.briefing.kinds[usize::from(fact.kind)].period;
+        let period = self.briefing.kinds[fact.kind as usize].period;
         match (self.briefing.tasks, period) {
             (TaskGranularity::Points, Some(period)) => SimTime(period.0 * u64::from(fact.round)),
             _ => SimTime::ZERO,
@@ -503,12 +503,12 @@ pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
     let (scenario, catalog) = (&setup.scenario, &setup.catalog);
     let briefing = Briefing::from_setup(setup);
     let points = data::points(scenario, setup.seed);
-    let row = |(robot, rank): (&scenario::Robot, u16)| {
+    let row = |(robot, rank): (&scenario::Robot, u32)| {
         let skills = briefing.skills(RobotId(rank), setup);
         let door = briefing.room.at(Vec2::new(0.0, 0.5));
         let start = robot.start.map_or(door, |start| start.position());
         let speed_m_s = scenario.body_of(robot).speed_m_s;
-        let cost_ms = |(number, point): (u16, &data::PointSpec)| {
+        let cost_ms = |(number, point): (u32, &data::PointSpec)| {
             let way_m = briefing.way_m(start, point.at).unwrap_or(0.0);
             let way_m = (way_m - briefing.reach_m_of(number)).max(0.0);
             let mut start_s = f64::from(way_m / speed_m_s);
@@ -526,15 +526,15 @@ pub(super) fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
         let mut row = vec![None; catalog.tasks.len()];
         for id in catalog.behaviors_of(robot) {
             let task = catalog.sets[id.index()].task.index();
-            let able = |(number, point): &(u16, &data::PointSpec)| {
+            let able = |(number, point): &(u32, &data::PointSpec)| {
                 let has_skill = briefing.has_slots(*number) || skills[point.kind] > 0.0;
                 let has_capacity = data::fits(0.0, point.demand, robot.capacity);
                 has_skill && has_capacity && briefing.way_m(start, point.at).is_some()
             };
             row[task] = match briefing.tasks {
                 TaskGranularity::Points => {
-                    let number = briefing.point(TaskId(task as u16));
-                    let point = points.get(usize::from(number));
+                    let number = briefing.point(TaskId(task as u32));
+                    let point = points.get(number as usize);
                     point.map(|point| (number, point)).filter(able).map(cost_ms)
                 }
                 TaskGranularity::Kinds => {

@@ -4,8 +4,8 @@ use crate::service::bus::{LEAST_LEFT_S, PointFact};
 
 #[derive(Clone, Debug)]
 pub(super) struct Progress {
-    pub point: u16,
-    pub round: u16,
+    pub point: u32,
+    pub round: u32,
     /// The work left at the beginning, s at skill 1.
     at_first_s: f32,
     /// The work left now, s, at least 0.

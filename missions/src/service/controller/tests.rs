@@ -39,12 +39,12 @@ fn memory() -> Memory {
     Memory::new((0..40).map(TaskId), vec![1.0, 0.5])
 }
 
-fn fact(point: u16, round: u16, left_s: f32) -> PointFact {
+fn fact(point: u32, round: u32, left_s: f32) -> PointFact {
     PointFact {
         point,
         kind: point % 2,
         round,
-        at: Vec2::new(f32::from(point % 12), 3.0),
+        at: Vec2::new((point % 12) as f32, 3.0),
         left_s,
     }
 }
@@ -58,7 +58,7 @@ fn known(fact: PointFact, sensed_s: f64) -> ObservedFact {
 
 /// Draws the history of a point: rounds increase, and the work left decreases within a round.
 fn history() -> impl Strategy<Value = Vec<ObservedFact>> {
-    proptest::collection::vec((0..2_u16, proptest::bool::ANY, 0.0..30.0_f32), 1..20).prop_map(
+    proptest::collection::vec((0..2_u32, proptest::bool::ANY, 0.0..30.0_f32), 1..20).prop_map(
         |steps| {
             let (mut round, mut left_s) = (0, 60.0_f32);
             let history = (1..).zip(steps).map(|(second, (back, is_over, work_s))| {
@@ -101,11 +101,11 @@ proptest! {
 
     /// The content fits in a heartbeat, and every point is sent within a minute.
     #[test]
-    fn the_shared_knowledge_fits_in_a_heartbeat(points in proptest::collection::btree_set(0..40_u16, 1..40)) {
+    fn the_shared_knowledge_fits_in_a_heartbeat(points in proptest::collection::btree_set(0..40_u32, 1..40)) {
         let briefing = briefing("known = 'sight'");
         let mut memory = memory();
         for point in &points {
-            memory.merge(&briefing, known(fact(*point, u16::MAX, f32::MAX), 1e6));
+            memory.merge(&briefing, known(fact(*point, u32::MAX, f32::MAX), 1e6));
         }
         let mut sent = std::collections::BTreeSet::new();
         for second in 0..60 {
@@ -146,7 +146,7 @@ fn rounds_that_cannot_have_begun_are_rejected() {
          [[service.points]]\nkind = 'dust'\nx_m = 4\ny_m = 3\narrival_s = 5\nvalue = 2\n\
          [[service.points]]\nkind = 'garbage'\nx_m = 5\ny_m = 3\ndeliver_to = [2, 2]\n";
     let briefing = Briefing::from_setup(&resolve(parse(text)));
-    let is_plausible = |point: u16, round, now_s| {
+    let is_plausible = |point: u32, round, now_s| {
         let fact = fact(point, round, 1.0);
         briefing.is_plausible(&fact, SimTime::from_secs_f64(now_s))
     };
@@ -156,7 +156,7 @@ fn rounds_that_cannot_have_begun_are_rejected() {
     assert!(is_plausible(1, 1, 15.0) && is_plausible(1, 2, 25.0));
     assert!(!is_plausible(1, 2, 24.9));
     // A lost load of p2 begins a round.
-    assert!(is_plausible(2, 1, 1.0) && !is_plausible(2, u16::MAX, 1.0));
+    assert!(is_plausible(2, 1, 1.0) && !is_plausible(2, u32::MAX, 1.0));
 }
 
 /// A wall divides the room. A point behind it, or with its delivery there, does not keep the robot from the other point

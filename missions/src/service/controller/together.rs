@@ -12,7 +12,7 @@ use crate::service::bus::PointFact;
 impl ServiceController {
     /// Updates the progress of a crew from the facts, because the pace of a crew depends on all of its robots. Returns
     /// whether the robot works in a crew.
-    pub(super) fn note_crew(&mut self, effect: Option<u16>, perception: &mut Perception) -> bool {
+    pub(super) fn note_crew(&mut self, effect: Option<u32>, perception: &mut Perception) -> bool {
         let point = effect.filter(|point| self.briefing.has_slots(*point));
         let fact = point.and_then(|point| self.memory.fact(point));
         let has_progressed = self.crew.note_left(fact);
@@ -56,7 +56,7 @@ impl ServiceController {
         }
     }
 
-    fn is_appointed(&self, point: u16) -> bool {
+    fn is_appointed(&self, point: u32) -> bool {
         let appointment = self.crew.appointment;
         appointment.is_some_and(|(_, appointment)| appointment.is_at(point))
     }
@@ -100,7 +100,7 @@ impl ServiceController {
     }
 
     /// Returns whether robots can work at one of the robot's points now.
-    fn can_gather_at(&self, point: u16, now: SimTime) -> bool {
+    fn can_gather_at(&self, point: u32, now: SimTime) -> bool {
         let fact = self.memory.fact(point).filter(|fact| is_open(fact));
         fact.is_some_and(|fact| now >= self.briefing.window(fact).0)
             && !self.memory.failed.is_suspended(point, now)

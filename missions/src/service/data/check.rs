@@ -64,7 +64,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     precedence::check(section)?;
     check_energy(scenario)?;
     let count = section.kinds_of_points().count();
-    let all = count + usize::from(section.spare);
+    let all = count + section.spare as usize;
     if all == 0 {
         let what = "there are no points";
         return Err(Problem::at(at, what, "give points, random or spare"));

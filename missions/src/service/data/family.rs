@@ -27,7 +27,7 @@ const POINTS_AT: f32 = 0.6;
 const STARTS_AT_M: f32 = 0.5;
 const STARTS_APART_M: f32 = 1.0;
 
-/// Returns service with the given number of robots and points, 1 to 10,000 each.
+/// Returns service with the given number of robots and points, 1 to 1,000,000 each.
 pub(super) fn family(robots: usize, points: usize) -> Scenario {
     let districts = Districts::new(robots.div_ceil(ROBOTS).max(points.div_ceil(POINTS)));
     let one = Room::default();

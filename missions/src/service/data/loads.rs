@@ -43,20 +43,20 @@ pub(super) fn check_demand(point: &Point, kind: Option<&Kind>, at: KeyPath) -> R
 
 /// Returns the points whose demands are above the capacities of all robots with their tasks, with the demands.
 #[must_use]
-pub fn too_heavy(scenario: &Scenario, catalog: &Catalog) -> Vec<(u16, f64)> {
+pub fn too_heavy(scenario: &Scenario, catalog: &Catalog) -> Vec<(u32, f64)> {
     let section = ServiceSection::of(scenario);
-    let demands = section.points.iter().zip(0_u16..);
-    let mut heavy: Vec<(u16, f64)> = demands
+    let demands = section.points.iter().zip(0_u32..);
+    let mut heavy: Vec<(u32, f64)> = demands
         .filter_map(|(point, number)| Some((number, point.demand?)))
         .collect();
     if heavy.is_empty() {
         return heavy;
     }
-    let task_of = |point: u16| match section.tasks {
-        TaskGranularity::Points => usize::from(point),
+    let task_of = |point: u32| match section.tasks {
+        TaskGranularity::Points => point as usize,
         // The check of the scenario guarantees that the kind exists.
         TaskGranularity::Kinds => {
-            let kind = &section.points[usize::from(point)].kind;
+            let kind = &section.points[point as usize].kind;
             section.kind_named(kind).unwrap_or_default()
         }
     };
@@ -77,7 +77,7 @@ pub(super) fn check_capacities(scenario: &Scenario) -> Result<(), Problem> {
     let Some((point, demand)) = heavy.first() else {
         return Ok(());
     };
-    let at = KeyPath::new(["service", "points"]).index(usize::from(*point));
+    let at = KeyPath::new(["service", "points"]).index(*point as usize);
     let what = format!("no robot with the task of p{point} has a capacity of {demand}");
     let remedy = "reduce the demand, or give a robot more capacity";
     Err(Problem::at(at.key("demand"), what, remedy))

@@ -41,14 +41,14 @@ use scenario::ids::TaskId;
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
     BehaviorProperties, DefaultAllianceParams, DrawSection, MissionData, MissionVocabulary,
-    Objective, TaskDependencies,
+    Objective, TaskDependencies, WorkUnit,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::{Mission, read_section};
 use scenario::mission::section::Section;
 use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
 
-pub const MAX_POINTS: usize = 10_000;
+pub const MAX_POINTS: usize = 1_000_000;
 pub const MAX_KINDS: usize = 10_000;
 
 pub const SERVICE: Mission = Mission::new(
@@ -149,7 +149,7 @@ impl MissionData for Service {
         let (tasks, kinds): (Vec<String>, Vec<usize>) = match section.tasks {
             TaskGranularity::Points => {
                 // A point that a fault adds may be of any kind.
-                let spare = std::iter::repeat_n(usize::MAX, section.spare.into());
+                let spare = std::iter::repeat_n(usize::MAX, section.spare as usize);
                 let kinds: Vec<usize> = section.kinds_of_points().chain(spare).collect();
                 let tasks = (0..kinds.len()).map(|point| format!("serve(p{point})"));
                 (tasks.collect(), kinds)
@@ -160,7 +160,7 @@ impl MissionData for Service {
                 (tasks.collect(), (0..section.kinds.len()).collect())
             }
         };
-        let behaviors = tasks.iter().zip(kinds).zip(0..=u16::MAX);
+        let behaviors = tasks.iter().zip(kinds).zip(0..=u32::MAX);
         let behaviors = behaviors.map(|((name, kind), task)| BehaviorSpec {
             name: name.clone(),
             task: TaskId(task),
@@ -216,7 +216,7 @@ impl MissionData for Service {
         behavior: &BehaviorSpec,
     ) -> DefaultAllianceParams {
         let body = scenario.body_of(robot);
-        let unit_s = self.work_unit_s(scenario, &body, robot.skill_at(behavior), behavior);
+        let unit_s = unit_s(scenario, &body, robot.skill_at(behavior), behavior);
         DefaultAllianceParams {
             broadcast_rate_hz: 1.0,
             ceased_after_s: 5.0,
@@ -228,26 +228,8 @@ impl MissionData for Service {
         }
     }
 
-    /// Returns the longest duration of a unit of work, s: the way across the room to a point, and all of its work.
-    fn work_unit_s(
-        &self,
-        scenario: &Scenario,
-        body: &Body,
-        skill: f64,
-        behavior: &BehaviorSpec,
-    ) -> f64 {
-        let section = ServiceSection::of(scenario);
-        let across_m = scenario.room.width_m.hypot(scenario.room.height_m);
-        let way_m = (across_m - section.reach_m).max(0.0);
-        let drive_s = if way_m > 0.0 {
-            f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
-        } else {
-            0.0
-        };
-        let of_kind = kind_of(section, behavior);
-        let longest = section.kinds.iter().map(|kind| kind.work_s.max);
-        let work_s = of_kind.map_or_else(|| longest.fold(0.0, f64::max), |kind| kind.work_s.max);
-        drive_s + work_s / skill
+    fn work_unit_s<'a>(&'a self, scenario: &'a Scenario) -> WorkUnit<'a> {
+        Box::new(|body, skill, behavior| unit_s(scenario, body, skill, behavior))
     }
 
     fn random_section(&self) -> Option<DrawSection> {
@@ -306,4 +288,20 @@ impl MissionData for Service {
     fn check(&self, scenario: &Scenario) -> Result<(), Problem> {
         check::check(scenario)
     }
+}
+
+/// Returns the longest duration of a unit of work, s: the way across the room to a point, and all of its work.
+fn unit_s(scenario: &Scenario, body: &Body, skill: f64, behavior: &BehaviorSpec) -> f64 {
+    let section = ServiceSection::of(scenario);
+    let across_m = scenario.room.width_m.hypot(scenario.room.height_m);
+    let way_m = (across_m - section.reach_m).max(0.0);
+    let drive_s = if way_m > 0.0 {
+        f64::from(way_m / body.speed_m_s + 180.0 / body.turn_deg_s)
+    } else {
+        0.0
+    };
+    let of_kind = kind_of(section, behavior);
+    let longest = section.kinds.iter().map(|kind| kind.work_s.max);
+    let work_s = of_kind.map_or_else(|| longest.fold(0.0, f64::max), |kind| kind.work_s.max);
+    drive_s + work_s / skill
 }

@@ -108,7 +108,7 @@ pub fn points(scenario: &Scenario, seed: u64) -> Vec<PointSpec> {
     let margin = (scenario.body.radius_m + MARGIN_M).min(size.min_element() / 2.0);
     for batch in &section.random {
         let mut at_s = batch.at_s;
-        for kind in kinds.by_ref().take(batch.n.into()) {
+        for kind in kinds.by_ref().take(batch.n as usize) {
             let mut draws = (0..MAX_TRIES).map(|_| {
                 let share = Vec2::new(rng.random(), rng.random());
                 low + (margin + share * (size - 2.0 * margin))

@@ -17,7 +17,7 @@ pub struct ServiceSection {
     pub known: KnowledgeSource,
     pub reach_m: f32,
     pub sight_m: f32,
-    pub spare: u16,
+    pub spare: u32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     pub uncovered: bool,
@@ -190,7 +190,7 @@ impl Point {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RandomPoints {
-    pub n: u16,
+    pub n: u32,
     /// The name of their kind. By default the kinds take turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kind: Option<String>,
@@ -236,7 +236,7 @@ impl ServiceSection {
         let drawn = self.random.iter().flat_map(|batch| {
             let kind = batch.kind.as_deref().map(named);
             let in_turn = move |number| kind.unwrap_or(number % self.kinds.len().max(1));
-            (0..usize::from(batch.n)).map(in_turn)
+            (0..batch.n as usize).map(in_turn)
         });
         // The limit keeps this short for a scenario that is not yet checked.
         let kinds: Vec<usize> = placed.chain(drawn).take(MAX_POINTS + 1).collect();
@@ -251,11 +251,8 @@ impl ServiceSection {
     }
 
     /// Returns the skills that a point of a kind requires, one for each robot that it needs at once.
-    pub fn skills_of(&self, point: u16, kind: usize) -> impl Iterator<Item = &String> {
-        let needs = self
-            .points
-            .get(usize::from(point))
-            .map(|point| &point.needs);
+    pub fn skills_of(&self, point: u32, kind: usize) -> impl Iterator<Item = &String> {
+        let needs = self.points.get(point as usize).map(|point| &point.needs);
         let needs = needs.filter(|needs| !needs.is_empty());
         let alone = needs.is_none().then_some(&self.kinds[kind].name);
         let needs = needs.into_iter().flatten();
@@ -279,7 +276,7 @@ impl ServiceSection {
     #[must_use]
     pub fn max_points(&self) -> usize {
         match self.tasks {
-            TaskGranularity::Points => self.kinds_of_points().count() + usize::from(self.spare),
+            TaskGranularity::Points => self.kinds_of_points().count() + self.spare as usize,
             TaskGranularity::Kinds => MAX_POINTS,
         }
     }

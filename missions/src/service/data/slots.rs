@@ -28,7 +28,7 @@ pub struct Slots {
     /// The slots of each point, by number. Empty if no point has slots.
     of_point: Vec<Vec<Slot>>,
     /// The points and slots of the tasks after those of the points, in the order of the tasks.
-    beyond_points: Vec<(u16, usize)>,
+    beyond_points: Vec<(u32, usize)>,
     /// The first task after those of the points.
     first_beyond: usize,
 }
@@ -41,7 +41,7 @@ impl Slots {
         if section.points.iter().all(|point| point.needs.is_empty()) {
             return slots;
         }
-        slots.first_beyond = section.kinds_of_points().count() + usize::from(section.spare);
+        slots.first_beyond = section.kinds_of_points().count() + section.spare as usize;
         for (point, number) in section.points.iter().zip(0..) {
             let mut of_point: Vec<Slot> = Vec::new();
             for (skill, count) in &point.needs {
@@ -56,7 +56,7 @@ impl Slots {
                         let next = slots.first_beyond + slots.beyond_points.len();
                         slots.beyond_points.push((number, of_point.len()));
                         // The check of the scenario limits the number of tasks.
-                        TaskId(next.min(usize::from(u16::MAX)) as u16)
+                        TaskId(next.min(u32::MAX as usize) as u32)
                     };
                     of_point.push(Slot {
                         task,
@@ -77,20 +77,20 @@ impl Slots {
 
     /// Returns the slots of a point; empty for a point without needs.
     #[must_use]
-    pub fn of_point(&self, point: u16) -> &[Slot] {
-        let slots = self.of_point.get(usize::from(point));
+    pub fn of_point(&self, point: u32) -> &[Slot] {
+        let slots = self.of_point.get(point as usize);
         slots.map_or(&[], Vec::as_slice)
     }
 
     /// Returns the points with slots, in ascending order, and their slots.
-    pub fn iter(&self) -> impl Iterator<Item = (u16, &[Slot])> {
+    pub fn iter(&self) -> impl Iterator<Item = (u32, &[Slot])> {
         let points = (0..).zip(self.of_point.iter().map(Vec::as_slice));
         points.filter(|(_, slots)| !slots.is_empty())
     }
 
     /// Returns the point and the index of the slot that a task fills; `None` for the task of a point without needs.
     #[must_use]
-    pub fn of_task(&self, task: TaskId) -> Option<(u16, usize)> {
+    pub fn of_task(&self, task: TaskId) -> Option<(u32, usize)> {
         let first = || !self.of_point(task.0).is_empty();
         match task.index().checked_sub(self.first_beyond) {
             Some(beyond) => self.beyond_points.get(beyond).copied(),
@@ -100,12 +100,12 @@ impl Slots {
 
     /// Returns the point of a task.
     #[must_use]
-    pub fn point(&self, task: TaskId) -> u16 {
+    pub fn point(&self, task: TaskId) -> u32 {
         self.of_task(task).map_or(task.0, |(point, _)| point)
     }
 
     /// Returns the slots whose tasks follow those of the points, in the order of their tasks.
-    pub fn beyond_points(&self) -> impl Iterator<Item = (u16, &Slot)> {
+    pub fn beyond_points(&self) -> impl Iterator<Item = (u32, &Slot)> {
         let beyond = self.beyond_points.iter();
         beyond.map(|(point, slot)| (*point, &self.of_point(*point)[*slot]))
     }
@@ -113,7 +113,7 @@ impl Slots {
     /// Returns the points whose slots the team cannot fill at the same time, with the largest number of slots that it
     /// can fill.
     #[must_use]
-    pub fn unfillable(&self, scenario: &Scenario, catalog: &Catalog) -> Vec<(u16, usize)> {
+    pub fn unfillable(&self, scenario: &Scenario, catalog: &Catalog) -> Vec<(u32, usize)> {
         if self.is_empty() {
             return Vec::new();
         }
@@ -145,14 +145,14 @@ impl Slots {
 /// Returns the tasks and behaviors of a section with slots: those of the points, then those of the other slots.
 pub(super) fn catalog(section: &ServiceSection) -> (Vec<String>, Vec<BehaviorSpec>) {
     // A point that a fault adds may be of any kind.
-    let spare = std::iter::repeat_n(MAX_KINDS, section.spare.into());
+    let spare = std::iter::repeat_n(MAX_KINDS, section.spare as usize);
     let kinds: Vec<usize> = section.kinds_of_points().chain(spare).collect();
     let slots = Slots::new(section);
     let (mut tasks, mut behaviors) = (Vec::new(), Vec::new());
     let mut add = |name: String, kind: u32, skill: Option<String>| {
         behaviors.push(BehaviorSpec {
             name: name.clone(),
-            task: TaskId(tasks.len() as u16),
+            task: TaskId(tasks.len() as u32),
             kind,
             skill,
         });
@@ -172,7 +172,7 @@ pub(super) fn catalog(section: &ServiceSection) -> (Vec<String>, Vec<BehaviorSpe
         }
     }
     for (point, slot) in slots.beyond_points() {
-        let kind = SLOT + kinds[usize::from(point)] as u32;
+        let kind = SLOT + kinds[point as usize] as u32;
         add(slot.name.clone(), kind, Some(slot.skill.clone()));
     }
     (tasks, behaviors)
@@ -212,7 +212,7 @@ pub(super) fn check_filled(scenario: &Scenario) -> Result<(), Problem> {
     let Some((point, most)) = unfillable.first() else {
         return Ok(());
     };
-    let (of_point, index) = (slots.of_point(*point), usize::from(*point));
+    let (of_point, index) = (slots.of_point(*point), *point as usize);
     let needs = section.points[index].needs.iter();
     let needs: Vec<String> = needs
         .map(|(skill, count)| format!("{count} {skill}"))

@@ -48,7 +48,7 @@ impl Terms {
 
     /// Returns the time from which robots can work in a round, and the stated time at which the point expires.
     #[must_use]
-    pub fn window(&self, round: u16) -> (SimTime, Option<SimTime>) {
+    pub fn window(&self, round: u32) -> (SimTime, Option<SimTime>) {
         let period = self.comes_back_after.unwrap_or(SimTime::ZERO);
         let arrives = self.arrives + SimTime(period.0.saturating_mul(round.into()));
         let closes = self.closes_after.map(|after| arrives + after);

@@ -169,7 +169,7 @@ fn each_slot_is_a_task() {
     let own = scenario.robots.iter().map(|robot| {
         let own = catalog.behaviors_of(robot);
         own.map(|id| catalog.sets[id.index()].task.0)
-            .collect::<Vec<u16>>()
+            .collect::<Vec<u32>>()
     });
     assert!(own.eq([vec![2, 3, 4], vec![0, 2, 3, 4], vec![1, 2, 3, 4]]));
     assert!(catalog.tasks.iter().all(|task| task.max_robots == 1));
@@ -387,7 +387,7 @@ fn alliance_values_follow_from_the_unit_of_work() {
         assert!((found - expected).abs() < 1e-4, "{found} {expected}");
     };
     near(
-        SERVICE.work_unit_s(&scenario, &scenario.body, 0.5, dust),
+        SERVICE.work_unit_s(&scenario)(&scenario.body, 0.5, dust),
         91.4,
     );
     let built_in = SERVICE.default_alliance_params(&scenario, robot, dust);
@@ -401,7 +401,7 @@ fn alliance_values_follow_from_the_unit_of_work() {
     near(faster.willing_to_affect_s, 82.8);
     // Without travel, only the work counts.
     let still = parse(&text.replace("[service]\n", "[service]\nreach_m = 1000\n"));
-    let unit_s = SERVICE.work_unit_s(&still, &still.body, 1.0, garbage);
+    let unit_s = SERVICE.work_unit_s(&still)(&still.body, 1.0, garbage);
     assert_eq!(unit_s, 10.0);
 }
 
@@ -419,7 +419,7 @@ fn a_task_allows_as_many_robots_as_its_point() {
 
 proptest! {
     #[test]
-    fn points_are_drawn_as_the_scenario_says(seed: u64, n in 1..60_u16, at_s in 0.0..100.0_f64, rate_hz in 0.01..10.0_f64) {
+    fn points_are_drawn_as_the_scenario_says(seed: u64, n in 1..60_u32, at_s in 0.0..100.0_f64, rate_hz in 0.01..10.0_f64) {
         let scenario = two_kinds(&format!(
             "{}arrival_s = 5\nwork_s = 7\n\
              [[service.random]]\nn = {n}\nat_s = {at_s}\nrate_hz = {rate_hz}\n\
@@ -429,7 +429,7 @@ proptest! {
         let drawn = points(&scenario, seed);
         prop_assert_eq!(&drawn, &points(&scenario, seed));
         prop_assert_ne!(&drawn, &points(&scenario, seed.wrapping_add(1)));
-        let n = usize::from(n);
+        let n = n as usize;
         prop_assert_eq!(drawn.len(), 1 + 2 * n);
         let placed = &drawn[0];
         prop_assert_eq!((placed.at, placed.work_s), (Vec2::new(3.0, 4.0), 7.0));

@@ -93,7 +93,7 @@ fn without_a_way(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
     for (index, (point, kind)) in points.enumerate() {
         let (x_m, y_m) = (point.x_m, point.y_m);
         let place = Vec2::new(x_m, y_m);
-        let skills: Vec<&String> = section.skills_of(index as u16, kind).collect();
+        let skills: Vec<&String> = section.skills_of(index as u32, kind).collect();
         if !ways.lead_to(&skills, place, None) {
             let what = match skills.len() {
                 1 => format!("obstacles leave no way to p{index} at ({x_m}, {y_m})"),

@@ -19,14 +19,14 @@ const LINES: usize = 64;
 pub(super) enum BoardFilter {
     All,
     /// Points with these numbers, in ascending order.
-    Points(Vec<u16>),
+    Points(Vec<u32>),
     /// Points of these kinds, in ascending order.
-    Kinds(Vec<u16>),
+    Kinds(Vec<u32>),
 }
 
 impl BoardFilter {
     /// Creates the filter for a robot that is concerned with these points or kinds.
-    pub fn new(tasks: TaskGranularity, mut own: Vec<u16>) -> Self {
+    pub fn new(tasks: TaskGranularity, mut own: Vec<u32>) -> Self {
         own.sort_unstable();
         own.dedup();
         match tasks {
@@ -47,8 +47,8 @@ impl BoardFilter {
 /// The board, with one line per point: its latest change.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Board {
-    lines: BTreeMap<u32, u16>,
-    line_of: BTreeMap<u16, u32>,
+    lines: BTreeMap<u32, u32>,
+    line_of: BTreeMap<u32, u32>,
     latest: u32,
     hash: u64,
 }
@@ -60,8 +60,9 @@ impl Serialize for Board {
     }
 }
 
-fn hash(line: u32, point: u16) -> u64 {
-    xxh3_64(&(u64::from(line) << 16 | u64::from(point)).to_le_bytes())
+fn hash(line: u32, point: u32) -> u64 {
+    let [lower, upper] = [point & 0xFFFF, point >> 16].map(u64::from);
+    xxh3_64(&(upper << 48 | u64::from(line) << 16 | lower).to_le_bytes())
 }
 
 pub(super) struct NewFacts {
@@ -71,7 +72,7 @@ pub(super) struct NewFacts {
 }
 
 impl Board {
-    pub fn write(&mut self, point: u16) {
+    pub fn write(&mut self, point: u32) {
         self.latest += 1;
         if let Some(old) = self.line_of.insert(point, self.latest) {
             self.lines.remove(&old);

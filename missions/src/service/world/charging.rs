@@ -126,7 +126,7 @@ impl Stations {
         let rests = |robot: RobotId, floor: &Floor| {
             floor.is_present(robot) && floor.speed_m_s(robot) == 0.0 && is_free(robot)
         };
-        let robots = (0..floor.robot_count() as u16).map(RobotId);
+        let robots = (0..floor.robot_count() as u32).map(RobotId);
         let resting = robots.filter(|robot| rests(*robot, floor));
         let at_chargers = resting.flat_map(|robot| {
             let (place, reach_m) = (floor.pose(robot).position, self.reach_m);

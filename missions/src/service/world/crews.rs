@@ -47,7 +47,7 @@ impl Crews {
     }
 
     /// Returns the point of a robot's work, and the slot if the point has slots.
-    pub fn place(&self, task: u16) -> (u16, Option<usize>) {
+    pub fn place(&self, task: u32) -> (u32, Option<usize>) {
         match self.slots.of_task(TaskId(task)) {
             Some((point, slot)) => (point, Some(slot)),
             None => (task, None),
@@ -55,7 +55,7 @@ impl Crews {
     }
 
     /// Returns the skill of a robot for a slot, and the name of the skill.
-    pub fn skill(&self, robot: RobotId, point: u16, slot: usize) -> (f64, &str) {
+    pub fn skill(&self, robot: RobotId, point: u32, slot: usize) -> (f64, &str) {
         let name = &self.slots.of_point(point)[slot].skill;
         (self.skills[name][robot.index()], name)
     }
@@ -73,7 +73,7 @@ impl Crews {
 /// The robots at points with slots in one step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Gathering {
-    at_point: BTreeMap<u16, Vec<Member>>,
+    at_point: BTreeMap<u32, Vec<Member>>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +89,7 @@ pub(super) struct Member {
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
     /// The complete crews by point, in the order of slots.
-    pub complete: Vec<(u16, Vec<RobotId>)>,
+    pub complete: Vec<(u32, Vec<RobotId>)>,
     /// The robots at points with a complete crew, or with skills only for slots that other robots fill.
     pub surplus: Vec<RobotId>,
     /// True if a robot waits in an incomplete crew.
@@ -97,7 +97,7 @@ pub(super) struct Gathered {
 }
 
 impl Gathering {
-    pub fn add(&mut self, point: u16, new: Member) {
+    pub fn add(&mut self, point: u32, new: Member) {
         self.at_point.entry(point).or_default().push(new);
     }
 

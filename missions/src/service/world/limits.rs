@@ -16,13 +16,13 @@ pub(super) struct TeamLimits {
     /// The tasks that no robot can do, as indices of the catalog.
     uncovered: BTreeSet<usize>,
     /// The points whose slots the team cannot fill at the same time, and those that no robot can carry.
-    unfillable: BTreeSet<u16>,
+    unfillable: BTreeSet<u32>,
     /// The number of points at the start. Faults add further ones, of any kind.
     initial: usize,
     /// The kinds for which no robot has the skill.
     unskilled: BTreeSet<usize>,
     /// The points of the start to which obstacles leave no way, by number.
-    unreachable: BTreeSet<u16>,
+    unreachable: BTreeSet<u32>,
 }
 
 impl TeamLimits {
@@ -58,19 +58,19 @@ impl TeamLimits {
         }
     }
 
-    pub fn is_uncovered(&self, point: u16, spec: &PointSpec) -> bool {
+    pub fn is_uncovered(&self, point: u32, spec: &PointSpec) -> bool {
         let task = match self.tasks {
-            TaskGranularity::Points => point.into(),
+            TaskGranularity::Points => point as usize,
             TaskGranularity::Kinds => spec.kind,
         };
         // The task of an added point requires no skill, because its kind is not known before.
-        let is_added = usize::from(point) >= self.initial;
+        let is_added = point as usize >= self.initial;
         self.uncovered.contains(&task)
             || self.unfillable.contains(&point)
             || (is_added && self.unskilled.contains(&spec.kind))
     }
 
-    pub fn is_unreachable(&self, point: u16) -> bool {
+    pub fn is_unreachable(&self, point: u32) -> bool {
         self.unreachable.contains(&point)
     }
 }

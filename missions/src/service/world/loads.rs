@@ -12,7 +12,7 @@ impl Service {
     pub(super) fn deliver(
         &mut self,
         robot: RobotId,
-        point: u16,
+        point: u32,
         floor: &Floor,
         happened: &mut StepEvents,
     ) {
@@ -64,7 +64,7 @@ impl Service {
 
     /// Checks that no robot carries more than its capacity.
     pub(super) fn check_loads(&self) -> Result<(), String> {
-        let mut robots = (0..self.robots.len() as u16).map(RobotId);
+        let mut robots = (0..self.robots.len() as u32).map(RobotId);
         let over = robots.find(|robot| {
             let capacity = self.constants.capacities[robot.index()];
             !data::fits(0.0, self.load_of(*robot), capacity)

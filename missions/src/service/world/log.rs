@@ -24,7 +24,7 @@ pub(super) struct Log {
     /// The time from arrival to completion of each point that is done, ms.
     responses_ms: Vec<u64>,
     /// The open points on which no robot has worked since their arrival.
-    not_begun: BTreeSet<u16>,
+    not_begun: BTreeSet<u32>,
     /// The time from arrival to the first work on each point, ms.
     waits_ms: Vec<u64>,
     robots: Vec<Worker>,
@@ -56,7 +56,7 @@ impl Log {
     pub fn add<'e>(
         &mut self,
         points: &Points,
-        point: u16,
+        point: u32,
         change: Change,
         robot: Option<RobotId>,
         now: SimTime,
@@ -105,7 +105,7 @@ impl Log {
     }
 
     /// Records the wait of a point since its arrival, if a robot works on it for the first time since then.
-    pub fn record_wait(&mut self, point: u16, wait: SimTime) {
+    pub fn record_wait(&mut self, point: u32, wait: SimTime) {
         if self.not_begun.remove(&point) {
             self.waits_ms.push(wait.0);
         }

@@ -81,15 +81,15 @@ struct Constants {
 struct Robot {
     /// The last board line that the robot has acknowledged.
     read: u32,
-    worked: Option<u16>,
+    worked: Option<u32>,
     /// The robot's own attempt, for kinds whose unfinished work is lost: the round of the point, and the work left, s
     /// at skill 1.
-    attempt: (u16, f64),
+    attempt: (u32, f64),
     #[serde(skip)]
-    works: Option<u16>,
+    works: Option<u32>,
     /// The point whose load the robot carries.
     #[serde(skip_serializing_if = "Option::is_none")]
-    load: Option<u16>,
+    load: Option<u32>,
     /// The sum of the demands that the robot has taken for the rest of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     taken: Option<f64>,
@@ -108,7 +108,7 @@ impl Constants {
         let crews = Crews::new(setup);
         let readers = scenario.robots.iter().map(|robot| {
             let tasks = catalog.behaviors_of(robot);
-            let tasks: Vec<u16> = tasks.map(|id| catalog.sets[id.index()].task.0).collect();
+            let tasks: Vec<u32> = tasks.map(|id| catalog.sets[id.index()].task.0).collect();
             if tasks.len() == catalog.tasks.len() {
                 return BoardFilter::All;
             }
@@ -117,7 +117,7 @@ impl Constants {
         });
         let has_properties = section.has_properties() || !section.chargers.is_empty();
         let limits = has_properties.then(|| {
-            let robots = (0..floor.robot_count() as u16).map(RobotId);
+            let robots = (0..floor.robot_count() as u32).map(RobotId);
             let starts: Vec<Vec2> = robots.map(|robot| floor.pose(robot).position).collect();
             TeamLimits::new(setup, specs, &starts)
         });
@@ -137,7 +137,7 @@ impl Constants {
 
 impl Service {
     /// Logs and announces a change of a point.
-    fn changed(&mut self, point: u16, change: Change, floor: &Floor, happened: &mut StepEvents) {
+    fn changed(&mut self, point: u32, change: Change, floor: &Floor, happened: &mut StepEvents) {
         let now = floor.now();
         self.log
             .add(&self.points, point, change, None, now, happened);
@@ -145,11 +145,11 @@ impl Service {
     }
 
     /// Announces a change of a point: on the board, or by invalidating the readings of robots in sight.
-    fn announce(&mut self, point: u16, floor: &Floor) {
+    fn announce(&mut self, point: u32, floor: &Floor) {
         match self.constants.section.known {
             KnowledgeSource::All => {
                 self.board.write(point);
-                let robots = (0..floor.robot_count() as u16).map(RobotId);
+                let robots = (0..floor.robot_count() as u32).map(RobotId);
                 robots.for_each(|robot| floor.invalidate_readings(robot));
             }
             KnowledgeSource::Sight => {
@@ -162,7 +162,7 @@ impl Service {
     }
 
     /// Lets a robot join the crew of a point, if it is within reach.
-    fn fill(&mut self, robot: RobotId, point: u16, slot: usize, floor: &Floor) {
+    fn fill(&mut self, robot: RobotId, point: u32, slot: usize, floor: &Floor) {
         let crews = &self.constants.crews;
         let distance = floor.pose(robot).position.distance(self.points.at(point));
         let is_open = self.points.open_kind(point).is_some();
@@ -199,7 +199,7 @@ impl Service {
             self.log.surplus_step(robot);
         }
         let now = floor.now();
-        let mut robots = (0..floor.robot_count() as u16).map(RobotId);
+        let mut robots = (0..floor.robot_count() as u32).map(RobotId);
         let is_stuck = waits
             && self.robots.iter().all(|robot| robot.works.is_none())
             && complete.is_empty()
@@ -241,7 +241,7 @@ impl Service {
     }
 
     /// Lets a robot work on a point, if it is within reach and has the skill and the capacity.
-    fn work(&mut self, robot: RobotId, point: u16, floor: &mut Floor, happened: &mut StepEvents) {
+    fn work(&mut self, robot: RobotId, point: u32, floor: &mut Floor, happened: &mut StepEvents) {
         let constants = Arc::clone(&self.constants);
         let Some(kind) = self.points.open_kind(point) else {
             return;
@@ -269,7 +269,7 @@ impl Service {
             return;
         }
         self.drop_load(robot, floor, happened);
-        let workers = &mut self.workers_on[usize::from(point)];
+        let workers = &mut self.workers_on[point as usize];
         *workers += 1;
         if *workers <= spec.workers {
             self.log.work_step(robot);
@@ -405,7 +405,7 @@ impl MissionWorld for Service {
     fn settle(&mut self, floor: &mut Floor, happened: &mut StepEvents) {
         self.work_together(floor, happened);
         for rank in 0..self.robots.len() {
-            let robot = RobotId(rank as u16);
+            let robot = RobotId(rank as u32);
             self.log.moved(robot, floor.speed_m_s(robot));
             let worker = &mut self.robots[rank];
             let (before, now) = (worker.worked, worker.works.take());
@@ -413,7 +413,7 @@ impl MissionWorld for Service {
             if before != now {
                 floor.invalidate_readings(robot);
             }
-            let is_carried = |point: &u16| self.points.carrier(*point).is_some();
+            let is_carried = |point: &u32| self.points.carrier(*point).is_some();
             let left = before.filter(|before| Some(*before) != now && !is_carried(before));
             let Some(left) = left else {
                 continue;
@@ -431,7 +431,7 @@ impl MissionWorld for Service {
             .charge(self.constants.step_s, is_free, floor, happened);
         for robot in &self.robots {
             let Some(point) = robot.worked else { continue };
-            self.workers_on[usize::from(point)] = 0;
+            self.workers_on[point as usize] = 0;
             let kind = self.points.open_kind(point);
             let is_alone = self.constants.crews.slots.of_point(point).is_empty();
             if is_alone && kind.is_some_and(|kind| !self.constants.section.kinds[kind].kept) {
@@ -498,7 +498,7 @@ impl MissionWorld for Service {
         let mut rng: ChaCha8Rng = robot_stream(
             self.constants.seed,
             Purpose::Mission,
-            RobotId(self.points.len() as u16),
+            RobotId(self.points.len() as u32),
         );
         let spec = PointSpec::drawn(&section.kinds, kind, at, floor.now(), &mut rng);
         let point = self.points.add(spec);

@@ -46,7 +46,7 @@ enum Phase {
 struct Point {
     spec: PointSpec,
     phase: Phase,
-    round: u16,
+    round: u32,
     /// The arrival time of the current round. A point with predecessors arrives when the last of them is done.
     arrives: SimTime,
     /// The stated arrival time of the current round, from which the window counts.
@@ -54,9 +54,9 @@ struct Point {
     /// True for a drawn point that never arrives, because its arrival is after `duration_s`.
     is_cut: bool,
     /// The number of predecessors that are not done.
-    blocked_by: u16,
+    blocked_by: u32,
     /// The predecessor that will never be done.
-    lost: Option<u16>,
+    lost: Option<u32>,
     /// The robot that carries the load of the point.
     carrier: Option<RobotId>,
     /// The work left for a robot of skill 1, s.
@@ -92,11 +92,11 @@ pub(super) struct Points {
     open_of_kind: Vec<u32>,
     kept: Vec<bool>,
     /// The times of the next change of each point that time causes.
-    scheduled_changes: BTreeSet<(SimTime, u16)>,
+    scheduled_changes: BTreeSet<(SimTime, u32)>,
     counts: Counts,
     values: Values,
     /// The points that wait for each point, by number. Empty if no point has predecessors.
-    successors: Vec<Vec<u16>>,
+    successors: Vec<Vec<u32>>,
     /// The time from which no drawn point arrives and no point comes back.
     until: SimTime,
     /// The combined hash of the variable data of all points. Covers points that faults have added.
@@ -178,10 +178,11 @@ impl Point {
         }
     }
 
-    fn hash(&self, number: u16) -> u64 {
+    fn hash(&self, number: u32) -> u64 {
         let mut bytes = [0; 48];
         let fields = [
-            u64::from(number)
+            u64::from(number & 0xFFFF)
+                | u64::from(number >> 16) << 56
                 | u64::from(self.round) << 16
                 | (self.phase as u64) << 32
                 | self.carrier.map_or(0, |robot| u64::from(robot.0) + 1) << 40,
@@ -227,20 +228,20 @@ impl Points {
     }
 
     /// Lets points wait for their predecessors.
-    fn order(&mut self, before: &[Vec<u16>]) {
+    fn order(&mut self, before: &[Vec<u32>]) {
         self.successors = successors(before);
         for (before, number) in before.iter().zip(0..) {
-            self.change(number, |point| point.blocked_by = before.len() as u16);
+            self.change(number, |point| point.blocked_by = before.len() as u32);
         }
     }
 
     /// Adds a point, which arrives at its arrival time. Returns its number.
-    pub fn add(&mut self, spec: PointSpec) -> u16 {
+    pub fn add(&mut self, spec: PointSpec) -> u32 {
         self.insert(Point::new(spec))
     }
 
-    fn insert(&mut self, point: Point) -> u16 {
-        let number = self.points.len() as u16;
+    fn insert(&mut self, point: Point) -> u32 {
+        let number = self.points.len() as u32;
         self.hash ^= point.hash(number);
         point.count_in(&mut self.counts, |sum, by| *sum += by);
         self.scheduled_changes
@@ -253,22 +254,22 @@ impl Points {
         self.points.len()
     }
 
-    pub fn at(&self, point: u16) -> Vec2 {
-        self.points[usize::from(point)].place()
+    pub fn at(&self, point: u32) -> Vec2 {
+        self.points[point as usize].place()
     }
 
     /// Returns the robot that carries the load of a point.
-    pub fn carrier(&self, point: u16) -> Option<RobotId> {
-        self.points[usize::from(point)].carrier
+    pub fn carrier(&self, point: u32) -> Option<RobotId> {
+        self.points[point as usize].carrier
     }
 
     /// Gives the load of a point to a robot, which then delivers it.
-    pub fn pick_up(&mut self, number: u16, robot: RobotId) {
+    pub fn pick_up(&mut self, number: u32, robot: RobotId) {
         self.change(number, |point| point.carrier = Some(robot));
     }
 
     /// Returns a lost load to its first place. The work begins again, as a new round.
-    pub fn drop_load(&mut self, number: u16) {
+    pub fn drop_load(&mut self, number: u32) {
         self.change(number, |point| {
             point.carrier = None;
             point.round = point.round.saturating_add(1);
@@ -277,41 +278,41 @@ impl Points {
     }
 
     /// Returns the work of a point for a robot of skill 1, s, and the arrival time of its round.
-    pub fn work_and_arrival(&self, point: u16) -> (f64, SimTime) {
-        let point = &self.points[usize::from(point)];
+    pub fn work_and_arrival(&self, point: u32) -> (f64, SimTime) {
+        let point = &self.points[point as usize];
         (point.spec.work_s, point.arrives)
     }
 
     /// Returns the kind of an open point. `None` if the point is not open or does not exist.
-    pub fn open_kind(&self, point: u16) -> Option<usize> {
-        let point = self.points.get(usize::from(point))?;
+    pub fn open_kind(&self, point: u32) -> Option<usize> {
+        let point = self.points.get(point as usize)?;
         (point.phase == Phase::Open).then_some(point.spec.kind)
     }
 
     /// Returns the time from which robots can work on the current round of a point.
-    pub fn opens(&self, point: u16) -> SimTime {
-        let point = &self.points[usize::from(point)];
+    pub fn opens(&self, point: u32) -> SimTime {
+        let point = &self.points[point as usize];
         point.due + point.spec.opens_after
     }
 
     /// Returns whether a window of a point opened within the last step, and robots can work for the first time at `now`.
-    pub fn opens_in(&self, point: u16, now: SimTime, step: SimTime) -> bool {
+    pub fn opens_in(&self, point: u32, now: SimTime, step: SimTime) -> bool {
         let opens = self.opens(point);
         self.spec(point).opens_after > SimTime::ZERO && opens <= now && now < opens + step
     }
 
     /// Returns whether robots could work on a point in the step before `now`.
-    pub fn was_open(&self, point: u16, now: SimTime, step: SimTime) -> bool {
+    pub fn was_open(&self, point: u32, now: SimTime, step: SimTime) -> bool {
         self.spec(point).opens_after == SimTime::ZERO || now >= self.opens(point) + step
     }
 
     /// Returns the constants of a point.
-    pub fn spec(&self, point: u16) -> &PointSpec {
-        &self.points[usize::from(point)].spec
+    pub fn spec(&self, point: u32) -> &PointSpec {
+        &self.points[point as usize].spec
     }
 
-    pub fn round(&self, point: u16) -> u16 {
-        self.points[usize::from(point)].round
+    pub fn round(&self, point: u32) -> u32 {
+        self.points[point as usize].round
     }
 
     pub fn open_of_kind(&self, kind: usize) -> u32 {
@@ -319,13 +320,13 @@ impl Points {
     }
 
     /// Returns the number of quarters of a point's work that are left, rounded up.
-    pub fn quarters_left(&self, point: u16) -> u64 {
-        self.points[usize::from(point)].quarters_left()
+    pub fn quarters_left(&self, point: u32) -> u64 {
+        self.points[point as usize].quarters_left()
     }
 
     /// Returns the fact that robots can sense about a point. Kept work is reported in quarters.
-    pub fn fact(&self, point: u16) -> PointFact {
-        let state = &self.points[usize::from(point)];
+    pub fn fact(&self, point: u32) -> PointFact {
+        let state = &self.points[point as usize];
         let quarters = if self.kept[state.spec.kind] {
             state.quarters_left() as f64
         } else {
@@ -339,7 +340,7 @@ impl Points {
         };
         PointFact {
             point,
-            kind: state.spec.kind as u16,
+            kind: state.spec.kind as u32,
             round: state.round,
             at: state.place(),
             left_s,
@@ -347,8 +348,8 @@ impl Points {
     }
 
     /// Edits a point and updates all data derived from it.
-    fn change(&mut self, number: u16, edit: impl FnOnce(&mut Point)) {
-        let point = &mut self.points[usize::from(number)];
+    fn change(&mut self, number: u32, edit: impl FnOnce(&mut Point)) {
+        let point = &mut self.points[number as usize];
         let (was, place) = (point.phase, point.place());
         let had = point.next(self.until);
         self.hash ^= point.hash(number);
@@ -361,15 +362,15 @@ impl Points {
             let of_kind = &mut self.open_of_kind[point.spec.kind];
             if is == Phase::Open {
                 *of_kind += 1;
-                self.open.insert(number.into(), point.place());
+                self.open.insert(number as usize, point.place());
             } else {
                 *of_kind -= 1;
-                self.open.remove(number.into());
+                self.open.remove(number as usize);
             }
         }
         if was == Phase::Open && is == Phase::Open && place != point.place() {
-            self.open.remove(number.into());
-            self.open.insert(number.into(), point.place());
+            self.open.remove(number as usize);
+            self.open.insert(number as usize, point.place());
         }
         let has = point.next(self.until);
         if had != has {
@@ -381,14 +382,14 @@ impl Points {
     }
 
     /// Applies the next change that is due by `now`, and returns it.
-    pub fn next_change(&mut self, now: SimTime) -> Option<(u16, Change)> {
+    pub fn next_change(&mut self, now: SimTime) -> Option<(u32, Change)> {
         let (at, number) = *self.scheduled_changes.first()?;
         if at > now {
             return None;
         }
-        let phase = self.points[usize::from(number)].phase;
+        let phase = self.points[number as usize].phase;
         let change = match phase {
-            Phase::Waiting if !self.points[usize::from(number)].is_blocked() => {
+            Phase::Waiting if !self.points[number as usize].is_blocked() => {
                 self.change(number, |point| point.phase = Phase::Open);
                 Change::Arrived
             }
@@ -415,16 +416,16 @@ impl Points {
     }
 
     /// Takes work off an open point in a step that ends at `end`, s at skill 1. Returns whether none is left.
-    pub fn reduce_work(&mut self, number: u16, work_s: f64, end: SimTime) -> bool {
-        let left_s = self.points[usize::from(number)].left_s - work_s;
+    pub fn reduce_work(&mut self, number: u32, work_s: f64, end: SimTime) -> bool {
+        let left_s = self.points[number as usize].left_s - work_s;
         let left_s = self.without_rounding(number, left_s, end);
         self.change(number, |point| point.left_s = left_s.max(0.0));
         left_s <= 0.0
     }
 
     /// Returns the work left, s, or 0 if the last step before the expiration leaves only an error of rounding.
-    fn without_rounding(&self, number: u16, left_s: f64, end: SimTime) -> f64 {
-        let next = || self.points[usize::from(number)].next(self.until);
+    fn without_rounding(&self, number: u32, left_s: f64, end: SimTime) -> f64 {
+        let next = || self.points[number as usize].next(self.until);
         if left_s < ROUNDING_S && next().is_some_and(|next| next <= end) {
             0.0
         } else {
@@ -434,15 +435,15 @@ impl Points {
 
     /// Records the progress of a robot's own attempt in a step that ends at `end`, s left. Returns whether the attempt is
     /// complete.
-    pub fn attempt(&mut self, number: u16, left_s: f64, end: SimTime) -> bool {
+    pub fn attempt(&mut self, number: u32, left_s: f64, end: SimTime) -> bool {
         let left_s = self.without_rounding(number, left_s, end);
-        if left_s < self.points[usize::from(number)].left_s {
+        if left_s < self.points[number as usize].left_s {
             self.change(number, |point| point.left_s = left_s.max(0.0));
         }
         left_s <= 0.0
     }
 
-    pub fn finish(&mut self, number: u16, now: SimTime) -> Change {
+    pub fn finish(&mut self, number: u32, now: SimTime) -> Change {
         self.change(number, |point| {
             (point.phase, point.carrier) = (Phase::Done, None)
         });
@@ -457,31 +458,31 @@ impl Points {
         Change::Done
     }
 
-    fn successors_of(&self, number: u16) -> Vec<u16> {
-        let successors = self.successors.get(usize::from(number));
+    fn successors_of(&self, number: u32) -> Vec<u32> {
+        let successors = self.successors.get(number as usize);
         successors.cloned().unwrap_or_default()
     }
 
     /// Lets the points that wait for a point expire, because the point will never be done.
-    fn lose_successors(&mut self, number: u16) {
+    fn lose_successors(&mut self, number: u32) {
         for next in self.successors_of(number) {
             self.change(next, |point| point.lost = point.lost.or(Some(number)));
         }
     }
 
     /// Returns the predecessor because of which a point has expired.
-    pub fn lost_predecessor(&self, point: u16) -> Option<u16> {
-        self.points[usize::from(point)].lost
+    pub fn lost_predecessor(&self, point: u32) -> Option<u32> {
+        self.points[point as usize].lost
     }
 
-    pub fn start_over(&mut self, number: u16) {
+    pub fn start_over(&mut self, number: u32) {
         self.change(number, |point| point.left_s = point.spec.work_s);
     }
 
     /// Returns the open points within sight of a place, nearest first, by number at equal distance.
-    pub fn open_near(&self, place: Vec2, sight_m: f32) -> ArrayVec<u16, MAX_SENSED> {
+    pub fn open_near(&self, place: Vec2, sight_m: f32) -> ArrayVec<u32, MAX_SENSED> {
         let near = self.open.near(place, sight_m);
-        let near = near.map(|(point, at)| (at.distance_squared(place), point as u16));
+        let near = near.map(|(point, at)| (at.distance_squared(place), point as u32));
         nearest(near.filter(|(squared, _)| *squared <= sight_m * sight_m))
     }
 
@@ -510,7 +511,7 @@ impl Points {
     }
 
     /// Returns the number of unfinished points for which `holds` is true.
-    fn unfinished_for(&self, holds: impl Fn(u16, &PointSpec) -> bool) -> u64 {
+    fn unfinished_for(&self, holds: impl Fn(u32, &PointSpec) -> bool) -> u64 {
         let unfinished = self
             .points
             .iter()
@@ -544,14 +545,14 @@ impl Points {
     }
 
     /// Returns the value of a point in words; `None` if the scenario states no properties.
-    pub fn value_text(&self, number: u16) -> Option<String> {
+    pub fn value_text(&self, number: u32) -> Option<String> {
         let spec = self.spec(number);
         spec.has_terms.then(|| format!("value {}", spec.value))
     }
 
     /// Returns the window and the value of a point's current round in words; `None` if they are the default.
-    pub fn terms_text(&self, number: u16) -> Option<String> {
-        let point = &self.points[usize::from(number)];
+    pub fn terms_text(&self, number: u32) -> Option<String> {
+        let point = &self.points[number as usize];
         let spec = &point.spec;
         let mut parts = Vec::new();
         if spec.opens_after > SimTime::ZERO {
@@ -580,7 +581,7 @@ impl Points {
             let kind = &section.kinds[point.spec.kind].name;
             let id = format!("{}/p{number}", point.spec.kind);
             let terms = self
-                .terms_text(number as u16)
+                .terms_text(number as u32)
                 .map(|terms| format!(", {terms}"));
             view.mark(Mark {
                 work: Work::new(point.left_s as f32, point.spec.work_s as f32, "s"),

@@ -54,11 +54,11 @@ fn garbage(work_s: f64, more: &str) -> String {
     kind("garbage", work_s, more) + &point("garbage", 0.0)
 }
 
-fn works(point: u16) -> Option<Actuation> {
+fn works(point: u32) -> Option<Actuation> {
     does(Some(point), None)
 }
 
-fn does(work: Option<u16>, read: Option<u32>) -> Option<Actuation> {
+fn does(work: Option<u32>, read: Option<u32>) -> Option<Actuation> {
     Some(Actuation {
         action: AnyAction::new(&Action { work, read }),
         ..Actuation::default()
@@ -118,7 +118,7 @@ fn sensed(world: &World, robot: RobotId) -> SensorReading {
 }
 
 /// Returns the numbers of the points in a robot's reading.
-fn numbers(world: &World, robot: RobotId) -> Vec<u16> {
+fn numbers(world: &World, robot: RobotId) -> Vec<u32> {
     let points = sensed(world, robot).points.into_iter().flatten();
     points.map(|fact| fact.point).collect()
 }
@@ -458,20 +458,20 @@ fn sight_is_limited_and_relative() {
 #[test]
 fn the_largest_reading_and_action_fit_in_a_message() {
     let fact = PointFact {
-        point: u16::MAX,
+        point: u32::MAX,
         kind: 10_000,
-        round: u16::MAX,
+        round: u32::MAX,
         at: Vec2::MAX,
         left_s: f32::MAX,
     };
     let largest = SensorReading {
         points: Some([fact; MAX_SENSED].into()),
         board_line: Some(u32::MAX),
-        effect: Some(u16::MAX),
+        effect: Some(u32::MAX),
     };
     Bytes::<MAX_READING_BYTES>::encode(&largest).unwrap();
     let most = Action {
-        work: Some(u16::MAX),
+        work: Some(u32::MAX),
         read: Some(u32::MAX),
     };
     Bytes::<MAX_ACTION_BYTES>::encode(&most).unwrap();
@@ -481,7 +481,7 @@ proptest! {
     /// No point is lost: each is waiting, open or over, and the counts match the events.
     #[test]
     fn all_points_are_accounted_for(
-        tasks in proptest::collection::vec((0..3_u16, 0..3_u16), 1..120),
+        tasks in proptest::collection::vec((0..3_u32, 0..3_u32), 1..120),
         period in proptest::bool::ANY,
     ) {
         let more = if period { "kept = false\nperiod_s = 7" } else { "deadline_s = { min = 2, max = 30 }" };

@@ -147,7 +147,7 @@ impl WasteController {
         &mut self,
         now: SimTime,
         (set, task): (BehaviorId, TaskId),
-        spill: u16,
+        spill: u32,
         readings: &Readings,
         output: &mut StepOutput,
     ) {

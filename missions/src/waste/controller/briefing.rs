@@ -23,7 +23,7 @@ pub(super) struct Briefing {
     /// The robot's own behavior sets, in the order of `Catalog::behaviors_of`.
     pub own_behaviors: SmallVec<[OwnBehavior; 6]>,
     /// The spills for which the robot has behavior sets, in ascending order.
-    pub own_spills: Vec<u16>,
+    pub own_spills: Vec<u32>,
     /// The border, if the scenario makes it known beforehand.
     pub border: Option<Locations>,
     pub chassis: Chassis,
@@ -71,7 +71,7 @@ impl Briefing {
             BehaviorKind::MoveSpill(spill) => Some(spill),
             _ => None,
         };
-        let own_spills: Vec<u16> = own_behaviors.iter().filter_map(own_spill).collect();
+        let own_spills: Vec<u32> = own_behaviors.iter().filter_map(own_spill).collect();
         let border = Locations {
             min: scenario.room.low(),
             max: scenario.room.high(),

@@ -186,7 +186,7 @@ pub fn planned_cost_ms(setup: &Setup) -> Vec<Vec<Option<i64>>> {
             BehaviorKind::FindLocationsMethodical => METHODICAL_S,
             BehaviorKind::FindLocationsWander => WANDER_S,
             BehaviorKind::MoveSpill(spill) => {
-                let spill = spills[usize::from(spill)];
+                let spill = spills[spill as usize];
                 let ways = deposits.iter().map(|deposit| length(spill - *deposit));
                 drive_s(
                     length(start - spill) + ways.fold(f32::INFINITY, f32::min),

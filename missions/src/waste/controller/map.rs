@@ -50,7 +50,7 @@ struct Realm {
     /// The center of the circle, m, and the square of its radius, m².
     center: Vec2,
     squared: f32,
-    spot: u16,
+    spot: u32,
     at: Vec2,
 }
 
@@ -61,7 +61,7 @@ pub(super) struct Realms {
     spill: Cell<Realm>,
     deposit: Cell<Realm>,
     /// The spills whose nearest deposit has been computed, in ascending order, and that deposit.
-    of_spills: RefCell<Vec<(u16, Vec2)>>,
+    of_spills: RefCell<Vec<(u32, Vec2)>>,
 }
 
 impl Realms {
@@ -104,12 +104,12 @@ impl KnownPlaces<'_> {
         )
     }
 
-    pub fn spill(&self, spill: u16) -> Vec2 {
+    pub fn spill(&self, spill: u32) -> Vec2 {
         self.spot(&self.map.spills, spill)
     }
 
     /// Returns the spill whose task includes waste at this place.
-    pub fn nearest_spill(&self, at: Vec2) -> u16 {
+    pub fn nearest_spill(&self, at: Vec2) -> u32 {
         self.realm(&self.map.spills, &self.realms.spill, at).spot
     }
 
@@ -118,7 +118,7 @@ impl KnownPlaces<'_> {
     }
 
     /// Returns the deposit that is the nearest to a spill.
-    pub fn deposit_of(&self, spill: u16) -> Vec2 {
+    pub fn deposit_of(&self, spill: u32) -> Vec2 {
         let mut known = self.realms.of_spills.borrow_mut();
         match known.binary_search_by_key(&spill, |&(spill, _)| spill) {
             Ok(found) => known[found].1,
@@ -172,8 +172,8 @@ impl KnownPlaces<'_> {
         }
     }
 
-    fn spot(&self, spots: &Spots, spot: u16) -> Vec2 {
-        self.place(spots.fractions[usize::from(spot)])
+    fn spot(&self, spots: &Spots, spot: u32) -> Vec2 {
+        self.place(spots.fractions[spot as usize])
     }
 
     /// Returns the two nearest spots of a block. Missing spots have an infinite distance.
@@ -199,7 +199,7 @@ impl KnownPlaces<'_> {
 #[derive(Clone, Copy)]
 struct Candidate {
     squared: f32,
-    spot: u16,
+    spot: u32,
 }
 
 impl Candidate {
@@ -226,7 +226,7 @@ pub(super) struct Spots {
     fractions: Vec<Vec2>,
     side: usize,
     /// The spots with their numbers, sorted by cell and row. Neighbor cells of a row are adjacent.
-    by_cell: Vec<(Vec2, u16)>,
+    by_cell: Vec<(Vec2, u32)>,
     /// The index in `by_cell` of the first spot of each cell, and the total number of spots.
     begins: Vec<u32>,
 }
@@ -245,7 +245,7 @@ impl Spots {
             let (x, y) = (along(fraction.x, side), along(fraction.y, side));
             y * side + x
         };
-        let mut by_cell: Vec<(Vec2, u16)> = fractions.iter().copied().zip(0..).collect();
+        let mut by_cell: Vec<(Vec2, u32)> = fractions.iter().copied().zip(0..).collect();
         by_cell.sort_by_key(|&(fraction, _)| cell(fraction));
         let begin = |of: usize| by_cell.partition_point(|&(at, _)| cell(at) < of) as u32;
         Self {
@@ -265,7 +265,7 @@ impl Spots {
         }
     }
 
-    fn within(&self, block: &Block) -> impl Iterator<Item = &(Vec2, u16)> + '_ {
+    fn within(&self, block: &Block) -> impl Iterator<Item = &(Vec2, u32)> + '_ {
         let (low, high) = (block.low, block.high);
         (low.1..=high.1).flat_map(move |y| {
             let begin = self.begins[y * self.side + low.0];
@@ -367,7 +367,7 @@ mod tests {
                     let deposit = places.nearest_deposit(places.spill(found));
                     prop_assert_eq!(places.deposit_of(found), deposit);
                     let found = length(places.spill(found) - at);
-                    for spill in 0..spots.len() as u16 {
+                    for spill in 0..spots.len() as u32 {
                         // Rounding may exchange two spots at nearly equal distances.
                         prop_assert!(found <= length(places.spill(spill) - at) * (1.0 + 1e-6));
                     }

@@ -36,7 +36,7 @@ pub(super) struct Memory {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct OwnSpill {
-    number: u16,
+    number: u32,
     /// The time at which the robot last found no way to the spill. Not broadcast, because the robot itself may be shut
     /// in.
     out_of_reach: Option<SimTime>,
@@ -46,7 +46,7 @@ struct OwnSpill {
 }
 
 impl Memory {
-    pub fn new(robot: RobotId, spills: &[u16], border: Option<Locations>) -> Self {
+    pub fn new(robot: RobotId, spills: &[u32], border: Option<Locations>) -> Self {
         let locations = border.map(|value| Fact {
             value,
             seen_by: robot,
@@ -107,17 +107,17 @@ impl Memory {
         Some(withdrawal)
     }
 
-    pub fn observe_spill(&mut self, spill: u16, empty: bool, now: SimTime) {
+    pub fn observe_spill(&mut self, spill: u32, empty: bool, now: SimTime) {
         let fact = self.observed(empty, now);
         self.join_empty(spill, |_| fact);
     }
 
-    fn index_of_spill(&self, spill: u16) -> Option<usize> {
+    fn index_of_spill(&self, spill: u32) -> Option<usize> {
         self.spills.iter().position(|known| known.number == spill)
     }
 
     /// Sets a spill aside for a while after the robot found no way to it.
-    pub fn set_aside(&mut self, spill: u16, now: SimTime) {
+    pub fn set_aside(&mut self, spill: u32, now: SimTime) {
         if let Some(index) = self.index_of_spill(spill) {
             self.spills[index].out_of_reach = Some(now);
             self.spills[index].closed = 0;
@@ -125,26 +125,26 @@ impl Memory {
     }
 
     /// Counts an item or view that the robot could not reach or pick up.
-    pub fn count_failure(&mut self, spill: u16) {
+    pub fn count_failure(&mut self, spill: u32) {
         if let Some(index) = self.index_of_spill(spill) {
             self.spills[index].closed += 1;
         }
     }
 
     /// Resets the count of failures, because the robot holds an item of the spill.
-    pub fn reset_failures(&mut self, spill: u16) {
+    pub fn reset_failures(&mut self, spill: u32) {
         if let Some(index) = self.index_of_spill(spill) {
             self.spills[index].closed = 0;
         }
     }
 
     /// Returns the number of failures since the robot last held an item, over all of its active periods.
-    pub fn failures(&self, spill: u16) -> u32 {
+    pub fn failures(&self, spill: u32) -> u32 {
         self.index_of_spill(spill)
             .map_or(0, |index| self.spills[index].closed)
     }
 
-    pub fn is_set_aside(&self, spill: u16, now: SimTime) -> bool {
+    pub fn is_set_aside(&self, spill: u32, now: SimTime) -> bool {
         let index = self.index_of_spill(spill);
         let since = index.and_then(|index| self.spills[index].out_of_reach);
         since.is_some_and(|since| now.since(since) < SET_ASIDE)
@@ -167,7 +167,7 @@ impl Memory {
     }
 
     /// Checks whether the spill counts as empty.
-    pub fn counts_as_empty(&self, spill: u16, now: SimTime) -> bool {
+    pub fn counts_as_empty(&self, spill: u32, now: SimTime) -> bool {
         let mut known = self.knowledge.empty.iter();
         known.any(|(known, fact)| {
             *known == spill && fact.value && now.since(fact.seen) < EMPTY_EXPIRES
@@ -176,7 +176,7 @@ impl Memory {
 
     /// Starts the search of a spill's area if the spill's state has not changed and no waste is known elsewhere.
     /// Returns whether the search started.
-    pub fn begin_sweep(&mut self, spill: u16, now: SimTime) -> bool {
+    pub fn begin_sweep(&mut self, spill: u32, now: SimTime) -> bool {
         let begins = self.is_all_done() && !self.counts_as_empty(spill, now);
         if let Some(index) = self.index_of_spill(spill).filter(|_| begins) {
             self.spills[index].sweep = Some(Sweep::default());
@@ -184,12 +184,12 @@ impl Memory {
         begins
     }
 
-    pub fn sweep(&mut self, spill: u16) -> Option<&mut Sweep> {
+    pub fn sweep(&mut self, spill: u32) -> Option<&mut Sweep> {
         let index = self.index_of_spill(spill)?;
         self.spills[index].sweep.as_mut()
     }
 
-    pub fn end_sweep(&mut self, spill: u16) {
+    pub fn end_sweep(&mut self, spill: u32) {
         if let Some(index) = self.index_of_spill(spill) {
             self.spills[index].sweep = None;
         }
@@ -202,7 +202,7 @@ impl Memory {
     }
 
     /// Checks whether the spill was empty at the last observation, at any age.
-    pub fn was_empty(&self, spill: u16) -> bool {
+    pub fn was_empty(&self, spill: u32) -> bool {
         let mut known = self.knowledge.empty.iter();
         known.any(|&(known, fact)| known == spill && fact.value)
     }
@@ -316,7 +316,7 @@ impl Memory {
     }
 
     /// Updates the fact about an own spill with the result of `join`.
-    fn join_empty(&mut self, spill: u16, join: impl Fn(Option<Fact<bool>>) -> Fact<bool>) {
+    fn join_empty(&mut self, spill: u32, join: impl Fn(Option<Fact<bool>>) -> Fact<bool>) {
         if self.index_of_spill(spill).is_none() {
             return;
         }

@@ -204,7 +204,7 @@ impl WasteController {
         }
     }
 
-    fn knows_loose(&self, spill: u16) -> bool {
+    fn knows_loose(&self, spill: u32) -> bool {
         let places = places(&self.briefing, &self.memory, &self.realms);
         places.is_some_and(|places| {
             let mut loose = self.memory.loose();

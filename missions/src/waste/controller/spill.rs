@@ -51,7 +51,7 @@ pub(super) struct SpillView<'a> {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SpillWork {
-    spill: u16,
+    spill: u32,
     deposit: Vec2,
     views: Views,
     /// True if the robot has stood at the expected place of the spill without sensing a spill.
@@ -76,7 +76,7 @@ enum Target {
 }
 
 impl SpillWork {
-    pub fn new(spill: u16, briefing: &Briefing, places: &KnownPlaces) -> Self {
+    pub fn new(spill: u32, briefing: &Briefing, places: &KnownPlaces) -> Self {
         let center = places.spill(spill);
         Self {
             spill,
@@ -91,7 +91,7 @@ impl SpillWork {
         }
     }
 
-    pub fn spill(&self) -> u16 {
+    pub fn spill(&self) -> u32 {
         self.spill
     }
 

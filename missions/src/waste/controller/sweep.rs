@@ -22,7 +22,7 @@ impl Sweep {
     /// Returns the next place to visit, or `None` when the whole area was seen.
     pub fn next(
         &mut self,
-        spill: u16,
+        spill: u32,
         sight: &FloorView,
         sight_m: f32,
         places: &KnownPlaces,
@@ -84,7 +84,7 @@ mod tests {
     }
 
     /// Returns the places that a robot visits on its search if it can reach all of them.
-    fn way(spill: u16, places: &KnownPlaces) -> Vec<Vec2> {
+    fn way(spill: u32, places: &KnownPlaces) -> Vec<Vec2> {
         let mut way = vec![places.spill(spill)];
         let mut sweep = Sweep::default();
         while let Some(at) = sweep.next(spill, &sight(way[way.len() - 1]), SIGHT_M, places) {

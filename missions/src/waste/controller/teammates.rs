@@ -188,7 +188,7 @@ mod tests {
     /// of sending.
     fn deliver(
         teammates: &mut Teammates,
-        (sender, incarnation): (u16, Incarnation),
+        (sender, incarnation): (u32, Incarnation),
         (sent_ms, received_ms): (u64, u64),
         heartbeat: Heartbeat,
     ) -> HeartbeatRelevance {

@@ -1,21 +1,21 @@
 //! Checks of `[waste]`.
 
 use glam::Vec2;
-use scenario::limits::{FRACTION, LENGTH, LONGEST_M, TIME, TIME_OR_ZERO, check_names, closed};
+use scenario::limits::{FRACTION, LENGTH, TIME, TIME_OR_ZERO, WIDEST_M, check_names, closed};
 use scenario::{KeyPath, Obstacle, Problem, Scenario};
 use world_server::world::Places;
 
 use super::{Spot, WasteSection, report_site};
 
 /// The maximum number of spills of a scenario, and of deposits.
-pub const MAX_SPILLS: usize = 10_000;
+pub const MAX_SPILLS: usize = 1_000_000;
 pub(super) const MAX_ITEMS: u32 = 1000;
 /// The maximum number of items of all spills, and of all items that a repeated fault adds.
-pub(crate) const MAX_ITEMS_TOTAL: u32 = 200_000;
+pub(crate) const MAX_ITEMS_TOTAL: u32 = 10_000_000;
 
 pub(super) fn check(scenario: &Scenario) -> Result<(), Problem> {
     // The robots' maps of the floor have no room for more.
-    scenario.room.check(LONGEST_M)?;
+    scenario.room.check(WIDEST_M)?;
     let waste = WasteSection::of(scenario);
     let at = KeyPath::new(["waste"]);
     let spills = at.key("spills");

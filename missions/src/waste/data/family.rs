@@ -27,7 +27,7 @@ const NEIGHBORS: usize = 20;
 /// The number of districts above which the border is known beforehand.
 const SEARCHED: usize = 10;
 
-/// Returns the waste clean-up with the given number of robots and spills, 1 to 10,000 each. 3 and 2 give the default
+/// Returns the waste clean-up with the given number of robots and spills, 1 to 1,000,000 each. 3 and 2 give the default
 /// mission.
 #[must_use]
 pub fn family(robots: usize, spills: usize) -> Scenario {

@@ -10,7 +10,7 @@ pub enum BehaviorKind {
     FindLocationsMethodical,
     FindLocationsWander,
     /// Carries the items of one spill to the deposit. The value is the index of the spill in the scenario.
-    MoveSpill(u16),
+    MoveSpill(u32),
     ReportProgress,
 }
 
@@ -21,7 +21,7 @@ impl BehaviorKind {
             0 => Self::FindLocationsMethodical,
             1 => Self::FindLocationsWander,
             2 => Self::ReportProgress,
-            spill => Self::MoveSpill((spill - 3) as u16),
+            spill => Self::MoveSpill((spill - 3) as u32),
         }
     }
 
@@ -66,7 +66,7 @@ pub(super) fn catalog(scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
 
     let set = |name: &str, task: usize, kind: BehaviorKind| BehaviorSpec {
         name: name.to_owned(),
-        task: TaskId(task as u16),
+        task: TaskId(task as u32),
         kind: kind.code(),
         skill: None,
     };
@@ -81,7 +81,7 @@ pub(super) fn catalog(scenario: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
         ),
     ];
     sets.extend((1..last).map(|task| {
-        let kind = BehaviorKind::MoveSpill(task as u16 - 1);
+        let kind = BehaviorKind::MoveSpill(task as u32 - 1);
         set(&tasks[task], task, kind)
     }));
     sets.push(set(&tasks[last], last, BehaviorKind::ReportProgress));

@@ -31,7 +31,7 @@ use scenario::fault::{MissionFault, Order};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
     BehaviorProperties, DefaultAllianceParams, MissionData, MissionVocabulary, Objective,
-    TaskDependencies,
+    TaskDependencies, WorkUnit,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::Mission;
@@ -197,14 +197,9 @@ impl MissionData for WasteData {
         BehaviorKind::from_spec(behavior).built_in()
     }
 
-    fn work_unit_s(
-        &self,
-        scenario: &Scenario,
-        body: &Body,
-        _skill: f64,
-        behavior: &BehaviorSpec,
-    ) -> f64 {
-        work::unit_s(scenario, body, BehaviorKind::from_spec(behavior))
+    fn work_unit_s<'a>(&'a self, scenario: &'a Scenario) -> WorkUnit<'a> {
+        let ways = work::Ways::new(scenario);
+        Box::new(move |body, _, behavior| ways.unit_s(body, BehaviorKind::from_spec(behavior)))
     }
 
     fn check_order(&self, scenario: &Scenario, order: &Order) -> Result<(), Problem> {

@@ -3,12 +3,12 @@
 //! The estimates use the geometry of the room, top speed and turn rate, and the longest way of each kind. Obstacles,
 //! slow ground and teammates increase the real time, and near items reduce it.
 
-use super::WasteSection;
 use glam::{UVec2, Vec2};
-
-use super::BehaviorKind;
 use scenario::time::SimTime;
 use scenario::{Body, Scenario};
+use world_server::world::Grid;
+
+use super::{BehaviorKind, Spill, WasteSection};
 
 /// The time after which a spill that was seen empty counts as unknown. Waste may have been added, or a robot may have
 /// erred.
@@ -17,6 +17,9 @@ pub(crate) const EMPTY_EXPIRES: SimTime = SimTime(180_000);
 /// The side of a search cell, in ranges of the waste sensor. At this size the whole cell is visible from and around its
 /// center.
 const CELL_SIGHTS: f32 = 0.8;
+
+/// The first radius of a search for the nearest deposit, m. It doubles until one is found.
+const SEARCH_M: f32 = 10.0;
 
 /// Returns the columns and rows of a search of a room, for robots with sensor range `sight_m` from their centers, m.
 #[must_use]
@@ -37,39 +40,74 @@ pub(super) fn search_s(scenario: &Scenario, body: &Body) -> f64 {
     EMPTY_EXPIRES.as_secs_f64() + f64::from(way_m / body.speed_m_s + turn_deg / body.turn_deg_s)
 }
 
-/// Returns the estimated duration of a unit of work for a robot with this body, s.
-///
-/// - Finding the locations: along the longest wall, and a quarter turn.
-/// - Moving a spill: from the deposit's edge to the far side of the spill and back, and two half turns.
-/// - Reporting: to the report site from the spill or deposit that is farthest from it, and a half turn.
-pub(super) fn unit_s(scenario: &Scenario, body: &Body, kind: BehaviorKind) -> f64 {
-    let room = scenario.room.size();
-    let waste = WasteSection::of(scenario);
-    let deposits = || waste.deposits().map(|spot| spot.in_room(&scenario.room));
-    let (way_m, turn_deg) = match kind {
-        BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => {
-            (room.max_element(), 90.0)
+/// The places of a scenario between which robots work.
+pub(super) struct Ways<'a> {
+    scenario: &'a Scenario,
+    waste: &'a WasteSection,
+    /// The deposits, in a grid that finds the nearest one of many.
+    deposits: Grid,
+}
+
+impl<'a> Ways<'a> {
+    pub fn new(scenario: &'a Scenario) -> Self {
+        let waste = WasteSection::of(scenario);
+        let room = &scenario.room;
+        let mut deposits = Grid::new(room, waste.deposit.radius_m, waste.deposits().count());
+        for (index, spot) in waste.deposits().enumerate() {
+            deposits.insert(index, spot.in_room(room));
         }
-        BehaviorKind::MoveSpill(spill) => {
-            let spill = waste.spills[usize::from(spill)]
-                .spot()
-                .in_room(&scenario.room);
-            let between = deposits().map(|deposit| spill.distance(deposit));
-            let between = between.fold(f32::INFINITY, f32::min);
-            let one_way = between + waste.spill_radius_m - waste.deposit.radius_m;
-            (2.0 * one_way.max(0.0), 360.0)
+        Self {
+            scenario,
+            waste,
+            deposits,
         }
-        BehaviorKind::ReportProgress => {
-            let half = Vec2::new(0.0, waste.report_site.height_m / 2.0);
-            let low = scenario.room.at(Vec2::new(0.0, 0.5)) - half;
-            let high = low + Vec2::new(waste.report_site.width_m, waste.report_site.height_m);
-            let to_site = |from: Vec2| from.clamp(low, high).distance(from);
-            let spills = waste.spills.iter();
-            let places = spills
-                .map(|spill| spill.spot().in_room(&scenario.room))
-                .chain(deposits());
-            (places.map(to_site).fold(0.0, f32::max), 180.0)
+    }
+
+    /// Returns the estimated duration of a unit of work for a robot with this body, s.
+    ///
+    /// - Finding the locations: along the longest wall, and a quarter turn.
+    /// - Moving a spill: from the deposit's edge to the far side of the spill and back, and two half turns.
+    /// - Reporting: to the report site from the spill or deposit that is farthest from it, and a half turn.
+    pub fn unit_s(&self, body: &Body, kind: BehaviorKind) -> f64 {
+        let (room, waste) = (&self.scenario.room, self.waste);
+        let (way_m, turn_deg) = match kind {
+            BehaviorKind::FindLocationsMethodical | BehaviorKind::FindLocationsWander => {
+                (room.size().max_element(), 90.0)
+            }
+            BehaviorKind::MoveSpill(spill) => {
+                let spill = waste.spills[spill as usize].spot().in_room(room);
+                let between = self.to_deposit_m(spill);
+                let one_way = between + waste.spill_radius_m - waste.deposit.radius_m;
+                (2.0 * one_way.max(0.0), 360.0)
+            }
+            BehaviorKind::ReportProgress => {
+                let half = Vec2::new(0.0, waste.report_site.height_m / 2.0);
+                let low = room.at(Vec2::new(0.0, 0.5)) - half;
+                let high = low + Vec2::new(waste.report_site.width_m, waste.report_site.height_m);
+                let to_site = |from: Vec2| from.clamp(low, high).distance(from);
+                let spills = waste.spills.iter().map(Spill::spot);
+                let places = spills
+                    .chain(waste.deposits())
+                    .map(|spot| spot.in_room(room));
+                (places.map(to_site).fold(0.0, f32::max), 180.0)
+            }
+        };
+        f64::from(way_m / body.speed_m_s + turn_deg / body.turn_deg_s)
+    }
+
+    /// Returns the distance to the nearest deposit, m.
+    fn to_deposit_m(&self, from: Vec2) -> f32 {
+        let whole_m = self.scenario.room.size().element_sum();
+        let mut reach_m = SEARCH_M;
+        loop {
+            let near = self.deposits.near(from, reach_m);
+            let nearest_m = near.map(|(_, deposit)| from.distance(deposit));
+            let nearest_m = nearest_m.fold(f32::INFINITY, f32::min);
+            // A deposit beyond the reach may be nearer than one in a corner of the searched square.
+            if nearest_m <= reach_m || reach_m > whole_m {
+                return nearest_m;
+            }
+            reach_m *= 2.0;
         }
-    };
-    f64::from(way_m / body.speed_m_s + turn_deg / body.turn_deg_s)
+    }
 }

@@ -168,8 +168,8 @@ impl WasteFloor {
 
     /// Checks whether waste of a spill remains outside the deposits or is the given load. An item belongs to the spill
     /// that was nearest when the item was last touched, the first at equal distance.
-    pub fn has_waste_of_spill(&self, spill: u16, load: Option<ItemId>) -> bool {
-        let spill = usize::from(spill);
+    pub fn has_waste_of_spill(&self, spill: u32, load: Option<ItemId>) -> bool {
+        let spill = spill as usize;
         let left = self.left.get_or_init(|| {
             let mut left = vec![0; self.zones.len()];
             let lie = self.items.iter().filter(|item| item.carrier.is_none());

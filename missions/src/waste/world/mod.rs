@@ -85,13 +85,11 @@ impl Clone for Caches {
 
 /// Returns the kind of each task. All behaviors of a task have the same kind here.
 fn kinds(catalog: &Catalog) -> Vec<BehaviorKind> {
-    let tasks = 0..catalog.tasks.len();
-    let kind = |task: usize| {
-        let mut sets = catalog.sets.iter();
-        sets.find(|set| set.task.index() == task)
-            .map(BehaviorKind::from_spec)
-    };
-    tasks.filter_map(kind).collect()
+    let mut kinds: Vec<Option<BehaviorKind>> = vec![None; catalog.tasks.len()];
+    for set in &catalog.sets {
+        kinds[set.task.index()].get_or_insert_with(|| BehaviorKind::from_spec(set));
+    }
+    kinds.into_iter().flatten().collect()
 }
 
 impl MissionWorld for Waste {

@@ -28,7 +28,7 @@ fn links(seed: u64) -> IncomingMessages {
 }
 
 /// Creates the `index`-th broadcast of a sender in a tick. Its sequence number grows with time.
-fn broadcast(sender: u16, tick: Tick, index: u16) -> Broadcast {
+fn broadcast(sender: u32, tick: Tick, index: u16) -> Broadcast {
     Broadcast {
         sender: RobotId(sender),
         incarnation: 1,
@@ -45,9 +45,9 @@ fn broadcast(sender: u16, tick: Tick, index: u16) -> Broadcast {
 }
 
 /// Broadcasts of one sender in the previous tick: sender, count, link state.
-type Sent = (u16, u16, Option<LinkState>);
+type Sent = (u32, u16, Option<LinkState>);
 
-fn message(tick: Tick, sent: &[Sent], held: &[u16]) -> TickMessage {
+fn message(tick: Tick, sent: &[Sent], held: &[u32]) -> TickMessage {
     TickMessage {
         incarnation: 1,
         tick,
@@ -77,7 +77,7 @@ fn arrived(tick: Tick, sent: &[Sent]) -> Vec<Option<Arc<Broadcast>>> {
         .collect()
 }
 
-fn receive(links: &mut IncomingMessages, tick: Tick, sent: &[Sent], held: &[u16]) -> StepMessages {
+fn receive(links: &mut IncomingMessages, tick: Tick, sent: &[Sent], held: &[u32]) -> StepMessages {
     receive_message(links, &message(tick, sent, held), arrived(tick, sent))
 }
 
@@ -93,7 +93,7 @@ fn receive_message(
 }
 
 /// Returns sender, sequence number, delivery and time (in ticks) of each reception.
-fn deliveries(messages: &StepMessages) -> Vec<(u16, u64, Delivery, u64)> {
+fn deliveries(messages: &StepMessages) -> Vec<(u32, u64, Delivery, u64)> {
     let receptions = messages.receptions.iter();
     receptions
         .map(|reception| {
@@ -104,7 +104,7 @@ fn deliveries(messages: &StepMessages) -> Vec<(u16, u64, Delivery, u64)> {
         .collect()
 }
 
-fn inbox(messages: &StepMessages) -> Vec<(u16, u64)> {
+fn inbox(messages: &StepMessages) -> Vec<(u32, u64)> {
     let inbox = messages.inbox.iter();
     inbox
         .map(|broadcast| (broadcast.sender.0, broadcast.seq))
@@ -233,7 +233,7 @@ fn observed_frequencies_match_the_probabilities() {
 /// Returns the deliveries of one message per tick over the link from a sender, and the received bodies.
 fn send(
     seed: u64,
-    sender: u16,
+    sender: u32,
     ticks: Tick,
     link: Option<LinkState>,
 ) -> (BTreeMap<&'static str, u32>, Vec<BroadcastContent>) {

@@ -209,7 +209,7 @@ impl Ble {
         if is_broken("ble-ignores-other-rows") {
             self.task = self.offers.first().map(|offer| offer.entry.task);
         }
-        let mut others = (0..self.me.team as u16)
+        let mut others = (0..self.me.team as u32)
             .map(RobotId)
             .filter(|robot| *robot != self.me.robot);
         if is_broken("ble-waits-for-a-row") && others.all(|robot| self.table.row(robot).is_empty())

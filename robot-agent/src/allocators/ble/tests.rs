@@ -98,7 +98,7 @@ proptest! {
                 settled += 1;
                 let assigned = greedy(&rows, &team.situation.tasks);
                 for (rank, robot) in team.robots.iter().enumerate() {
-                    prop_assert_eq!(robot.active, assigned.get(&RobotId(rank as u16)).copied());
+                    prop_assert_eq!(robot.active, assigned.get(&RobotId(rank as u32)).copied());
                 }
             }
         }
@@ -222,7 +222,7 @@ proptest! {
         more in 0.0..10.0_f32,
     ) {
         let briefs = Team::<Ble>::new(situation.clone(), Config::default()).briefs();
-        let me = RobotId(raised_robot.index(situation.cost_s.len()) as u16);
+        let me = RobotId(raised_robot.index(situation.cost_s.len()) as u32);
         let table = |raised: Option<TaskId>| {
             let mut table = Table::default();
             for (costs, rank) in situation.cost_s.iter().zip(0..) {

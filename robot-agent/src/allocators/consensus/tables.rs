@@ -58,7 +58,7 @@ pub struct Tables {
 
 #[derive(Clone, Debug)]
 struct Part {
-    block: u16,
+    block: u32,
     slot: u16,
     last_sent: Option<SimTime>,
     /// The send times s_im of the latest news, directly or through others, with the incarnation and sequence number of
@@ -223,7 +223,7 @@ impl Tables {
 impl Tables {
     /// Creates the state of a robot without news, which sends each part of its list at least every `refresh`.
     pub fn new(kind: TableKind, refresh: SimTime, beliefs: &Winners) -> Self {
-        let mut keys: Vec<(u16, u16)> = beliefs
+        let mut keys: Vec<(u32, u16)> = beliefs
             .entries()
             .iter()
             .map(|entry| (entry.task.0 / BLOCK_TASKS, entry.slot))

@@ -18,7 +18,7 @@ pub const REFRESH_S: f64 = STEP.0 as f64 / 1000.0;
 impl Situation {
     /// Returns the time at which each unit of a path is done, s.
     pub fn times(&self, rank: usize, path: &[usize]) -> Vec<f64> {
-        let path = path.iter().map(|&task| TaskId(task as u16));
+        let path = path.iter().map(|&task| TaskId(task as u32));
         let path: Vec<TaskId> = path.collect();
         let mut time_s = 0.0;
         let units = path.iter().enumerate().map(|(place, &task)| {

@@ -270,7 +270,7 @@ fn a_matrix_is_sent_in_parts_below_the_limit() {
     let latest = SimTime(u64::MAX);
     let mut matrix = Matrix::default();
     let entry = EligibleTask {
-        task: TaskId(u16::MAX),
+        task: TaskId(u32::MAX),
         round: latest,
         utility: f32::MAX,
     };
@@ -280,7 +280,7 @@ fn a_matrix_is_sent_in_parts_below_the_limit() {
             made: Some(latest),
             seen: latest,
         };
-        let entries = vec![entry; usize::from(robot) % (ROW_ENTRIES_MAX + 1)];
+        let entries = vec![entry; robot as usize % (ROW_ENTRIES_MAX + 1)];
         matrix.receive_row(&version, entries.into_iter(), None, |_, _| true);
     }
     matrix.repeat(RobotId(60_000), 0);
@@ -404,18 +404,18 @@ fn whole_assignment(matrix: &Matrix, briefs: &[TaskBrief]) -> Vec<(RobotId, Task
 /// equal utilities, priorities, rounds and robots that come and go.
 #[test]
 fn the_assignment_of_a_group_is_that_of_the_whole() {
-    const ROBOTS: u16 = 9;
-    const TASKS: u16 = 12;
+    const ROBOTS: u32 = 9;
+    const TASKS: u32 = 12;
     let (mut smaller, mut skipped) = (0, 0);
     for seed in 0..300 {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let briefs = (0..TASKS).map(|_| TaskBrief {
             max_robots: chance.random_range(1..=2),
             priority: chance.random_range(0..=i32::from(seed % 3 == 0)),
-            ..fixtures::brief(usize::from(ROBOTS), 60.0)
+            ..fixtures::brief(ROBOTS as usize, 60.0)
         });
         let briefs: Vec<TaskBrief> = briefs.collect();
-        let mut me = fixtures::self_state(RobotId(4), usize::from(ROBOTS), briefs.into());
+        let mut me = fixtures::self_state(RobotId(4), ROBOTS as usize, briefs.into());
         let is_own = |own: &OwnBehavior| (4..8).contains(&own.task.0);
         me.behaviors = me.behaviors.iter().copied().filter(is_own).collect();
         let SelfState { robot, briefs, .. } = &me;

@@ -29,7 +29,7 @@ pub struct Awareness {
     tasks: Vec<OwnTask>,
     teammates: Known<TeammateCosts>,
     /// The numbers of the blocks of the robot's tasks.
-    blocks: Vec<u16>,
+    blocks: Vec<u32>,
     /// The number of blocks that must still be sent, from the end of the list.
     unsent: usize,
     last_sent: Option<SimTime>,
@@ -38,7 +38,7 @@ pub struct Awareness {
 impl Awareness {
     pub fn new(beliefs: &Winners) -> Self {
         let tasks = beliefs.tasks().to_vec();
-        let mut blocks: Vec<u16> = tasks.iter().map(block_of).collect();
+        let mut blocks: Vec<u32> = tasks.iter().map(block_of).collect();
         blocks.dedup();
         Self {
             tasks,
@@ -148,13 +148,13 @@ impl Awareness {
     }
 
     /// Returns the indices of the tasks of a block.
-    fn range(&self, block: u16) -> Range<usize> {
+    fn range(&self, block: u32) -> Range<usize> {
         let first = self.tasks.partition_point(|task| block_of(task) < block);
         let end = self.tasks.partition_point(|task| block_of(task) <= block);
         first..end
     }
 }
 
-fn block_of(task: &OwnTask) -> u16 {
+fn block_of(task: &OwnTask) -> u32 {
     task.task.0 / BLOCK_TASKS
 }

@@ -57,9 +57,9 @@ fn best(offers: &[TaskOffer], briefs: &[TaskBrief]) -> Vec<TaskOffer> {
 
 fn offer(robot: usize, task: usize, utility: f64) -> TaskOffer {
     TaskOffer {
-        robot: RobotId(robot as u16),
-        behavior: BehaviorId(task as u16),
-        task: TaskId(task as u16),
+        robot: RobotId(robot as u32),
+        behavior: BehaviorId(task as u32),
+        task: TaskId(task as u32),
         utility,
     }
 }

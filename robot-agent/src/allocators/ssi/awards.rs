@@ -56,7 +56,7 @@ pub struct Awards {
     /// True if a holder has changed since the last [`Awards::take_changed`].
     has_changed: bool,
     /// The blocks in which the robot's own awards have changed since they were sent, in ascending order.
-    unsent: Vec<u16>,
+    unsent: Vec<u32>,
 }
 
 impl Awards {
@@ -231,7 +231,7 @@ impl Awards {
     }
 
     /// Returns the first block in which the robot's awards have changed since they were sent, and marks it as sent.
-    pub fn take_unsent(&mut self) -> Option<u16> {
+    pub fn take_unsent(&mut self) -> Option<u32> {
         (!self.unsent.is_empty()).then(|| self.unsent.remove(0))
     }
 
@@ -248,7 +248,7 @@ impl Awards {
     }
 
     /// Returns the robot's own awards in a block.
-    pub fn of_block(&self, block: u16) -> Vec<Award> {
+    pub fn of_block(&self, block: u32) -> Vec<Award> {
         let own = self.places.iter().filter_map(|place| place.holder);
         let own = own
             .filter(|held| held.robot == self.me)

@@ -44,9 +44,9 @@ fn ssi_keeps_the_properties_of_all_allocators() {
 fn path_cost(situation: &Situation, robot: usize, path: &[usize], objective: Objective) -> f64 {
     let (mut end_s, mut sum_s) = (0.0, 0.0);
     for (at, &task) in path.iter().enumerate() {
-        let after: Vec<TaskId> = path[..at].iter().map(|&task| TaskId(task as u16)).collect();
+        let after: Vec<TaskId> = path[..at].iter().map(|&task| TaskId(task as u32)).collect();
         end_s += situation
-            .seconds(robot, &after, TaskId(task as u16))
+            .seconds(robot, &after, TaskId(task as u32))
             .unwrap();
         sum_s += end_s;
     }
@@ -133,9 +133,9 @@ fn bids_have_the_values_computed_by_hand() {
     let stop = |task| Stop {
         task: TaskId(task),
         priority: 0,
-        place: usize::from(task),
+        place: task as usize,
     };
-    let bid = |path: &[u16], task: u16, objective| {
+    let bid = |path: &[u32], task: u32, objective| {
         let path = Path {
             stops: path.iter().map(|&task| stop(task)).collect(),
         };
@@ -436,7 +436,7 @@ fn awards_of(team: usize, tasks: usize) -> Awards {
     Awards::new(&fixtures::self_state(RobotId(0), team, briefs))
 }
 
-fn award(task: u16, auction: u32, cost: f32) -> Award {
+fn award(task: u32, auction: u32, cost: f32) -> Award {
     Award {
         round: SimTime::ZERO,
         auction,
@@ -453,7 +453,7 @@ proptest! {
     /// arrival and with repetitions.
     #[test]
     fn corrections_win_by_auction_bid_and_robot(
-        claims in prop::collection::vec((1..6_u16, 0..3_u32, 0..3_u8), 1..12),
+        claims in prop::collection::vec((1..6_u32, 0..3_u32, 0..3_u8), 1..12),
         order in any::<prop::sample::Index>(),
     ) {
         // Each robot has one award of the place.
@@ -499,7 +499,7 @@ fn invalid_and_older_awards_change_nothing() {
         |message| message.awards[0].bid.task = TaskId(900),
         |message| message.awards[0].round = SimTime(101),
         |message| message.awards[0].auction = 6,
-        |message| message.block = u16::MAX,
+        |message| message.block = u32::MAX,
     ];
     for change in invalid {
         let mut bad = message(award(0, 3, 1.0));
@@ -525,14 +525,14 @@ fn invalid_and_older_awards_change_nothing() {
 fn the_longest_message_is_below_the_limit() {
     let longest = AuctionBid {
         auction: u32::MAX,
-        bid: Some(award(u16::MAX, 0, f32::MAX).bid),
-        block: u16::MAX,
+        bid: Some(award(u32::MAX, 0, f32::MAX).bid),
+        block: u32::MAX,
         awards: (0..AWARD_BLOCK_TASKS)
             .map(|_| Award {
                 round: SimTime(u64::MAX),
                 auction: u32::MAX,
                 bid: CostBid {
-                    task: TaskId(u16::MAX),
+                    task: TaskId(u32::MAX),
                     slot: u16::MAX,
                     cost: f32::MAX,
                 },

@@ -142,9 +142,9 @@ impl Solo {
     }
 
     fn step(&mut self, progressed: &[TaskId]) -> Option<BehaviorId> {
-        let choice = |task: u16| Choice {
-            round: self.rounds[usize::from(task)],
-            applicable: self.due[usize::from(task)],
+        let choice = |task: u32| Choice {
+            round: self.rounds[task as usize],
+            applicable: self.due[task as usize],
             ..fixtures::choice(task, 10.0)
         };
         let choices = [choice(0), choice(1)];

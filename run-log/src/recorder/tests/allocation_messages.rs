@@ -205,7 +205,7 @@ proptest! {
         value: f32,
         stamp in 0.0..1.0_f64,
         (evolution, round, seen) in any::<(u64, u64, u64)>(),
-        (robot, task, slot) in any::<(u16, u16, u16)>(),
+        (robot, task, slot) in any::<(u32, u32, u16)>(),
     ) {
         let (robot, task) = (RobotId(robot % 3), TaskId(task % 2));
         let value = if value.is_finite() { value } else { 0.0 };

@@ -129,7 +129,7 @@ fn report(robot: RobotId, tick: Tick) -> Report {
     }
 }
 
-fn motivation(set: u16, motivation: f64) -> Motivation {
+fn motivation(set: u32, motivation: f64) -> Motivation {
     Motivation {
         set: BehaviorId(set),
         motivation,

@@ -63,7 +63,7 @@ fn hold(from: &str, to: &str) -> Fault {
 
 /// Returns places in a row, 3 m apart.
 fn place(robot: RobotId) -> Vec2 {
-    Vec2::new(3.0 * f32::from(robot.0), 1.0)
+    Vec2::new(3.0 * robot.0 as f32, 1.0)
 }
 
 fn begin(links: &mut LinkFaults, tick: Tick, faults: &[Fault]) {

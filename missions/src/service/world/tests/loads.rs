@@ -14,7 +14,7 @@ fn delivery(more: &str) -> World {
     ))
 }
 
-fn drives_and_works(point: u16) -> Option<Actuation> {
+fn drives_and_works(point: u32) -> Option<Actuation> {
     Some(Actuation {
         speed_m_s: 0.5,
         ..works(point).unwrap()

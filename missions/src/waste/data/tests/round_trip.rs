@@ -33,7 +33,7 @@ proptest! {
         setup.scenario.energy = Some(Energy { idle_w: single, ..Energy::default() });
         setup.scenario.alliance.defaults.slow_impatience_toward.insert("gold".to_owned(), double);
         setup.alliance.threshold = -double;
-        for robot in setup.alliance.robots.values_mut() {
+        for robot in std::sync::Arc::make_mut(&mut setup.alliance.robots).values_mut() {
             for set in robot.sets.values_mut() {
                 set.fast_impatience = double;
                 set.slow_impatience.values_mut().for_each(|value| *value = double);

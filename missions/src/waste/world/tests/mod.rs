@@ -81,7 +81,7 @@ fn view(world: &World) -> View {
 /// Makes a step and formats each event as kind, rank and subject.
 fn step(world: &mut World, commands: &[Option<Actuation>]) -> Vec<String> {
     let summary = |event: &Event| {
-        let rank = event.robot.map_or(u16::MAX, |robot| robot.0);
+        let rank = event.robot.map_or(u32::MAX, |robot| robot.0);
         format!("{} {rank} {}", event.kind, event.subject)
     };
     world.step(commands).iter().map(summary).collect()
@@ -165,7 +165,7 @@ fn with_foraging_delivered_items_return_until_time_runs_out() {
 fn tasks_are_due_according_to_the_ground_truth() {
     let setup = default_setup(1);
     let due_for = |world: &World, robot: RobotId| {
-        let tasks = (0..setup.catalog.tasks.len() as u16).map(TaskId);
+        let tasks = (0..setup.catalog.tasks.len() as u32).map(TaskId);
         let due = tasks.filter(|task| world.mission().has_work(*task, robot, world));
         due.map(|task| setup.catalog.task_name(task).to_owned())
             .filter(|name| name != "find-locations")

@@ -64,7 +64,7 @@ fn play(seed: u64, script: &[TickInput]) -> Vec<Option<StepMessages>> {
                     (sender, count, Some(LinkState { hold, ..link }))
                 })
                 .collect();
-            let held: Vec<u16> = (0..)
+            let held: Vec<u32> = (0..)
                 .zip(&input.senders)
                 .filter(|(_, (_, _, hold))| *hold)
                 .map(|(sender, _)| sender)
@@ -76,7 +76,7 @@ fn play(seed: u64, script: &[TickInput]) -> Vec<Option<StepMessages>> {
 }
 
 /// Returns the deliveries of one sender's messages.
-fn of_sender(sender: u16, messages: &[Option<StepMessages>]) -> Vec<(u16, u64, Delivery, u64)> {
+fn of_sender(sender: u32, messages: &[Option<StepMessages>]) -> Vec<(u32, u64, Delivery, u64)> {
     let all = messages.iter().flatten().flat_map(deliveries);
     all.filter(|delivery| delivery.0 == sender).collect()
 }
@@ -87,21 +87,21 @@ proptest! {
         let mut in_flight = BTreeMap::new();
         let mut settled = BTreeSet::new();
         let mut audible = BTreeMap::new();
-        let is_doubled = |sender: u16, seq: u64| {
-            let (_, link, _) = script[(seq / 10) as usize].senders[usize::from(sender)];
+        let is_doubled = |sender: u32, seq: u64| {
+            let (_, link, _) = script[(seq / 10) as usize].senders[sender as usize];
             link.duplicate == Probability::ALWAYS
         };
         for (tick, messages) in (1..).zip(play(seed, &script)) {
             let Some(messages) = messages else { continue };
             let input = &script[tick as usize - 1];
-            let listed: usize = input.senders.iter().map(|sender| usize::from(sender.0)).sum();
+            let listed: usize = input.senders.iter().map(|sender| sender.0 as usize).sum();
             let mut expected = BTreeSet::new();
             for (place, (sender, seq, delivery, at)) in deliveries(&messages).into_iter().enumerate() {
                 let key = (sender, seq);
                 let is_listed = place < listed;
                 prop_assert_eq!(is_listed, seq / 10 == tick - 1);
                 if is_listed && !matches!(delivery, Received | Faded | Blocked) {
-                    let (_, link, hold) = input.senders[usize::from(sender)];
+                    let (_, link, hold) = input.senders[sender as usize];
                     let effect = LinkState { hold, ..link }.effect_behind(delivery);
                     prop_assert!(effect.is_some(), "no effect explains {:?}", delivery);
                 }

@@ -79,7 +79,7 @@ fn kept_away_s(
     mut send: impl FnMut(usize, &Situation, &mut u32) -> Message,
 ) -> f64 {
     let teammates = setup.scenario.robots.len() - 1;
-    let mut robot = Solo::new(RobotId(teammates as u16), setup);
+    let mut robot = Solo::new(RobotId(teammates as u32), setup);
     let mut incarnations = vec![1; teammates];
     let mut situation = Situation {
         now: ms(0),
@@ -93,7 +93,7 @@ fn kept_away_s(
         let mut received = Vec::new();
         for (rank, incarnation) in incarnations.iter_mut().enumerate() {
             if let Some((state, since)) = send(rank, &situation, incarnation) {
-                let mut message = robot.message(RobotId(rank as u16), state, since);
+                let mut message = robot.message(RobotId(rank as u32), state, since);
                 message.incarnation = *incarnation;
                 received.push(message);
             }

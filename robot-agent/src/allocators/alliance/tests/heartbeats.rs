@@ -72,7 +72,9 @@ fn periods_are_rounded_up_to_steps_and_idle_heartbeats_use_the_longest() {
         all.into_iter().map(|announced| announced.0).collect()
     };
     assert_eq!(times(&setup, 2000), [0, 600, 1200, 1800]);
-    let gold = setup.alliance.robots.get_mut("gold").unwrap();
+    let gold = Arc::make_mut(&mut setup.alliance.robots)
+        .get_mut("gold")
+        .unwrap();
     gold.sets.get_mut("report").unwrap().broadcast_rate_hz = 0.25;
     assert_eq!(times(&setup, 9000), [0, 4000, 8000]);
 }
@@ -112,7 +114,9 @@ fn no_release_while_another_set_continues_the_task() {
     // Blue waits with both of its sets for find until gold releases it.
     let mut setup = setup(Preset::Team, 2, 200);
     setup.scenario.robots[0].side_sensor = true;
-    let blue = setup.alliance.robots.get_mut("blue").unwrap();
+    let blue = Arc::make_mut(&mut setup.alliance.robots)
+        .get_mut("blue")
+        .unwrap();
     let wander = blue.sets["find-wander"].clone();
     blue.sets.insert("find-methodical".to_owned(), wander);
     let mut blue = engine(BLUE, &setup);

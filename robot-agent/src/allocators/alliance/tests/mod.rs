@@ -40,11 +40,11 @@ const GREEN: RobotId = RobotId(2);
 
 /// Returns the catalog id of the set at `index`.
 fn set(index: usize) -> BehaviorId {
-    BehaviorId(index as u16 + 1)
+    BehaviorId(index as u32 + 1)
 }
 
 fn task(index: usize) -> TaskId {
-    TaskId(index as u16)
+    TaskId(index as u32)
 }
 
 fn ms(ms: u64) -> SimTime {
@@ -93,7 +93,7 @@ fn with_task(mut setup: Setup, name: &str, edit: impl FnOnce(&mut TaskSection)) 
 }
 
 fn every_set(setup: &mut Setup, edit: impl FnMut(&mut BehaviorParams)) {
-    let robots = setup.alliance.robots.values_mut();
+    let robots = Arc::make_mut(&mut setup.alliance.robots).values_mut();
     robots
         .flat_map(|robot| robot.sets.values_mut())
         .for_each(edit);
@@ -109,7 +109,9 @@ fn toward_all(set: &mut BehaviorParams, slow: f64, phi_s: f64) {
 
 /// Edits all sets of one robot.
 fn behaviors_of(setup: &mut Setup, robot: &str, edit: impl FnMut(&mut BehaviorParams)) {
-    let robot = setup.alliance.robots.get_mut(robot).unwrap();
+    let robot = Arc::make_mut(&mut setup.alliance.robots)
+        .get_mut(robot)
+        .unwrap();
     robot.sets.values_mut().for_each(edit);
 }
 
@@ -213,7 +215,7 @@ impl Team {
     fn new(setup: &Setup) -> Self {
         let count = setup.scenario.robots.len();
         Self {
-            engines: (0..count as u16)
+            engines: (0..count as u32)
                 .map(|rank| engine(RobotId(rank), setup))
                 .collect(),
             step_ms: setup.alliance.step_ms,
@@ -240,7 +242,7 @@ impl Team {
         let mut later = vec![Vec::new(); self.engines.len()];
         let mut outputs = Vec::new();
         for (rank, applicable) in applicable.iter().enumerate() {
-            let robot = RobotId(rank as u16);
+            let robot = RobotId(rank as u32);
             let mut received = std::mem::take(&mut self.inboxes[rank]);
             received.sort_by_key(|broadcast| (broadcast.sender, broadcast.seq));
             let tasks: Vec<TaskId> = progressed
@@ -254,7 +256,7 @@ impl Team {
                 self.seq += 1;
                 let message = broadcast(robot, self.seq, self.now, announcement);
                 for receiver in (0..self.engines.len()).filter(|&receiver| receiver != rank) {
-                    if (self.link)(robot, RobotId(receiver as u16)) {
+                    if (self.link)(robot, RobotId(receiver as u32)) {
                         let same_step = self.order == StepOrder::InOrder && receiver > rank;
                         let inboxes = if same_step {
                             &mut self.inboxes

@@ -47,7 +47,7 @@ prop_compose! {
 prop_compose! {
     /// Generates any message of a teammate or other sender: any state, task, age, incarnation and order.
     fn message()(
-        sender in 0_u16..5,
+        sender in 0_u32..5,
         incarnation in 1_u32..4,
         seq in 0_u64..400,
         state in prop::sample::select(vec![
@@ -57,7 +57,7 @@ prop_compose! {
             TaskState::Released,
         ]),
         since in 0_u64..60_000,
-        task in prop::option::weighted(0.9, 0_u16..6),
+        task in prop::option::weighted(0.9, 0_u32..6),
         progress in 0_u32..5,
     ) -> Broadcast {
         let mut message = broadcast(RobotId(sender), seq, ms(since), &Announcement {
@@ -97,7 +97,7 @@ prop_compose! {
         received in prop::collection::vec(message(), 0..3),
         sends in prop::bool::weighted(0.3),
         applicable in prop::array::uniform4(prop::bool::weighted(0.97)),
-        progressed in prop::collection::vec((0_u16..4).prop_map(TaskId), 0..2),
+        progressed in prop::collection::vec((0_u32..4).prop_map(TaskId), 0..2),
     ) -> Step {
         Step { received: if sends { received } else { Vec::new() }, applicable, progressed }
     }
@@ -273,7 +273,7 @@ proptest! {
             let now = team.now;
             let outputs = lossy_step(&mut team, links, progress);
             for (rank, output) in outputs.iter().enumerate() {
-                let me = RobotId(rank as u16);
+                let me = RobotId(rank as u32);
                 let was = claims[rank];
                 for change in &output.changes {
                     claims[rank] = (change.to == BehaviorState::Active)

@@ -42,7 +42,9 @@ fn the_highest_priority_activates_of_several_at_threshold() {
 fn the_longest_at_threshold_activates() {
     // Top and bottom both wait for blue and green, bottom first; then both become free in the same step.
     let mut setup = setup(Preset::Team, 3, 200);
-    let gold = setup.alliance.robots.get_mut("gold").unwrap();
+    let gold = Arc::make_mut(&mut setup.alliance.robots)
+        .get_mut("gold")
+        .unwrap();
     let bottom = gold.sets.get_mut("move(bottom)").unwrap();
     bottom.fast_impatience = 6.0;
     let both = [false, true, true, false];

@@ -35,7 +35,7 @@ fn bidders(situation: Situation) -> Team<Cbba> {
 }
 
 /// Makes one step in which a robot receives a further broadcast, after all others.
-fn step_with<A: Allocator>(broadcast: Arc<Broadcast>, receiver: u16, team: &mut Team<A>) {
+fn step_with<A: Allocator>(broadcast: Arc<Broadcast>, receiver: u32, team: &mut Team<A>) {
     team.in_flight.push(Arc::clone(&broadcast));
     let is_further = |passing: &Broadcast| std::ptr::eq(passing, Arc::as_ptr(&broadcast));
     team.step_with(|passing, to| !is_further(passing) || to == RobotId(receiver));
@@ -53,12 +53,12 @@ fn single() -> CbbaConfig {
     }
 }
 
-fn sent_by(sender: u16, seq: u64, sent: SimTime, table: BidTable) -> Arc<Broadcast> {
+fn sent_by(sender: u32, seq: u64, sent: SimTime, table: BidTable) -> Arc<Broadcast> {
     let body = BroadcastContent::Allocation(AllocationMessage::Table(table));
     Arc::new(fixtures::broadcast(RobotId(sender), (1, seq), sent, body))
 }
 
-fn claims(task: u16, round: SimTime, claim: Option<(u16, f32)>) -> BidTable {
+fn claims(task: u32, round: SimTime, claim: Option<(u32, f32)>) -> BidTable {
     BidTable {
         block: 0,
         slot: 0,
@@ -264,19 +264,19 @@ fn a_claim_without_progress_loses_its_bonus() {
 #[test]
 fn the_largest_table_fits_a_message() {
     let belief = |task| TableEntry {
-        task: TaskId(u16::MAX - task),
+        task: TaskId(u32::MAX - task),
         round: SimTime(u64::from(u32::MAX) + 1),
         claim: Some(WinningBid {
-            robot: RobotId(u16::MAX),
+            robot: RobotId(u32::MAX),
             value: 1.0,
         }),
     };
     let news = TimeStamp {
-        robot: RobotId(u16::MAX),
+        robot: RobotId(u32::MAX),
         age_ms: 60_000,
     };
     let table = AllocationMessage::Table(BidTable {
-        block: u16::MAX,
+        block: u32::MAX,
         slot: u16::MAX,
         beliefs: (0..32).map(belief).collect(),
         news: vec![news; 64],

@@ -8,7 +8,7 @@ use scenario::time::SimTime;
 use crate::allocators::cbba::records::Records;
 
 fn report() -> impl Strategy<Value = (WinningBid, SimTime)> {
-    (0..4_u16, 0..3_u8, 0..4_u64).prop_map(|(robot, value, made)| {
+    (0..4_u32, 0..3_u8, 0..4_u64).prop_map(|(robot, value, made)| {
         let claim = WinningBid {
             robot: RobotId(robot),
             value: f32::from(value),
@@ -45,7 +45,7 @@ proptest! {
 
     /// A withdrawn bid never counts again, from any sender. A newer record is marked for sending.
     #[test]
-    fn withdrawn_bids_stay_withdrawn(reports in prop::collection::vec(report(), 0..20), robot in 0..4_u16) {
+    fn withdrawn_bids_stay_withdrawn(reports in prop::collection::vec(report(), 0..20), robot in 0..4_u32) {
         let robot = RobotId(robot);
         let mut records = records_after(&reports);
         records.receive(WinningBid { robot, value: 0.0 }, SimTime(10));
@@ -62,7 +62,7 @@ proptest! {
 
     /// The largest bid holds the place, and ties go to the lower rank; the robot's own bid is excluded.
     #[test]
-    fn the_largest_bid_holds_the_place(reports in prop::collection::vec(report(), 0..20), me in 0..4_u16) {
+    fn the_largest_bid_holds_the_place(reports in prop::collection::vec(report(), 0..20), me in 0..4_u32) {
         let mut last = std::collections::BTreeMap::new();
         for (claim, made) in &reports {
             let newest = last.entry(claim.robot).or_insert((*made, claim.value));

@@ -51,7 +51,7 @@ fn random_instance(seed: u64, loss: f64) -> Instance {
             priority: i32::from(chance.random_bool(0.1)),
             reward: f64::from(chance.random_range(1..4_u8)),
         };
-        let coalition = (slots > 0).then_some(TaskId(tasks.len() as u16));
+        let coalition = (slots > 0).then_some(TaskId(tasks.len() as u32));
         tasks.extend((0..slots.max(1)).map(|_| Task {
             max_robots: group.max_robots,
             priority: group.priority,
@@ -224,7 +224,7 @@ fn coalitions_with_slots_are_stable_despite_message_loss() {
 /// another half-filled one.
 #[test]
 fn robots_do_not_wait_at_two_half_filled_coalitions() {
-    let task = |first: u16| Task {
+    let task = |first: u32| Task {
         coalition: Some(TaskId(first)),
         ..Task::default()
     };

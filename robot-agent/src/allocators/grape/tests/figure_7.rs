@@ -48,7 +48,7 @@ impl Instance {
     /// Returns the choices of a robot. The cost is the distance.
     fn choices(&self, robot: usize) -> Vec<Choice> {
         let [x_m, y_m] = self.robots[robot].0;
-        let choice = |(task, (at, demand)): (u16, &([f64; 2], f64))| Choice {
+        let choice = |(task, (at, demand)): (u32, &([f64; 2], f64))| Choice {
             reward: *demand,
             max_robots: self.robots.len(),
             ..fixtures::choice(task, (x_m - at[0]).hypot(y_m - at[1]))
@@ -59,7 +59,7 @@ impl Instance {
     fn partition(&self) -> Partition {
         let mut partition = Partition::default();
         for (robot, (_, task)) in (0..).zip(&self.robots) {
-            let task = TaskId(*task as u16);
+            let task = TaskId(*task as u32);
             partition.move_robot(RobotId(robot), Some(task), fixtures::STEP);
         }
         partition.version = RECORDED;
@@ -68,10 +68,10 @@ impl Instance {
 
     /// Runs a step in which a robot receives a partition. Returns its task and the version of its partition.
     fn step(&self, robot: usize, partition: &Partition) -> (Option<BehaviorId>, Version) {
-        let (team, id) = (self.robots.len(), RobotId(robot as u16));
+        let (team, id) = (self.robots.len(), RobotId(robot as u32));
         let briefs = self.tasks.iter().map(|_| fixtures::brief(team, 1.0));
         let me = fixtures::self_state(id, team, briefs.collect());
-        let sender = RobotId(((robot + 1) % team) as u16);
+        let sender = RobotId(((robot + 1) % team) as u32);
         let messages = (0..partition.parts()).map(|part| partition.message(part));
         let received: Vec<Arc<Broadcast>> = messages
             .zip(0..)
@@ -127,7 +127,7 @@ fn grape_keeps_the_published_partition() {
         assert_eq!((instance.robots.len(), instance.tasks.len()), (320, 5));
         let partition = instance.partition();
         for (robot, (_, task)) in instance.robots.iter().enumerate() {
-            let own = Some(BehaviorId(*task as u16));
+            let own = Some(BehaviorId(*task as u32));
             assert_eq!(
                 instance.step(robot, &partition),
                 (own, RECORDED),
@@ -135,8 +135,8 @@ fn grape_keeps_the_published_partition() {
             );
 
             let mut moved = partition.clone();
-            let other = TaskId((*task as u16 + 1) % 5);
-            moved.move_robot(RobotId(robot as u16), Some(other), fixtures::STEP);
+            let other = TaskId((*task as u32 + 1) % 5);
+            moved.move_robot(RobotId(robot as u32), Some(other), fixtures::STEP);
             let (active, version) = instance.step(robot, &moved);
             assert_eq!((active, version.evolution), (own, RECORDED.evolution + 1));
         }

@@ -146,10 +146,10 @@ fn a_wrong_prediction_delays_the_bid_by_the_wait() {
 /// block alone. The robot does not leave the task of the other block to it.
 #[test]
 fn a_restarted_teammate_loses_its_old_costs() {
-    const LAST: u16 = BLOCK_TASKS;
-    let briefs = vec![fixtures::brief(2, 60.0); usize::from(LAST) + 1];
+    const LAST: u32 = BLOCK_TASKS;
+    let briefs = vec![fixtures::brief(2, 60.0); LAST as usize + 1];
     let me = fixtures::self_state(RobotId(0), 2, briefs.into());
-    let costs = |block, tasks: &[u16]| {
+    let costs = |block, tasks: &[u32]| {
         let cost = |&task| TaskCost {
             task: TaskId(task),
             cost_s: 1.0,
@@ -178,7 +178,7 @@ fn a_restarted_teammate_loses_its_old_costs() {
         .map(|task| fixtures::choice(task, 30.0))
         .collect();
     let mut applicable = vec![false; choices.len()];
-    applicable[usize::from(LAST)] = true;
+    applicable[LAST as usize] = true;
     for (choice, applicable) in choices.iter_mut().zip(&applicable) {
         choice.applicable = *applicable;
     }

@@ -70,7 +70,7 @@ fn action() -> impl proptest::strategy::Strategy<Value = (Report, i64, bool)> {
     let state = prop::sample::select(vec![
         Executing, Executing, Executing, Waiting, Released, Idle,
     ]);
-    let report = (state, 0..3_u16, prop_oneof![0..6_u32, Just(u32::MAX)]);
+    let report = (state, 0..3_u32, prop_oneof![0..6_u32, Just(u32::MAX)]);
     let wrong = prop_oneof![4 => Just(0_i64), 1 => -200..200_i64];
     (report, wrong, prop::bool::weighted(0.05)).prop_map(|((state, task, progress), wrong, new)| {
         let task = (state != Idle).then_some(task);
@@ -91,15 +91,15 @@ proptest! {
     #[test]
     fn rates_are_valid_for_any_messages(
         (strategy, ordering) in strategies(),
-        actions in prop::collection::vec((1..3_u16, action(), 0..60_u64), 1..60),
-        done in prop::collection::vec(0..3_u16, 0..3),
+        actions in prop::collection::vec((1..3_u32, action(), 0..60_u64), 1..60),
+        done in prop::collection::vec(0..3_u32, 0..3),
         units in prop::collection::vec(0.0..50.0_f64, 3),
     ) {
         let config = Config { strategy, ordering, ..Config::default() };
         let mut solo = Solo::new(&me(0, 3, &units), &config, Preset::Team.switches());
         let mut incarnation = [1; 3];
         for (sender, (report, wrong, new), rest) in actions {
-            let incarnation = &mut incarnation[usize::from(sender)];
+            let incarnation = &mut incarnation[sender as usize];
             *incarnation += u32::from(new);
             solo.seq += 1;
             let sent = SimTime(solo.now.0.saturating_add_signed(wrong * 100));
@@ -131,7 +131,7 @@ proptest! {
     #[test]
     fn skipped_steps_change_nothing(
         (strategy, ordering) in strategies(),
-        actions in prop::collection::vec((1..3_u16, action(), 0..100_u64), 1..40),
+        actions in prop::collection::vec((1..3_u32, action(), 0..100_u64), 1..40),
     ) {
         let config = Config { strategy, ordering, ..Config::default() };
         let [mut solo, mut evaluated] = std::array::from_fn(|_| {
@@ -141,7 +141,7 @@ proptest! {
             for step in 0..=rest {
                 let received = (step == 0).then(|| heartbeat(sender, (1, place as u64 + 1), solo.now, report));
                 let received: Vec<_> = received.into_iter().collect();
-                let done: Vec<u16> = solo.active().filter(|_| is_done && step == 0).into_iter().collect();
+                let done: Vec<u32> = solo.active().filter(|_| is_done && step == 0).into_iter().collect();
                 evaluated.learner.engine.weigh_anew();
                 solo.step(&[true; 3], &received, &done);
                 evaluated.step(&[true; 3], &received, &done);
@@ -167,7 +167,7 @@ proptest! {
     /// L4: with equal trials, each task is in the first category of at most one robot.
     #[test]
     fn a_task_belongs_to_at_most_one_robot(
-        trials in prop::collection::vec((0..4_u16, 0..3_u16, 1..5_u32), 0..40),
+        trials in prop::collection::vec((0..4_u32, 0..3_u32, 1..5_u32), 0..40),
     ) {
         let mut learners: Vec<Solo> = (0..4)
             .map(|rank| Solo::new(&me(rank, 4, &[3.0; 3]), &Config::default(), Preset::Team.switches()))
@@ -220,7 +220,7 @@ fn kept_away_s(
     limit_s: impl Fn(f64) -> f64,
     mut send: impl FnMut(usize, SimTime) -> Option<(TaskState, bool)>,
 ) -> (f64, f64) {
-    let rank = teammates as u16;
+    let rank = teammates as u32;
     let mut solo = Solo::new(&me(rank, teammates + 1, &[2.0]), config, preset.switches());
     let (mut away_s, mut own_s) = (0.0, 0.0_f64);
     let mut incarnations = vec![1; teammates];
@@ -241,7 +241,7 @@ fn kept_away_s(
                 let task = (state != Idle).then_some(0);
                 let sent = SimTime(solo.now.0.saturating_sub(STEP.0));
                 received.push(heartbeat(
-                    sender as u16,
+                    sender as u32,
                     (*incarnation, solo.seq),
                     sent,
                     (state, task, 0),

@@ -10,7 +10,7 @@ fn work(
     end: SimTime,
     unit: SimTime,
     received: impl Fn(&mut Solo) -> Vec<Report>,
-) -> Vec<u16> {
+) -> Vec<u32> {
     let tasks = solo.learner.tasks.len();
     let (mut begun, mut order) = (SimTime::ZERO, Vec::new());
     while solo.now < end {
@@ -21,7 +21,7 @@ fn work(
             .map(|report| solo.report(0, report))
             .collect();
         let before = solo.active();
-        let progressed: Vec<u16> = done.into_iter().collect();
+        let progressed: Vec<u32> = done.into_iter().collect();
         solo.step(&vec![true; tasks], &received, &progressed);
         if done.is_some() || solo.active() != before {
             begun = solo.now - STEP;

@@ -27,7 +27,7 @@ const ORDERINGS: [Ordering; 3] = [
 ];
 
 /// Creates a robot of a team in which all robots can do all tasks; `unit_s` contains the work of each task.
-fn me(rank: u16, team: usize, unit_s: &[f64]) -> SelfState {
+fn me(rank: u32, team: usize, unit_s: &[f64]) -> SelfState {
     let briefs = unit_s.iter().map(|&unit_s| fixtures::brief(team, unit_s));
     SelfState {
         step_s: STEP.as_secs_f64(),
@@ -37,7 +37,7 @@ fn me(rank: u16, team: usize, unit_s: &[f64]) -> SelfState {
 
 /// Creates a teammate's heartbeat about a task.
 fn heartbeat(
-    sender: u16,
+    sender: u32,
     stamp: (Incarnation, u64),
     sent: SimTime,
     report: Report,
@@ -54,7 +54,7 @@ fn heartbeat(
 }
 
 /// The state, task and progress of a heartbeat.
-type Report = (TaskState, Option<u16>, u32);
+type Report = (TaskState, Option<u32>, u32);
 
 /// A robot with scripted teammates.
 struct Solo {
@@ -74,13 +74,13 @@ impl Solo {
         }
     }
 
-    fn report(&mut self, sender: u16, report: Report) -> Arc<Broadcast> {
+    fn report(&mut self, sender: u32, report: Report) -> Arc<Broadcast> {
         self.seq += 1;
         heartbeat(sender, (1, self.seq), self.now, report)
     }
 
     /// Makes one step at `now` and advances the time.
-    fn step(&mut self, applicable: &[bool], received: &[Arc<Broadcast>], progressed: &[u16]) {
+    fn step(&mut self, applicable: &[bool], received: &[Arc<Broadcast>], progressed: &[u32]) {
         let progressed: Vec<TaskId> = progressed.iter().copied().map(TaskId).collect();
         let input = Input {
             step_s: STEP.as_secs_f64(),
@@ -94,7 +94,7 @@ impl Solo {
         self.now = self.now + STEP;
     }
 
-    fn active(&self) -> Option<u16> {
+    fn active(&self) -> Option<u32> {
         self.outcome.active.map(|behavior| behavior.0)
     }
 }

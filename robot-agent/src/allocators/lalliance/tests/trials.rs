@@ -32,7 +32,7 @@ fn run_with(reports: &[(u64, Report)], end_ms: u64) -> Solo {
 }
 
 #[track_caller]
-fn assert_time(solo: &Solo, robot: u16, task: u16, expected_s: f64) {
+fn assert_time(solo: &Solo, robot: u32, task: u32, expected_s: f64) {
     let time_s = solo.learner.monitor.time_s(TaskId(task), RobotId(robot));
     assert!((time_s - expected_s).abs() < 1e-9, "{time_s}");
 }

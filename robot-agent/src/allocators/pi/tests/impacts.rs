@@ -24,13 +24,13 @@ fn line_s(after: &[TaskId], task: TaskId) -> Option<f64> {
     Some((at(task) - from).abs())
 }
 
-fn state(robot: u16, team: usize, tasks: usize) -> SelfState {
+fn state(robot: u32, team: usize, tasks: usize) -> SelfState {
     let brief = fixtures::brief(team, 60.0);
     fixtures::self_state(RobotId(robot), team, vec![brief; tasks].into())
 }
 
-fn choices(first_s: impl Fn(u16) -> f64, tasks: usize) -> Vec<Choice> {
-    let ids = 0..tasks as u16;
+fn choices(first_s: impl Fn(u32) -> f64, tasks: usize) -> Vec<Choice> {
+    let ids = 0..tasks as u32;
     ids.map(|task| fixtures::choice(task, first_s(task)))
         .collect()
 }
@@ -180,7 +180,7 @@ fn a_task_moves_to_the_lower_impact() {
     use proto::allocation::consensus::{BidTable, TableEntry, WinningBid};
     use proto::team::BroadcastContent;
 
-    let entry = |task: u16, gamma: f32| TableEntry {
+    let entry = |task: u32, gamma: f32| TableEntry {
         task: TaskId(task),
         round: SimTime::ZERO,
         claim: Some(WinningBid {

@@ -173,15 +173,15 @@ enum Change {
     RemoveObstacle(u32),
     AddItem(f32, f32),
     MoveItem(u32, f32, f32),
-    MoveRobot(u16, f32, f32),
-    AddRobot(u16),
-    RemoveRobot(u16),
-    Power(u16, bool),
+    MoveRobot(u32, f32, f32),
+    AddRobot(u32),
+    RemoveRobot(u32),
+    Power(u32, bool),
 }
 
 fn changes() -> impl Strategy<Value = Vec<(Change, Vec<RandomActuation>)>> {
     let place = || -1.0_f32..9.0;
-    let robot = || 0_u16..6;
+    let robot = || 0_u32..6;
     let change = prop_oneof![
         (place(), place(), 0.05_f32..1.5, 0.05_f32..1.5)
             .prop_map(|(x, y, w, h)| Change::AddObstacle(x, y, w, h)),
@@ -200,16 +200,16 @@ fn changes() -> impl Strategy<Value = Vec<(Change, Vec<RandomActuation>)>> {
 /// Returns the distance from each body to everything solid to it, with the id of the solid. Negative for an overlap.
 fn gaps(world: &World, count: usize) -> Vec<(usize, String, f32)> {
     let radius_m = world.body().radius_m;
-    let present = || (0..count).filter(|rank| world.is_present(RobotId(*rank as u16)));
+    let present = || (0..count).filter(|rank| world.is_present(RobotId(*rank as u32)));
     let mut gaps = Vec::new();
     for rank in present() {
-        let at = position(world, RobotId(rank as u16));
+        let at = position(world, RobotId(rank as u32));
         let to_solids = solids(world).into_iter();
         gaps.extend(
             to_solids.map(|solid| (rank, format!("{solid:?}"), solid.surface(at).0 - radius_m)),
         );
         for other in present().filter(|other| *other != rank) {
-            let apart = at.distance(position(world, RobotId(other as u16)));
+            let apart = at.distance(position(world, RobotId(other as u32)));
             gaps.push((rank, format!("robot {other}"), apart - 2.0 * radius_m));
         }
     }
@@ -227,7 +227,7 @@ proptest! {
         let mut world = World::new(&setup, MISSION.world);
         let mut items = world.item_counts().total();
         for (change, commands) in &steps {
-            let robot = |rank: u16| RobotId(rank % count as u16);
+            let robot = |rank: u32| RobotId(rank % count as u32);
             let before = gaps(&world, count);
             match *change {
                 Change::AddObstacle(x, y, w, h) => {
@@ -270,7 +270,7 @@ proptest! {
             prop_assert_eq!(counts.total(), items);
             prop_assert_eq!(world.items().len() as u32, items);
             prop_assert_eq!(world.is_complete(), items > 0 && counts.delivered == items);
-            let mut carried = (0..count as u16).filter_map(|rank| {
+            let mut carried = (0..count as u32).filter_map(|rank| {
                 let item = world.carrying(RobotId(rank))?;
                 Some((item, RobotId(rank)))
             }).collect::<Vec<_>>();

@@ -98,7 +98,7 @@ proptest! {
         let solids = solids(&world);
         let radius_m = world.body().radius_m;
         let count = setup.scenario.robots.len();
-        let robots = || (0..count).map(|rank| RobotId(rank as u16));
+        let robots = || (0..count).map(|rank| RobotId(rank as u32));
         for step in &commands {
             let before = robots().map(|robot| position(&world, robot)).collect::<Vec<_>>();
             world.step(&actuations(step));
@@ -162,7 +162,7 @@ proptest! {
         WasteSection::of_mut(&mut setup.scenario).deposit.x_fraction = 0.3;
         WasteSection::of_mut(&mut setup.scenario).spill_radius_m = 2.0;
         let mut world = World::new(&setup, MISSION.world);
-        let robots = setup.scenario.robots.len() as u16;
+        let robots = setup.scenario.robots.len() as u32;
         let mut delivered = world.item_counts().delivered;
         for (index, step) in commands.iter().enumerate() {
             let events = world.step(&actuations(step));
@@ -192,7 +192,7 @@ proptest! {
     fn cached_surroundings_match_a_fresh_computation(
         setup in setups(),
         commands in commands(),
-        changes in prop::collection::vec((0_u16..24, 0_u16..6, 0.0_f32..1.0, 0.0_f32..1.0), STEPS),
+        changes in prop::collection::vec((0_u32..24, 0_u32..6, 0.0_f32..1.0, 0.0_f32..1.0), STEPS),
         wider in 1.0_f32..5.0,
         waste_range_m in prop::sample::select(vec![0.0_f32, 0.3, 1.0]),
     ) {
@@ -201,13 +201,13 @@ proptest! {
         setup.scenario.sensors.item_range_m = waste_range_m;
         WasteSection::of_mut(&mut setup.scenario).spill_radius_m = 2.0;
         let mut world = World::new(&setup, MISSION.world);
-        let robots = setup.scenario.robots.len() as u16;
+        let robots = setup.scenario.robots.len() as u32;
         let anew = |world: &World| {
             let mut anew = world.clone();
             anew.clear_caches();
             anew
         };
-        let mut sensed = vec![Readings::default(); usize::from(robots)];
+        let mut sensed = vec![Readings::default(); robots as usize];
         for (step, (change, target, x, y)) in commands.iter().zip(changes) {
             // Most robots stand still, so that their caches stay valid while nothing comes near.
             let mut actuations = actuations(step);
