@@ -19,8 +19,9 @@ impl Run {
             let chunks = pool.step(simulation, &mut self.seats, &self.broadcasts, &self.driven);
             let any = chunks.is_some();
             for chunk in chunks.into_iter().flatten() {
-                self.count(chunk);
+                self.pass_on(chunk);
             }
+            self.simulation.settle();
             self.pool = Some(pool);
             return any;
         }
@@ -53,17 +54,15 @@ impl Run {
         if is_free { self.pool.take() } else { None }
     }
 
-    /// Passes the broadcasts and reports of a chunk to the team and to the world.
-    fn count(&mut self, chunk: &mut Chunk) {
+    /// Passes the broadcasts of a chunk to the team, and ends agents whose reports are malformed.
+    fn pass_on(&mut self, chunk: &mut Chunk) {
         let mut broadcasts = chunk.broadcasts.drain(..);
         let mut own = Vec::new();
         let mut dismissed = Vec::new();
         for sent in chunk.sent.drain(..) {
             own.extend(broadcasts.by_ref().take(sent.broadcasts));
             self.send(sent.robot, &mut own, &mut chunk.used);
-            if sent.is_valid {
-                self.simulation.count_stored(sent.robot);
-            } else {
+            if !sent.is_valid {
                 dismissed.push(sent.robot);
             }
         }

@@ -2,12 +2,11 @@
 //! on the state at the start of the tick. Everything that depends on the order of robots follows in order of rank.
 
 use proto::team::Broadcast;
-use proto::tick::TickMessage;
 use rayon::ThreadPoolBuildError;
 use robot_agent::agent::{Agent, Workspace};
-use run_log::recorder::{Answer, SectionHash};
+use run_log::recorder::SectionHash;
 use scenario::ids::RobotId;
-use world_server::simulation::{Simulation, TickContext};
+use world_server::simulation::{Simulation, TeamPart, TickContext};
 
 use crate::broadcast_store::BroadcastStore;
 use crate::external_command::BodyCommand;
@@ -27,6 +26,8 @@ pub fn threads_for(robots: usize, most: usize) -> usize {
 pub(super) struct WorkerPool {
     threads: Threads,
     workers: Vec<Worker>,
+    /// The robots that were sent the tick.
+    asked: Vec<RobotId>,
     /// One entry for every [`TOGETHER`] robots, in order of rank.
     chunks: Vec<Chunk>,
 }
@@ -41,9 +42,7 @@ struct Worker {
 /// Robots with adjacent ranks that one thread steps together.
 #[derive(Default)]
 pub(super) struct Chunk {
-    /// The robots that were sent the tick.
-    asked: Vec<RobotId>,
-    /// The answers of these robots.
+    /// The answers of the robots that were sent the tick.
     pub sent: Vec<Sent>,
     /// The broadcasts of these robots, in order.
     pub broadcasts: Vec<Broadcast>,
@@ -62,6 +61,7 @@ pub(super) struct Sent {
 /// The data that all chunks of a tick read.
 struct Shared<'a> {
     context: TickContext<'a>,
+    asked: &'a [RobotId],
     is_prepared: bool,
     broadcasts: &'a BroadcastStore,
     driven: &'a [Option<BodyCommand>],
@@ -72,8 +72,7 @@ struct Robots<'a> {
     first: usize,
     chunk: &'a mut Chunk,
     seats: &'a mut [Seat],
-    messages: &'a mut [TickMessage],
-    answers: &'a mut [Answer],
+    part: TeamPart<'a>,
 }
 
 impl WorkerPool {
@@ -86,6 +85,7 @@ impl WorkerPool {
         Ok(Self {
             threads: Threads::new(threads)?,
             workers: (0..threads).map(|_| worker()).collect(),
+            asked: Vec::new(),
             chunks: chunks.map(|_| Chunk::default()).collect(),
         })
     }
@@ -101,37 +101,30 @@ impl WorkerPool {
         let WorkerPool {
             threads,
             workers,
+            asked,
             chunks,
         } = self;
-        for chunk in &mut *chunks {
-            chunk.asked.clear();
-        }
-        let mut any = false;
-        while let Some(robot) = simulation.next_unprepared() {
-            chunks[robot.index() / TOGETHER].asked.push(robot);
-            any = true;
-        }
-        if !any {
+        simulation.take_recipients(asked);
+        if asked.is_empty() {
             return None;
         }
         let is_prepared = !simulation.readings_are_intact();
-        let (context, messages, answers) = simulation.split();
+        let (context, team) = simulation.split();
         let shared = Shared {
             context,
+            asked,
             is_prepared,
             broadcasts,
             driven,
         };
         let robots = (chunks.iter_mut().zip(seats.chunks_mut(TOGETHER)))
-            .zip(messages.chunks_mut(TOGETHER))
-            .zip(answers.chunks_mut(TOGETHER))
+            .zip(team.chunks(TOGETHER))
             .enumerate()
-            .map(|(index, (((chunk, seats), messages), answers))| Robots {
+            .map(|(index, ((chunk, seats), part))| Robots {
                 first: index * TOGETHER,
                 chunk,
                 seats,
-                messages,
-                answers,
+                part,
             });
         threads.share(workers, robots, |worker, robots| {
             robots.step(worker, &shared)
@@ -148,17 +141,18 @@ impl Robots<'_> {
             first,
             chunk,
             seats,
-            messages,
-            answers,
+            mut part,
         } = self;
         let place = |robot: RobotId| robot.index() - first;
         let spaces = &mut worker.spaces;
-        for (&robot, space) in chunk.asked.iter().zip(&mut *spaces) {
-            let message = &mut messages[place(robot)];
+        let asked = shared.asked;
+        let asked = &asked[asked.partition_point(|robot| robot.index() < first)..];
+        let asked = &asked[..asked.partition_point(|robot| place(*robot) < seats.len())];
+        for (&robot, space) in asked.iter().zip(&mut *spaces) {
             if !shared.is_prepared {
-                let answer = &mut answers[place(robot)];
-                shared.context.prepare(robot, message, answer);
+                part.prepare(&shared.context, robot);
             }
+            let message = part.message(robot);
             let is_lost = |_, _, _| false;
             let arrived = &mut space.arrived;
             shared
@@ -166,32 +160,30 @@ impl Robots<'_> {
                 .collect(&message.manifest, is_lost, arrived);
         }
         for phase in [Agent::perceive, Agent::allocate] {
-            for (&robot, space) in chunk.asked.iter().zip(&mut *spaces) {
+            for (&robot, space) in asked.iter().zip(&mut *spaces) {
                 if let Seat::Agent(agent) = &mut seats[place(robot)] {
-                    phase(agent, &messages[place(robot)], space);
+                    phase(agent, part.message(robot), space);
                 }
             }
         }
-        for (&robot, space) in chunk.asked.iter().zip(&mut *spaces) {
+        for (&robot, space) in asked.iter().zip(&mut *spaces) {
             if let Seat::Agent(agent) = &mut seats[place(robot)] {
                 std::mem::swap(&mut space.used_broadcasts, &mut chunk.used);
-                agent.act(&messages[place(robot)], space);
+                agent.act(part.message(robot), space);
                 std::mem::swap(&mut space.used_broadcasts, &mut chunk.used);
             }
         }
-        for (&robot, space) in chunk.asked.iter().zip(&mut *spaces) {
+        for (&robot, space) in asked.iter().zip(&mut *spaces) {
             if !matches!(seats[place(robot)], Seat::Agent(_)) {
                 continue;
             }
             if let Some(Some(command)) = shared.driven.get(robot.index()) {
                 command.apply_to(&mut space.report.actuation);
             }
-            let (message, answer) = (&messages[place(robot)], &mut answers[place(robot)]);
-            let hash = &mut worker.hash;
             chunk.sent.push(Sent {
                 robot,
                 broadcasts: space.broadcasts.len(),
-                is_valid: shared.context.store(message, &space.report, answer, hash),
+                is_valid: part.store(&shared.context, &space.report, &mut worker.hash),
             });
             chunk.broadcasts.append(&mut space.broadcasts);
         }

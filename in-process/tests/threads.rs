@@ -5,6 +5,7 @@
 use in_process::{Team, joins_of, threads_for};
 use missions::Registry;
 use run_log::{LogLevel, MemoryLog};
+use scenario::ids::RobotId;
 use scenario::{Scenario, Setup};
 
 /// Some allocators: without and with messages, with auctions, consensus and ground truth.
@@ -103,6 +104,31 @@ fn ordered_steps_and_repeated_inputs_have_the_same_bytes() {
     let alone = repeat(1);
     assert!(alone != run(&setup, 1), "the input has an effect");
     assert!(repeat(2) == alone);
+}
+
+/// Ranks and tasks need more than 16 bits here. All robots drive, and all messages arrive.
+#[test]
+fn seventy_thousand_robots_run_on_any_number_of_threads() {
+    const ROBOTS: usize = 70_000;
+    let vocabulary = Registry::built_in().vocabulary();
+    let mut missions = vocabulary.missions.iter();
+    let waste = missions.find(|mission| mission.scenario_name() == "waste-cleanup");
+    let scenario = waste.unwrap().family(ROBOTS, 66_000).unwrap();
+    let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+    assert!(setup.catalog.tasks.len() > 66_000);
+    let steps = |threads| {
+        let mut team = Team::new(setup.clone(), LogLevel::Off, MemoryLog::default()).unwrap();
+        team.use_threads(threads).unwrap();
+        for _ in 0..25 {
+            assert_eq!(team.tick().unwrap(), None);
+        }
+        let world = team.simulation().world();
+        let moving = (0..ROBOTS as u32).filter(|rank| world.speed_m_s(RobotId(*rank)) > 0.0);
+        let moving = moving.count();
+        assert!(moving > ROBOTS / 2, "{moving} robots move");
+        team.hash()
+    };
+    assert_eq!(steps(1), steps(2));
 }
 
 #[test]

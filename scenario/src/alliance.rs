@@ -283,6 +283,9 @@ pub struct RobotParams {
     pub sets: BTreeMap<String, BehaviorParams>,
 }
 
+/// Values by the name of a teammate, shared by sets with equal values.
+pub type ByTeammate = Arc<BTreeMap<String, f64>>;
+
 /// The parameters of one behavior set of one robot (ALLIANCE.md §1). Meanings and units are those of
 /// [`DefaultAllianceParams`](crate::mission::data::DefaultAllianceParams).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -294,9 +297,9 @@ pub struct BehaviorParams {
     pub fast_impatience: f64,
     /// δ_slow by teammate, motivation/s. [`BehaviorParams::OTHERS`] stands for teammates that a large team does not
     /// list.
-    pub slow_impatience: BTreeMap<String, f64>,
+    pub slow_impatience: ByTeammate,
     /// φ by teammate, in the same way, s.
-    pub willing_to_affect_s: BTreeMap<String, f64>,
+    pub willing_to_affect_s: ByTeammate,
     pub before_yielding_s: f64,
     pub before_giving_up_s: f64,
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::alliance::BehaviorParams;
+use super::alliance::{BehaviorParams, ByTeammate};
 use super::error::{Problem, name_remedy};
 use super::limits::check_known;
 use super::statement::Parameter;
@@ -120,7 +120,11 @@ impl Setup {
 }
 
 fn assign(params: &mut BehaviorParams, parameter: Parameter, value: f64) {
-    let all = |values: &mut BTreeMap<String, f64>| values.values_mut().for_each(|old| *old = value);
+    let all = |values: &mut ByTeammate| {
+        Arc::make_mut(values)
+            .values_mut()
+            .for_each(|old| *old = value);
+    };
     match parameter {
         Parameter::BroadcastRate => params.broadcast_rate_hz = value,
         Parameter::CeasedAfter => params.ceased_after_s = value,

@@ -3,10 +3,10 @@
 //! Statements are applied from the weakest to the strongest (see [`AllianceSection`](super::AllianceSection)). Within a
 //! layer, the plain value comes before the values for named teammates.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use super::alliance::{Alliance, BehaviorParams, RobotParams};
+use super::alliance::{Alliance, BehaviorParams, ByTeammate, RobotParams};
 use super::catalog::Catalog;
 use super::error::{Problem, nearest};
 use super::geometry::check_places;
@@ -57,6 +57,18 @@ impl Setup {
     }
 }
 
+/// Replaces values by equal ones that another set has, if they are among the latest. A large team has few different ones.
+fn share(values: &mut ByTeammate, latest: &mut VecDeque<ByTeammate>) {
+    const KEPT: usize = 16;
+    match latest.iter().find(|known| *known == values) {
+        Some(known) => *values = Arc::clone(known),
+        None => {
+            latest.truncate(KEPT - 1);
+            latest.push_front(Arc::clone(values));
+        }
+    }
+}
+
 /// Checks a whole scenario, and its values together with those of the parameter file.
 pub(super) fn check(
     scenario: &Scenario,
@@ -82,6 +94,7 @@ pub(super) fn check(
     let mut used = vec![false; layers.len()];
     let teammates = Toward::of(scenario, catalog, &layers);
     let mut robots = BTreeMap::new();
+    let mut latest = VecDeque::new();
     for (rank, robot) in scenario.robots.iter().enumerate() {
         let mut sets = BTreeMap::new();
         for id in catalog.behaviors_of(robot) {
@@ -100,7 +113,10 @@ pub(super) fn check(
             }
             values.check(&layers, &robot.name, &set.name)?;
             let task = catalog.task_name(set.task).to_owned();
-            sets.insert(set.name.clone(), values.into_params(task));
+            let mut params = values.into_params(task);
+            share(&mut params.slow_impatience, &mut latest);
+            share(&mut params.willing_to_affect_s, &mut latest);
+            sets.insert(set.name.clone(), params);
         }
         // `validate` has checked that a scenario has at most `MAX_ROBOTS` robots.
         let rank = rank as u32;

@@ -1,6 +1,7 @@
 //! The parameters of one behavior set of one robot while statements are applied, and the rules between them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::alliance::BehaviorParams;
 use super::error::Problem;
@@ -113,7 +114,7 @@ impl<'a> Values<'a> {
             let named = values
                 .into_iter()
                 .map(|(name, value)| (name.to_owned(), value.value));
-            named.collect()
+            Arc::new(named.collect())
         };
         BehaviorParams {
             task,

@@ -28,7 +28,7 @@ mod process_faults;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use proto::tick::Report;
+use proto::tick::{Report, TickMessage};
 use run_log::Input;
 use scenario::ids::{Incarnation, RobotId, Tick};
 use scenario::{Robot, StepOrder};
@@ -36,7 +36,7 @@ use scenario::{Robot, StepOrder};
 pub use manifests::RadioReach;
 pub(crate) use manifests::sort_manifest;
 pub use place::Presence;
-use place::{CountedAnswer, RobotSlot};
+pub(crate) use place::RobotSlot;
 
 /// The maximum number of broadcasts of one robot in one tick. A report with more is malformed.
 pub(crate) const MAX_BROADCASTS: u16 = 256;
@@ -53,15 +53,6 @@ pub enum Verdict {
     Stale,
     /// The report is ignored: no correct agent sends such contents.
     Malformed,
-}
-
-/// A robot that the current tick is to be sent to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TickRecipient {
-    pub robot: RobotId,
-    pub incarnation: Incarnation,
-    /// The latest tick in which this incarnation counted.
-    pub last_counted: Option<Tick>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -193,10 +184,7 @@ impl Barrier {
         if report.broadcasts > MAX_BROADCASTS {
             return Verdict::Malformed;
         }
-        place.answer = Some(CountedAnswer {
-            incarnation: report.incarnation,
-            broadcasts: report.broadcasts,
-        });
+        place.count(report);
         Verdict::Counted
     }
 
@@ -227,17 +215,36 @@ impl Barrier {
     }
 
     /// Returns the next robot to send the current tick to. In order, a robot is next after its predecessor has answered.
-    pub fn next_recipient(&mut self, radio: &impl RadioReach) -> Option<TickRecipient> {
+    pub fn next_recipient(&mut self, radio: &impl RadioReach) -> Option<RobotId> {
         if self.to_ask.is_empty() {
             self.line_up(radio);
         }
-        let robot = self.to_ask.pop_front()?;
-        let place = &self.places[robot.index()];
-        Some(TickRecipient {
-            robot,
-            incarnation: place.incarnation,
-            last_counted: place.last_counted,
-        })
+        self.to_ask.pop_front()
+    }
+
+    /// Moves all robots to send the current tick to into `recipients`, in order of rank. The team must not step in order.
+    pub fn take_recipients(&mut self, radio: &impl RadioReach, recipients: &mut Vec<RobotId>) {
+        debug_assert_ne!(
+            self.order,
+            StepOrder::InOrder,
+            "a robot waits for the one before"
+        );
+        if self.to_ask.is_empty() {
+            self.line_up(radio);
+        }
+        recipients.clear();
+        recipients.extend(self.to_ask.drain(..));
+    }
+
+    /// Writes the barrier's part of the current tick's message to a robot.
+    #[inline]
+    pub fn address(&mut self, robot: RobotId, message: &mut TickMessage) {
+        self.places[robot.index()].address(self.tick, message);
+    }
+
+    /// Returns the places by rank.
+    pub(crate) fn places_mut(&mut self) -> &mut [RobotSlot] {
+        &mut self.places
     }
 
     /// Queues the robots that are to be sent the tick. All are marked at once, so that events in between find them marked.

@@ -50,16 +50,18 @@ impl Exclusive {
     pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
         self.note_waits(state);
         let mut together = BTreeMap::new();
-        let executing: Vec<(usize, BehaviorId)> = (0..state.robots.len())
+        let task_of = |set: BehaviorId| self.setup.catalog.sets[set.index()].task;
+        let mut executing: Vec<(usize, BehaviorId)> = (0..state.robots.len())
             .flat_map(|rank| state.robots[rank].active().map(move |set| (rank, set)))
+            .filter(|(_, set)| self.setup.catalog.tasks[task_of(*set).index()].max_robots == 1)
             .collect();
-        for (place, &(other, other_set)) in executing.iter().enumerate() {
-            for &(one, one_set) in &executing[..place] {
-                let task = self.setup.catalog.sets[one_set.index()].task;
-                let is_exclusive = self.setup.catalog.tasks[task.index()].max_robots == 1;
-                if !is_exclusive
-                    || task != self.setup.catalog.sets[other_set.index()].task
-                    || !hear_each_other(scenario, state, one, other)
+        executing.sort_by_key(|(_, set)| task_of(*set));
+        for robots in executing.chunk_by(|(_, one), (_, other)| task_of(*one) == task_of(*other)) {
+            let pairs = (1..robots.len()).flat_map(|place| (0..place).map(move |one| (one, place)));
+            for (one, other) in pairs {
+                let ((one, one_set), (other, other_set)) = (robots[one], robots[other]);
+                let task = task_of(one_set);
+                if !hear_each_other(scenario, state, one, other)
                     || self.uses_learned_times(state, one, one_set)
                     || self.uses_learned_times(state, other, other_set)
                 {

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Vec2;
 use scenario::{Obstacle, Scenario};
-use world_server::world::ComponentId;
+use world_server::world::{ComponentId, Grid};
 
 use super::{Rectangle, RobotState, WorldState};
 
@@ -64,15 +64,19 @@ impl Solids {
             }
         }
         if scenario.body.robot_penetrability <= Obstacle::SOLID {
-            for (place, &(rank, body)) in bodies.iter().enumerate() {
-                for &(other, teammate) in &bodies[..place] {
-                    let way_m = body.pose.position.distance(teammate.pose.position);
-                    if way_m < 2.0 * radius_m - rounding_m {
-                        let deep_m = 2.0 * radius_m - way_m;
-                        let (one, other) = (name(other), name(rank));
-                        return Err(format!("{one} and {other} overlap by {deep_m} m"));
-                    }
+            let least_m = 2.0 * radius_m - rounding_m;
+            let mut before = Grid::new(&scenario.room, least_m, state.robots.len());
+            for &(rank, body) in &bodies {
+                let at = body.pose.position;
+                let near = before.near(at, least_m);
+                let ways = near.map(|(other, teammate)| (other, at.distance(teammate)));
+                let overlaps = ways.filter(|(_, way_m)| *way_m < least_m);
+                if let Some((other, way_m)) = overlaps.min_by_key(|(other, _)| *other) {
+                    let deep_m = 2.0 * radius_m - way_m;
+                    let (one, other) = (name(other), name(rank));
+                    return Err(format!("{one} and {other} overlap by {deep_m} m"));
                 }
+                before.insert(rank, at);
             }
         }
         self.covered = covered;

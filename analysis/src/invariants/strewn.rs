@@ -3,7 +3,7 @@
 //! Robots take items that lie in expected places, and items that some robot has carried before. Items elsewhere require
 //! a search.
 
-use scenario::Scenario;
+use glam::Vec2;
 use scenario::mission::expected_properties::ExpectedProperties;
 
 use super::{Item, WorldState, is_delivered};
@@ -33,11 +33,12 @@ impl Strewn {
 
     /// Returns the number of strewn items that robots find only by a search.
     #[must_use]
-    pub fn needing_search(&self, scenario: &Scenario, promises: &ExpectedProperties) -> usize {
-        let mission = scenario.mission();
-        let is_off = |item: &Item| {
-            !is_delivered(promises, item) && !mission.is_searched(scenario, item.position)
-        };
+    pub fn needing_search(
+        &self,
+        promises: &ExpectedProperties,
+        is_searched: impl Fn(Vec2) -> bool,
+    ) -> usize {
+        let is_off = |item: &Item| !is_delivered(promises, item) && !is_searched(item.position);
         let strewn = self.items.iter().filter(|(_, strewn)| *strewn);
         strewn.filter(|(item, _)| is_off(item)).count()
     }

@@ -6,6 +6,8 @@
 //! for an event, the mission becomes due again later. It never becomes due while a robot with a fixed assignment cannot
 //! work, because no other robot takes over its tasks.
 
+use std::collections::HashSet;
+
 use missions::Registry;
 use proto::control::{FaultStatus, Phase};
 use scenario::mission::expected_properties::ExpectedProperties;
@@ -18,6 +20,9 @@ use super::{WorldState, is_delivered};
 
 /// The bound, as a multiple of the time of one robot alone in an empty room.
 const PATIENCE: f64 = 5.0;
+
+/// The largest room in which an overdue mission is searched for paths, m².
+const LARGEST_M2: f32 = 1e6;
 
 /// Units of work for finding the locations, including the travel.
 const SEARCH_UNITS: f64 = 8.0;
@@ -98,9 +103,10 @@ impl Termination {
                 .behavior_properties(scenario, set)
                 .is_long_running
         });
-        let robots = setup.alliance.robots.values();
-        let bringing =
-            robots.flat_map(|robot| bring.clone().filter_map(|set| robot.sets.get(&set.name)));
+        let bring: HashSet<&str> = bring.map(|set| set.name.as_str()).collect();
+        let sets = (setup.alliance.robots.values()).flat_map(|robot| &robot.sets);
+        let bringing = sets.filter(|(name, _)| bring.contains(name.as_str()));
+        let bringing = bringing.map(|(_, set)| set);
         let search = catalog
             .mission
             .search_s(scenario, &slowest)
@@ -129,15 +135,20 @@ impl Termination {
         }
     }
 
-    /// Checks the mission after a tick. The error describes the violation.
+    /// Checks the mission after a tick. The error describes the violation. In a room above [`LARGEST_M2`], nothing is checked.
     pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
+        if scenario.room.width_m * scenario.room.height_m > LARGEST_M2 {
+            return Ok(());
+        }
         let left = state
             .items
             .iter()
             .filter(|item| !is_delivered(&self.promises, item))
             .count();
         self.strewn.update(state);
-        let off = self.strewn.needing_search(scenario, &self.promises);
+        let off = self
+            .strewn
+            .needing_search(&self.promises, scenario.mission().is_searched(scenario));
         let is_patient = self.patience_s > self.unit_s
             && (off == 0
                 || self

@@ -93,8 +93,7 @@ impl WorldState {
 /// Returns whether an item lies at one of its goals.
 #[must_use]
 pub fn is_delivered(promises: &ExpectedProperties, item: &Item) -> bool {
-    let mut goals = promises.goals.iter();
-    item.carrier.is_none() && goals.any(|goal| goal.contains(item.position))
+    item.carrier.is_none() && promises.goals.contain(item.position)
 }
 
 fn rectangle(component: &Component) -> Option<Rectangle> {

@@ -443,10 +443,10 @@ impl Dice<'_> {
         if self.rng.random_bool(0.5) {
             return anywhere;
         }
+        let is_searched = self.scenario.mission().is_searched(self.scenario);
         for _ in 0..TRIES {
             let place = self.place();
-            let mission = self.scenario.mission();
-            if mission.is_searched(self.scenario, place.into()) {
+            if is_searched(place.into()) {
                 return place;
             }
         }
@@ -522,7 +522,7 @@ mod tests {
         let room = default_scenario().room;
         let strewn = |x_m: f64, y_m: f64| {
             let mission = default_scenario().mission();
-            !mission.is_searched(&default_scenario(), Vec2::new(x_m as f32, y_m as f32))
+            !mission.is_searched(&default_scenario())(Vec2::new(x_m as f32, y_m as f32))
         };
         let places = orders.iter().filter_map(|order| match &order.fault {
             Fault::Mission(fault) => Some((fault.get("x_m")?, fault.get("y_m")?)),

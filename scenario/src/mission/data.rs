@@ -199,9 +199,9 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         0
     }
 
-    /// Returns true if robots search for items at a place, m, that they have not visited before.
-    fn is_searched(&self, _scenario: &Scenario, _place: Vec2) -> bool {
-        true
+    /// Returns a function that checks whether robots search for items at a place, m, that they have not visited before.
+    fn is_searched<'a>(&self, _scenario: &'a Scenario) -> IsSearched<'a> {
+        Box::new(|_| true)
     }
 
     /// Estimates the time that a robot with this body needs to search everywhere for items, s, after no known item is
@@ -263,6 +263,9 @@ pub fn one_behavior_each(tasks: impl Iterator<Item = String>) -> (Vec<String>, V
 
 /// A function that estimates a unit of work by body, skill and behavior ([`MissionData::work_unit_s`]).
 pub type WorkUnit<'a> = Box<dyn Fn(&Body, f64, &BehaviorSpec) -> f64 + 'a>;
+
+/// A function that checks whether robots search a place ([`MissionData::is_searched`]).
+pub type IsSearched<'a> = Box<dyn Fn(Vec2) -> bool + 'a>;
 
 /// A function that writes a random section of a mission ([`MissionData::random_section`]). The result must be valid with any
 /// room and robots.

@@ -21,18 +21,6 @@ pub(crate) fn sort_manifest(manifest: &mut [ManifestEntry]) {
 }
 
 impl Barrier {
-    /// Moves the manifest of a robot that is sent the tick into `manifest`. Replaces its contents. `sort_manifest` must
-    /// follow.
-    #[inline]
-    pub fn take_manifest(&mut self, robot: RobotId, manifest: &mut Vec<ManifestEntry>) {
-        let listed = &mut self.places[robot.index()].manifest;
-        // Both are empty in most ticks.
-        if !(listed.is_empty() && manifest.is_empty()) {
-            std::mem::swap(listed, manifest);
-            listed.clear();
-        }
-    }
-
     /// Adds the broadcasts of all reports to the manifests of the participants in range. Leaves out robots to be killed.
     pub(super) fn list_all(&mut self, radio: &impl RadioReach) {
         for sender in 0..self.places.len() {

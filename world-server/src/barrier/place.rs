@@ -1,6 +1,6 @@
 //! One robot's place in the barrier: its agent and the agent's progress in the current tick.
 
-use proto::tick::ManifestEntry;
+use proto::tick::{ManifestEntry, Report, TickMessage};
 use run_log::Input;
 use scenario::Robot;
 use scenario::ids::{Incarnation, Tick};
@@ -28,7 +28,7 @@ pub(super) struct CountedAnswer {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct RobotSlot {
+pub(crate) struct RobotSlot {
     pub name: String,
     pub presence: Presence,
     /// The latest incarnation; 0 before the first.
@@ -40,7 +40,7 @@ pub(super) struct RobotSlot {
     pub unanswered: Tick,
     /// `true` if the current tick has been sent to the agent.
     pub tick_sent: bool,
-    pub answer: Option<CountedAnswer>,
+    pub(super) answer: Option<CountedAnswer>,
     /// `true` if the answer has been listed in the teammates' manifests.
     pub listed: bool,
     pub lost: bool,
@@ -78,6 +78,28 @@ impl RobotSlot {
             suspended: false,
             may_still_arrive: false,
         }
+    }
+
+    /// Writes the part of the tick's message that the place knows: incarnation, tick and manifest. `sort_manifest` must follow.
+    #[inline]
+    pub fn address(&mut self, tick: Tick, message: &mut TickMessage) {
+        message.incarnation = self.incarnation;
+        message.tick = tick;
+        message.last_counted = self.last_counted;
+        // Both are empty in most ticks.
+        if !(self.manifest.is_empty() && message.manifest.is_empty()) {
+            std::mem::swap(&mut self.manifest, &mut message.manifest);
+            self.manifest.clear();
+        }
+    }
+
+    /// Counts a report of the current tick.
+    #[inline]
+    pub fn count(&mut self, report: &Report) {
+        self.answer = Some(CountedAnswer {
+            incarnation: report.incarnation,
+            broadcasts: report.broadcasts,
+        });
     }
 
     pub fn is_suspended(&self) -> bool {

@@ -227,13 +227,14 @@ impl Watched {
     }
 
     /// Returns the robots that the barrier sends the tick to, with the manifest of each.
-    fn ask(&mut self) -> Vec<(TickRecipient, Vec<ManifestEntry>)> {
+    fn ask(&mut self) -> Vec<(RobotId, Vec<ManifestEntry>)> {
         let mut questions = Vec::new();
         while let Some(question) = self.barrier.next_recipient(&All(self.robots)) {
-            let mut manifest = Vec::new();
-            self.barrier.take_manifest(question.robot, &mut manifest);
+            let mut message = TickMessage::default();
+            self.barrier.address(question, &mut message);
+            let mut manifest = message.manifest;
             sort_manifest(&mut manifest);
-            let robot = question.robot.0;
+            let robot = question.0;
             assert!(!self.asked.contains(&robot), "asked twice in a tick");
             if self.order == InOrder {
                 assert!(
@@ -247,13 +248,13 @@ impl Watched {
             }
             self.asked.push(robot);
             self.awaited.insert(robot);
-            let incarnation = question.incarnation;
+            let incarnation = message.incarnation;
             assert_eq!(incarnation, self.incarnation(robot));
             assert!(
                 self.promised[&(robot, incarnation)] <= self.barrier.tick(),
                 "before its first tick"
             );
-            assert_eq!(question.last_counted, self.last_counted(robot, incarnation));
+            assert_eq!(message.last_counted, self.last_counted(robot, incarnation));
             assert_eq!(manifest, self.expected_manifest(robot, incarnation));
             questions.push((question, manifest));
         }
@@ -438,7 +439,8 @@ fn without_agents_the_clock_stands_and_a_new_agent_enters_the_current_tick() {
     watched.invite(0);
     assert_eq!(watched.promised[&(0, 2)], 1);
     watched.arrive(0, 0);
-    assert_eq!(watched.ask()[0].0.incarnation, 2);
+    let (robot, _) = watched.ask()[0];
+    assert_eq!(watched.barrier.incarnation(robot), Some(2));
     assert_eq!(watched.barrier.tick(), 1);
 }
 
@@ -459,12 +461,12 @@ fn a_replayed_report_does_not_end_a_silence() {
 fn step_all(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
     let mut received = Vec::new();
     while let Some(question) = barrier.next_recipient(&All(2)) {
-        let mut manifest = Vec::new();
-        barrier.take_manifest(question.robot, &mut manifest);
-        sort_manifest(&mut manifest);
-        let senders = manifest.iter().map(|entry| entry.sender);
-        received.push((question.robot, senders.collect()));
-        let answer = report(question.robot, question.incarnation, barrier.tick(), 1);
+        let mut message = TickMessage::default();
+        barrier.address(question, &mut message);
+        sort_manifest(&mut message.manifest);
+        let senders = message.manifest.iter().map(|entry| entry.sender);
+        received.push((question, senders.collect()));
+        let answer = report(question, message.incarnation, barrier.tick(), 1);
         assert_eq!(barrier.report(&answer), Counted);
     }
     received

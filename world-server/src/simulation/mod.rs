@@ -57,7 +57,7 @@ use ended_tick::EndedTick;
 pub use figures::Counts;
 use ground_truth::GroundTruth;
 use process_actions::{Acts, PendingAction};
-pub use robot_tick::TickContext;
+pub use robot_tick::{TeamPart, TickContext};
 use tick::TickPhase;
 use view::ViewHistory;
 

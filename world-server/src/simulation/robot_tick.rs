@@ -4,11 +4,11 @@
 use proto::tick::{Report, TickMessage};
 use run_log::recorder::{Answer, SectionHash};
 use scenario::Setup;
-use scenario::ids::RobotId;
+use scenario::ids::{RobotId, Tick};
 
 use super::Simulation;
 use super::ground_truth::GroundTruth;
-use crate::barrier::{MAX_BROADCASTS, Verdict, sort_manifest};
+use crate::barrier::{MAX_BROADCASTS, RobotSlot, sort_manifest};
 use crate::faults::links::LinkFaults;
 use crate::world::World;
 
@@ -19,13 +19,71 @@ pub struct TickContext<'a> {
     world: &'a World,
     links: &'a LinkFaults,
     ground_truth: &'a GroundTruth,
+    tick: Tick,
+}
+
+/// The data of a tick that belong to robots with adjacent ranks. Threads may use different parts at the same time.
+pub struct TeamPart<'a> {
+    first: usize,
+    places: &'a mut [RobotSlot],
+    messages: &'a mut [TickMessage],
+    answers: &'a mut [Answer],
+}
+
+impl<'a> TeamPart<'a> {
+    /// Splits the part into parts of `size` robots; the last one may be smaller.
+    pub fn chunks(self, size: usize) -> impl Iterator<Item = TeamPart<'a>> + Send {
+        let parts = self
+            .places
+            .chunks_mut(size)
+            .zip(self.messages.chunks_mut(size));
+        let parts = parts.zip(self.answers.chunks_mut(size)).enumerate();
+        parts.map(move |(index, ((places, messages), answers))| TeamPart {
+            first: self.first + index * size,
+            places,
+            messages,
+            answers,
+        })
+    }
+
+    /// Returns the message of a robot of this part.
+    #[must_use]
+    pub fn message(&self, robot: RobotId) -> &TickMessage {
+        &self.messages[robot.index() - self.first]
+    }
+
+    /// Writes the message of a robot that [`Simulation::take_recipients`] returned: manifest, links, ground truth and
+    /// readings. Not if a sensor was ever broken: then the message is complete.
+    pub fn prepare(&mut self, context: &TickContext<'_>, robot: RobotId) {
+        let place = robot.index() - self.first;
+        let (message, answer) = (&mut self.messages[place], &mut self.answers[place]);
+        context.address(&mut self.places[place], message);
+        context.complete(robot, message);
+        context.write_readings(robot, message, answer);
+    }
+
+    /// Checks the report of a robot that was sent this tick, and stores, hashes and counts it. Returns `false` for a malformed
+    /// report, which is not stored. No robot of the team has an external controller, and the team does not step in order.
+    pub fn store(
+        &mut self,
+        context: &TickContext<'_>,
+        report: &Report,
+        hash: &mut SectionHash,
+    ) -> bool {
+        let place = report.robot.index() - self.first;
+        let is_valid = is_well_formed(report, context.setup) && report.broadcasts <= MAX_BROADCASTS;
+        if is_valid {
+            self.answers[place].update(hash, &self.messages[place].readings, report);
+            self.places[place].count(report);
+        }
+        is_valid
+    }
 }
 
 impl TickContext<'_> {
-    /// Completes the message of a robot that [`Simulation::next_unprepared`] returned: links, ground truth and readings.
-    pub fn prepare(&self, robot: RobotId, message: &mut TickMessage, answer: &mut Answer) {
-        self.complete(robot, message);
-        self.write_readings(robot, message, answer);
+    fn address(&self, place: &mut RobotSlot, message: &mut TickMessage) {
+        place.address(self.tick, message);
+        message.now = self.world.now();
     }
 
     fn complete(&self, robot: RobotId, message: &mut TickMessage) {
@@ -47,22 +105,6 @@ impl TickContext<'_> {
             answer.mark_readings_changed();
             self.world.write_readings(robot, &mut message.readings);
         }
-    }
-
-    /// Checks the report of a robot that was sent this message, and stores and hashes it. Returns `false` for a malformed
-    /// report, which is not stored. [`Simulation::count_stored`] follows in order of rank.
-    pub fn store(
-        &self,
-        message: &TickMessage,
-        report: &Report,
-        answer: &mut Answer,
-        hash: &mut SectionHash,
-    ) -> bool {
-        let is_valid = is_well_formed(report, self.setup) && report.broadcasts <= MAX_BROADCASTS;
-        if is_valid {
-            answer.update(hash, &message.readings, report);
-        }
-        is_valid
     }
 }
 
@@ -98,14 +140,18 @@ pub(super) fn is_well_formed(report: &Report, setup: &Setup) -> bool {
 }
 
 impl Simulation {
-    /// Returns the next robot that needs its tick message, like [`Simulation::next_recipient`]. [`TickContext::prepare`] must
-    /// complete the message, unless [`Simulation::readings_are_intact`] is false: then the message is complete.
-    pub fn next_unprepared(&mut self) -> Option<RobotId> {
-        let robot = self.next_asked()?;
-        if !self.readings_are_intact() {
-            self.prepare(robot);
+    /// Moves all robots that need the tick's message into `recipients`, like [`Simulation::next_recipient`].
+    /// [`TeamPart::prepare`] must write their messages if [`Simulation::readings_are_intact`]; otherwise they are complete.
+    pub fn take_recipients(&mut self, recipients: &mut Vec<RobotId>) {
+        recipients.clear();
+        if self.is_ready_to_send() {
+            self.barrier.take_recipients(&*self.world, recipients);
         }
-        Some(robot)
+        if !self.readings_are_intact() {
+            for robot in &*recipients {
+                self.prepare(*robot);
+            }
+        }
     }
 
     /// Returns whether no sensor has been broken so far. The readings of robots then depend on the world alone.
@@ -114,31 +160,40 @@ impl Simulation {
         self.sensors.never_broken()
     }
 
-    /// Returns the data that all robots of the tick share, and the messages and answers by rank.
-    pub fn split(&mut self) -> (TickContext<'_>, &mut [TickMessage], &mut [Answer]) {
+    /// Returns the data that all robots of the tick share, and the data of each.
+    pub fn split(&mut self) -> (TickContext<'_>, TeamPart<'_>) {
         let context = TickContext {
             setup: &self.setup,
             world: &self.world,
             links: &self.links,
             ground_truth: &self.ground_truth,
+            tick: self.barrier.tick(),
         };
-        (context, &mut self.messages, self.answers.all_mut())
+        let team = TeamPart {
+            first: 0,
+            places: self.barrier.places_mut(),
+            messages: &mut self.messages,
+            answers: self.answers.all_mut(),
+        };
+        (context, team)
     }
 
-    /// Completes the message of a robot.
+    /// Writes the message of a robot.
     pub(super) fn prepare(&mut self, robot: RobotId) {
         let is_intact = self.readings_are_intact();
-        let (context, messages, answers) = self.split();
-        let (message, answer) = (&mut messages[robot.index()], &mut answers[robot.index()]);
+        let (context, mut team) = self.split();
         if is_intact {
-            context.prepare(robot, message, answer);
+            team.prepare(&context, robot);
             return;
         }
+        let index = robot.index();
+        let (message, answer) = (&mut team.messages[index], &mut team.answers[index]);
+        context.address(&mut team.places[index], message);
         context.complete(robot, message);
         // Distorted readings differ from the sensed ones, which therefore never hold.
         answer.mark_readings_changed();
         context.world.write_readings(robot, &mut message.readings);
-        let message = &mut self.messages[robot.index()];
+        let message = &mut self.messages[index];
         let hits = self.sensors.distort(
             self.world.mission(),
             robot,
@@ -148,15 +203,5 @@ impl Simulation {
         for fault in hits {
             self.hit(fault, "");
         }
-    }
-
-    /// Counts a report that [`TickContext::store`] has stored. The robot must not be in a team that steps in order, and no
-    /// robot of the team has an external controller.
-    pub fn count_stored(&mut self, robot: RobotId) {
-        self.set_order_index();
-        let verdict = self.barrier.report(self.answers.report(robot));
-        debug_assert_eq!(verdict, Verdict::Counted, "{robot} was sent the tick");
-        self.order_index += self.barrier.take_external_count();
-        self.settle();
     }
 }

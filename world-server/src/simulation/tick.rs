@@ -111,37 +111,32 @@ impl Simulation {
 
     /// Returns the next robot that needs its tick message, which [`Simulation::message`] then returns.
     pub fn next_recipient(&mut self) -> Option<RobotId> {
-        let robot = self.next_asked()?;
-        self.prepare(robot);
-        Some(robot)
-    }
-
-    /// Returns the next robot that needs its tick message, with the barrier's part of it.
-    pub(super) fn next_asked(&mut self) -> Option<RobotId> {
-        self.begin();
-        if self.outcome.is_some() || !self.acts.is_empty() {
+        if !self.is_ready_to_send() {
             return None;
         }
-        self.gather();
-        let Some(recipient) = self.barrier.next_recipient(&*self.world) else {
+        let Some(robot) = self.barrier.next_recipient(&*self.world) else {
             // There may be no robots at all.
             self.settle();
             return None;
         };
-        let robot = recipient.robot;
-        let message = &mut self.messages[robot.index()];
-        message.incarnation = recipient.incarnation;
-        message.tick = self.barrier.tick();
-        message.now = self.world.now();
-        message.last_counted = recipient.last_counted;
-        self.barrier.take_manifest(robot, &mut message.manifest);
+        self.prepare(robot);
         Some(robot)
     }
 
-    /// Evaluates triggers and kills after the tick's last report.
+    /// Applies everything that is due before the tick is sent. Returns whether it may be sent now.
+    pub(super) fn is_ready_to_send(&mut self) -> bool {
+        self.begin();
+        let is_ready = self.outcome.is_none() && self.acts.is_empty();
+        if is_ready {
+            self.gather();
+        }
+        is_ready
+    }
+
+    /// Evaluates triggers and kills if the tick's last report has been counted.
     #[inline]
-    pub(super) fn settle(&mut self) {
-        // This runs after each report.
+    pub fn settle(&mut self) {
+        // This runs after each report of a process, and after the reports of a team in one process.
         if self.phase == TickPhase::Reports && self.barrier.is_complete() {
             self.begin_kills();
         }

@@ -30,8 +30,8 @@ use glam::Vec2;
 use scenario::fault::{MissionFault, Order};
 use scenario::mission::columns::Column;
 use scenario::mission::data::{
-    BehaviorProperties, DefaultAllianceParams, MissionData, MissionVocabulary, Objective,
-    TaskDependencies, WorkUnit,
+    BehaviorProperties, DefaultAllianceParams, IsSearched, MissionData, MissionVocabulary,
+    Objective, TaskDependencies, WorkUnit,
 };
 use scenario::mission::expected_properties::ExpectedProperties;
 use scenario::mission::registry::Mission;
@@ -225,8 +225,8 @@ impl MissionData for WasteData {
         }
     }
 
-    fn is_searched(&self, scenario: &Scenario, place: Vec2) -> bool {
-        promises::is_in_view_of_work(scenario, place)
+    fn is_searched<'a>(&self, scenario: &'a Scenario) -> IsSearched<'a> {
+        promises::in_view_of_work(scenario)
     }
 
     fn search_s(&self, scenario: &Scenario, body: &Body) -> Option<f64> {

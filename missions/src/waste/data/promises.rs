@@ -2,8 +2,11 @@
 
 use glam::Vec2;
 use scenario::Scenario;
-use scenario::mission::expected_properties::{Disc, ExpectedProperties};
+use scenario::mission::expected_properties::{Disc, Discs, ExpectedProperties};
 
+use world_server::world::Grid;
+
+use super::work::Ways;
 use super::{Spill, WasteSection};
 
 /// Half the side of the square that random obstacles keep free around the center of each spill and deposit, m.
@@ -19,7 +22,7 @@ pub(super) fn promises(scenario: &Scenario) -> ExpectedProperties {
         center: spot.in_room(&scenario.room),
         radius_m: waste.deposit.radius_m,
     });
-    let deposits: Vec<Disc> = deposits.collect();
+    let deposits: Discs = deposits.collect();
     ExpectedProperties {
         items: waste.spills.iter().map(|spill| spill.items as usize).sum(),
         goals: deposits.clone(),
@@ -28,23 +31,29 @@ pub(super) fn promises(scenario: &Scenario) -> ExpectedProperties {
     }
 }
 
-/// Checks whether robots see a place during their work: in a spill, or near the straight way from a spill to its
-/// deposit.
-pub(super) fn is_in_view_of_work(scenario: &Scenario, place: Vec2) -> bool {
-    let waste = WasteSection::of(scenario);
-    waste.spills.iter().any(|spill| {
-        let spill = spill.spot().in_room(&scenario.room);
-        let deposits = waste
-            .deposits()
-            .map(|deposit| deposit.in_room(&scenario.room));
-        let ways = deposits.map(|deposit| deposit - spill);
-        let way = ways
-            .min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
-            .unwrap_or_default();
-        let share = (place - spill).dot(way) / way.length_squared().max(f32::MIN_POSITIVE);
-        let nearest = spill + way * share.clamp(0.0, 1.0);
-        place.distance(spill) <= waste.spill_radius_m
-            || place.distance(nearest) <= scenario.sensors.item_range_m / 2.0
+/// Returns a function that checks whether robots see a place during their work: in a spill, or near the straight way from a
+/// spill to its deposit.
+pub(super) fn in_view_of_work<'a>(scenario: &'a Scenario) -> Box<dyn Fn(Vec2) -> bool + 'a> {
+    let (room, waste) = (&scenario.room, WasteSection::of(scenario));
+    let aside_m = scenario.sensors.item_range_m / 2.0;
+    let places = Ways::new(scenario);
+    let spills = waste.spills.iter().map(|spill| spill.spot().in_room(room));
+    let ways: Vec<(Vec2, Vec2)> = spills
+        .map(|spill| (spill, places.to_deposit(spill)))
+        .collect();
+    let longest_m = ways.iter().map(|(_, way)| way.length()).fold(0.0, f32::max);
+    let reach_m = longest_m + aside_m.max(waste.spill_radius_m);
+    let mut starts = Grid::new(room, reach_m, ways.len());
+    for (index, (spill, _)) in ways.iter().enumerate() {
+        starts.insert(index, *spill);
+    }
+    Box::new(move |place| {
+        starts.near(place, reach_m).any(|(index, spill)| {
+            let (_, way) = ways[index];
+            let share = (place - spill).dot(way) / way.length_squared().max(f32::MIN_POSITIVE);
+            let nearest = spill + way * share.clamp(0.0, 1.0);
+            place.distance(spill) <= waste.spill_radius_m || place.distance(nearest) <= aside_m
+        })
     })
 }
 

@@ -76,8 +76,8 @@ impl<'a> Ways<'a> {
             }
             BehaviorKind::MoveSpill(spill) => {
                 let spill = waste.spills[spill as usize].spot().in_room(room);
-                let between = self.to_deposit_m(spill);
-                let one_way = between + waste.spill_radius_m - waste.deposit.radius_m;
+                let one_way =
+                    self.to_deposit(spill).length() + waste.spill_radius_m - waste.deposit.radius_m;
                 (2.0 * one_way.max(0.0), 360.0)
             }
             BehaviorKind::ReportProgress => {
@@ -95,17 +95,21 @@ impl<'a> Ways<'a> {
         f64::from(way_m / body.speed_m_s + turn_deg / body.turn_deg_s)
     }
 
-    /// Returns the distance to the nearest deposit, m.
-    fn to_deposit_m(&self, from: Vec2) -> f32 {
+    /// Returns the way to the nearest deposit, m: the first one if several are equally near.
+    pub fn to_deposit(&self, from: Vec2) -> Vec2 {
         let whole_m = self.scenario.room.size().element_sum();
         let mut reach_m = SEARCH_M;
         loop {
             let near = self.deposits.near(from, reach_m);
-            let nearest_m = near.map(|(_, deposit)| from.distance(deposit));
-            let nearest_m = nearest_m.fold(f32::INFINITY, f32::min);
+            let near = near.map(|(index, deposit)| (deposit - from, index));
+            let nearest = near.min_by(|(a, first), (b, second)| {
+                let squared = a.length_squared().total_cmp(&b.length_squared());
+                squared.then(first.cmp(second))
+            });
             // A deposit beyond the reach may be nearer than one in a corner of the searched square.
-            if nearest_m <= reach_m || reach_m > whole_m {
-                return nearest_m;
+            let way = nearest.map(|(way, _)| way);
+            if way.is_some_and(|way| way.length() <= reach_m) || reach_m > whole_m {
+                return way.unwrap_or_default();
             }
             reach_m *= 2.0;
         }

@@ -36,7 +36,8 @@ proptest! {
         for robot in std::sync::Arc::make_mut(&mut setup.alliance.robots).values_mut() {
             for set in robot.sets.values_mut() {
                 set.fast_impatience = double;
-                set.slow_impatience.values_mut().for_each(|value| *value = double);
+                let slow = std::sync::Arc::make_mut(&mut set.slow_impatience);
+                slow.values_mut().for_each(|value| *value = double);
             }
         }
         let back = through_json(&setup);

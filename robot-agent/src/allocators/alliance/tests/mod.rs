@@ -101,9 +101,9 @@ fn every_set(setup: &mut Setup, edit: impl FnMut(&mut BehaviorParams)) {
 
 /// Sets δ_slow and φ toward all teammates.
 fn toward_all(set: &mut BehaviorParams, slow: f64, phi_s: f64) {
-    let rates = set.slow_impatience.values_mut();
+    let rates = Arc::make_mut(&mut set.slow_impatience).values_mut();
     rates.for_each(|rate| *rate = slow);
-    let times = set.willing_to_affect_s.values_mut();
+    let times = Arc::make_mut(&mut set.willing_to_affect_s).values_mut();
     times.for_each(|time_s| *time_s = phi_s);
 }
 
