@@ -65,6 +65,24 @@ fn a_robot_leaves_an_unreachable_point_and_does_the_others() {
     }
 }
 
+/// The first point is delivered behind the wall. Its work succeeds each time, but its load never arrives.
+#[test]
+fn an_unreachable_delivery_keeps_no_robot_from_the_other_points() {
+    let points = "points = [
+        { kind = 't', x_m = 4.0, y_m = 2.0, deliver_to = [0.5, 2.0] },
+        { kind = 't', x_m = 6.5, y_m = 1.0, arrival_s = 20.0 },
+        { kind = 't', x_m = 6.5, y_m = 3.0, arrival_s = 20.0 },
+    ]";
+    for allocator in allocators() {
+        for wall in [OBSTACLE, FAULT] {
+            let (outcome, log) = play(allocator, wall, points, &[2.0], &[]);
+            let run = format!("{allocator}, {wall}");
+            assert_eq!(outcome, Outcome::TimeLimit, "{run}");
+            assert_eq!(done(&log), ["p1", "p2"], "{run}");
+        }
+    }
+}
+
 #[test]
 fn a_team_does_all_reachable_points() {
     let points = [0.5, 0.5, 0.5, 0.5, 5.5, 6.5, 5.5, 6.5].into_iter();

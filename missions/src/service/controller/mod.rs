@@ -179,7 +179,10 @@ impl ServiceController {
         input: &ControllerInput<'_>,
         perception: &mut Perception,
     ) {
-        if let Some(point) = effect {
+        // Work on a point with a delivery, and its load, do not show that a way leads to the place of delivery.
+        if let Some(point) = effect
+            && self.briefing.terms(point).deliver_to.is_none()
+        {
             self.memory.failed.succeed(point);
         }
         if self.note_crew(effect, perception) {
