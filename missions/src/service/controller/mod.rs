@@ -350,7 +350,7 @@ impl MissionController for ServiceController {
         self.note_work(sensed.effect, input, perception);
         if self.briefing.has_terms() {
             self.close_expired(input.now);
-            self.update_appointment(self.robot, input.now);
+            self.update_appointment(input.position(), input.now);
         }
         let position = input.position();
         let can_go = position.is_some();
