@@ -263,6 +263,7 @@ impl Simulation {
     pub(super) fn execute_command(&mut self, command: QueuedCommand) {
         let moment = (self.order_index > 0).then_some(self.order_index);
         self.order_index += 1;
+        self.schedule.begin_command();
         match command {
             QueuedCommand::Order(order) => {
                 self.inputs.push(Input::Order {
