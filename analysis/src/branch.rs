@@ -231,7 +231,7 @@ fn read_faults(name: &str, setup: &Setup, tick: Tick) -> anyhow::Result<Vec<Orde
             let remedy = "use a later time, or branch earlier";
             bail!(file.error_at(at.key("at_s"), what, remedy));
         }
-        if let Some(problem) = order.beyond_limit(setup.scenario.limit_s) {
+        if let Some(problem) = order.beyond_limit(setup.scenario.limit_s, step) {
             bail!(file.locate(problem.under(&at)));
         }
         if let Some(id) = &order.id

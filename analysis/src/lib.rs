@@ -102,16 +102,24 @@ fn open_within(folder: &Path, bytes_max: u64) -> anyhow::Result<RunLog> {
         let remedy = "start one with `alliance run`, or name the folder of a run";
         return Err(Problem::with_source(LATEST, "there is no run here yet", remedy).into());
     }
+    announce_reading(folder);
     let vocabulary = Registry::current().vocabulary();
     Ok(RunLog::open_within(folder, &vocabulary, bytes_max)?)
 }
 
-/// The size of the tables of every tick up to which they are read to show a run. They take half a minute and 1 GB of
-/// memory then.
-pub const SHOWN_BYTES_MAX: u64 = 500_000_000;
+/// The size of the tables of every tick up to which they are read to show a run. A report of several hours of a busy team
+/// needs 1 GB of memory then.
+const SHOWN_BYTES_MAX: u64 = 250_000_000;
 
 /// The size of a log that is read without a word. It takes well below a second.
 const SILENT_BYTES: u64 = 32_000_000;
+
+/// Writes a line about a log whose reading takes time.
+pub fn announce_reading(folder: &Path) {
+    if let Some(line) = about_reading(folder) {
+        stderr_line!("{line}");
+    }
+}
 
 /// Returns a line about a log whose reading takes time.
 fn about_reading(folder: &Path) -> Option<String> {
@@ -129,9 +137,6 @@ fn about_reading(folder: &Path) -> Option<String> {
 /// # Errors
 /// Fails like [`open`], and if the run has ended and its log does not contain all of it.
 fn open_undamaged(folder: &Path, bytes_max: u64) -> anyhow::Result<RunLog> {
-    if let Some(line) = about_reading(folder) {
-        stderr_line!("{line}");
-    }
     let log = open_within(folder, bytes_max)?;
     match log.damage() {
         None => Ok(log),

@@ -170,7 +170,8 @@ impl fmt::Display for Problem {
 
 /// Returns a text without its middle if it is longer than a person reads. Names and values come from the file and have any
 /// length.
-fn shortened(text: &str) -> Cow<'_, str> {
+#[must_use]
+pub fn shortened(text: &str) -> Cow<'_, str> {
     const HEAD: usize = 280;
     const TAIL: usize = 100;
     let length = text.chars().count();

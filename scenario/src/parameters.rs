@@ -206,8 +206,8 @@ impl ParameterSpec {
             Value::String(text) => format!("the string '{text}'"),
             Value::Array(_) => "an array".to_owned(),
             Value::Object(_) => "a table".to_owned(),
-            // JSON represents NaN as null.
-            Value::Null => "nan".to_owned(),
+            // JSON represents NaN and infinity as null.
+            Value::Null => "NaN or a number that is too large".to_owned(),
             other => other.to_string(),
         };
         let wanted = match self.range {

@@ -120,6 +120,10 @@ fn orders_that_cannot_take_effect_are_refused() {
         ),
         (babble(59.9), "armed"),
         (
+            babble(59.96),
+            "at_s: 'babble a' is due at 60 s, not before the end of the run, 60 s; choose an earlier time",
+        ),
+        (
             babble(60.0),
             "at_s: 'babble a' is due at 60 s, not before the end of the run, 60 s; choose an earlier time",
         ),

@@ -104,6 +104,22 @@ fn a_lying_process_silences_no_other() {
     run_processes(0..4);
 }
 
+/// Some reports of gold list a broadcast that is never sent, and some precede their broadcasts.
+#[test]
+fn a_report_of_other_broadcasts_silences_no_other() {
+    let lab = Lab::new();
+    // The default mission with ALLIANCE.
+    let scenario = setup(0, 0, 15.0).scenario;
+    lab.write("15s.toml", scenario.to_toml().unwrap());
+    let controller = format!("liar={} reports", env!("CARGO_BIN_EXE_liar"));
+    let finished = lab.mission("run", ["--controller", &controller, "15s.toml"]);
+    finished.expect(1);
+    let log = lab.log("run");
+    assert_only_the_liar_leaves(&log, "gold");
+    assert!(log.times_of("gold", "gone").is_empty());
+    lab.assert_repeated("run");
+}
+
 /// `cargo test -p alliance-tests --test missions -- --ignored two_hundred_lying_processes`
 #[test]
 #[ignore = "takes many minutes; `a_lying_process_silences_no_other` is its short form"]

@@ -65,6 +65,41 @@ fn a_robot_leaves_an_unreachable_point_and_does_the_others() {
     }
 }
 
+/// The first point is delivered behind the wall. Its work succeeds each time, but its load never arrives.
+#[test]
+fn an_unreachable_delivery_keeps_no_robot_from_the_other_points() {
+    let points = "points = [
+        { kind = 't', x_m = 4.0, y_m = 2.0, deliver_to = [0.5, 2.0] },
+        { kind = 't', x_m = 6.5, y_m = 1.0, arrival_s = 20.0 },
+        { kind = 't', x_m = 6.5, y_m = 3.0, arrival_s = 20.0 },
+    ]";
+    for allocator in allocators() {
+        for wall in [OBSTACLE, FAULT] {
+            let (outcome, log) = play(allocator, wall, points, &[2.0], &[]);
+            let run = format!("{allocator}, {wall}");
+            assert_eq!(outcome, Outcome::TimeLimit, "{run}");
+            assert_eq!(done(&log), ["p1", "p2"], "{run}");
+        }
+    }
+}
+
+/// The first point needs two robots, which a wall keeps apart. The robot at the point does not wait there for ever.
+#[test]
+fn a_partner_behind_a_wall_keeps_no_robot_from_the_other_points() {
+    let wall = "faults.timeline = [{ at_s = 1.0, \
+         fault.obstacle = { x_m = 0.0, y_m = 1.9, width_m = 8.0, height_m = 0.2 } }]\n";
+    let points = "points = [
+        { kind = 't', x_m = 4.5, y_m = 1.0, needs = { t = 2 } },
+        { kind = 't', x_m = 6.5, y_m = 0.5, arrival_s = 20.0 },
+        { kind = 't', x_m = 6.5, y_m = 3.5, arrival_s = 20.0 },
+    ]";
+    for allocator in allocators() {
+        let (outcome, log) = play(allocator, wall, points, &[1.0, 3.0], &[]);
+        assert_eq!(outcome, Outcome::TimeLimit, "{allocator}");
+        assert_eq!(done(&log), ["p1", "p2"], "{allocator}");
+    }
+}
+
 #[test]
 fn a_team_does_all_reachable_points() {
     let points = [0.5, 0.5, 0.5, 0.5, 5.5, 6.5, 5.5, 6.5].into_iter();

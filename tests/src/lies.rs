@@ -1,13 +1,15 @@
 //! Broadcasts of a robot that lies: anything that the message types allow, and damaged messages of the fuzzers' corpus.
 
 use proto::codec::decode;
-use proto::team::Broadcast;
+use proto::mission::SharedKnowledge;
+use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
 use proto::tick::{Report, TickMessage};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use scenario::ids::RobotId;
 use scenario::testkit::drawn_unbounded;
+use scenario::time::SimTime;
 
 use crate::damage::{self, DAMAGES};
 
@@ -39,6 +41,29 @@ pub fn answer(
         ..Report::default()
     };
     (report, broadcasts)
+}
+
+/// Returns the heartbeat of a robot without a task.
+#[must_use]
+pub fn heartbeat() -> Broadcast {
+    Broadcast {
+        sender: RobotId(0),
+        incarnation: 1,
+        tick: 0,
+        index: 0,
+        seq: 0,
+        sent: SimTime::ZERO,
+        body: BroadcastContent::Heartbeat(Heartbeat {
+            state: TaskState::Idle,
+            since: SimTime::ZERO,
+            set: None,
+            task: None,
+            progress: 0,
+            position: None,
+            carrying: false,
+            shared_knowledge: SharedKnowledge::Nothing,
+        }),
+    }
 }
 
 /// Returns the lies that a seed determines. One half is drawn from the type of broadcasts, the other half are messages of

@@ -94,9 +94,12 @@ const NOTES: usize = 3;
 
 /// Returns values of the scenario that contradict each other or its time limit, and work to which no way leads.
 fn contradictions(scenario: &Scenario, starts: &[Vec2]) -> Vec<String> {
-    let late = scenario.faults.beyond_limit(scenario.limit_s).into_iter();
+    let late = scenario
+        .faults
+        .beyond_limit(scenario.limit_s, scenario.step_ms);
     let of_mission = scenario.mission().warnings(scenario, starts);
-    late.chain(of_mission)
+    late.into_iter()
+        .chain(of_mission)
         .map(|problem| problem.to_string())
         .collect()
 }

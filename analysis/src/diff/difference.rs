@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use run_log::WORLD_ROBOT;
 use scenario::ids::Tick;
+use scenario::shortened;
 use scenario::time::SimTime;
 use serde::Serialize;
 use terminal::{in_one_line, stderr_line};
@@ -79,11 +80,12 @@ impl fmt::Display for Comparison {
         match self {
             Self::Identical { ticks, hash } => write!(f, "identical: {ticks} ticks, hash {hash}"),
             Self::Differs(first) => {
-                // The texts of a log from elsewhere can contain line feeds.
-                let [robot, section, a, b] = [&first.robot, &first.section, &first.a, &first.b]
-                    .map(|text| in_one_line(text));
+                // The texts of a log from elsewhere can contain line feeds and have any length.
+                let text = |text: &str| in_one_line(&shortened(text)).into_owned();
+                let [robot, section, a, b] =
+                    [&first.robot, &first.section, &first.a, &first.b].map(|value| text(value));
                 if let Some(cause) = &first.cause {
-                    writeln!(f, "{}", in_one_line(cause))?;
+                    writeln!(f, "{}", text(cause))?;
                 }
                 f.write_str("differs")?;
                 if let (Some(tick), Some(t_ms)) = (first.tick, first.t_ms) {
@@ -91,7 +93,7 @@ impl fmt::Display for Comparison {
                 }
                 write!(f, ": {robot} {section}")?;
                 if let Some(field) = &first.field {
-                    write!(f, ", {}", in_one_line(field))?;
+                    write!(f, ", {}", text(field))?;
                 }
                 write!(f, ": '{a}' and '{b}'")
             }

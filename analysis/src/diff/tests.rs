@@ -53,6 +53,16 @@ fn reseal(memory: &mut MemoryLog, table: Table) {
     set_lines(memory, Table::Ticks, &sealed);
 }
 
+/// A file from elsewhere can have a line of any length.
+#[test]
+fn a_difference_of_long_values_is_a_short_line() {
+    let long = "x".repeat(3_000_000);
+    let difference = Difference::at_end("run.json", Some(long.clone()), long, String::new());
+    let shown = Comparison::Differs(difference).to_string();
+    assert_eq!(shown.lines().count(), 1);
+    assert!(shown.len() < 1000, "{} bytes", shown.len());
+}
+
 #[test]
 fn a_changed_row_differs_with_remade_and_with_removed_seals() {
     let memory = memory();

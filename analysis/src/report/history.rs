@@ -325,9 +325,10 @@ impl History {
     pub fn add_pose(&mut self, row: &PoseRow) -> Result<(), HistoryError> {
         let rank = self.known_rank("poses.csv", &row.robot)?;
         self.robots[rank].track.push(TrackPoint {
-            position: (row.x_m.into(), row.y_m.into()),
+            x_m: row.x_m,
+            y_m: row.y_m,
             carrying: row.carrying,
-            energy_j: row.energy.map(f64::from),
+            energy_j: row.energy,
         });
         Ok(())
     }

@@ -76,14 +76,24 @@ pub struct Reset {
     pub by: Vec<usize>,
 }
 
+/// The robot's row of poses.csv in one tick. A long run has millions of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackPoint {
     /// Center of the body, m.
-    pub position: (f64, f64),
+    pub x_m: f32,
+    pub y_m: f32,
     /// `true` if the gripper held an item.
     pub carrying: bool,
     /// Energy left, J; `None` if energy is not simulated.
-    pub energy_j: Option<f64>,
+    pub energy_j: Option<f32>,
+}
+
+impl TrackPoint {
+    /// Returns the center of the body, m.
+    #[must_use]
+    pub fn position(&self) -> (f64, f64) {
+        (self.x_m.into(), self.y_m.into())
+    }
 }
 
 impl RobotHistory {

@@ -72,13 +72,13 @@ fn losses(history: &History, metrics: &Metrics) -> String {
             let latencies = metrics.takeovers.iter();
             let latencies = latencies.filter(|takeover| takeover.cause.is_loss());
             let latencies: Vec<SimTime> = latencies.map(|takeover| takeover.latency()).collect();
-            let taken = match latencies.iter().max() {
-                None => "no task was taken over".to_owned(),
-                Some(longest) => format!(
-                    "{} tasks were taken over, the last to wait after {}",
-                    latencies.len(),
-                    seconds(*longest)
-                ),
+            let longest = latencies.iter().max();
+            let taken = match (latencies.len(), longest.map(|longest| seconds(*longest))) {
+                (_, None) => "no task was taken over".to_owned(),
+                (1, Some(only)) => format!("1 task was taken over, after {only}"),
+                (count, Some(longest)) => {
+                    format!("{count} tasks were taken over, the last to wait after {longest}")
+                }
             };
             format!(
                 "{} losses of robots, {at_work} of them at a task; {taken}.",

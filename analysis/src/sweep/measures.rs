@@ -110,7 +110,7 @@ impl ComparisonMeasures {
 /// Returns the distance that a robot travelled, m.
 fn way(robot: &RobotHistory) -> f64 {
     let steps = robot.track.windows(2).map(|pair| {
-        let ((x, y), (to_x, to_y)) = (pair[0].position, pair[1].position);
+        let ((x, y), (to_x, to_y)) = (pair[0].position(), pair[1].position());
         libm::hypot(to_x - x, to_y - y)
     });
     steps.sum()
@@ -121,7 +121,7 @@ fn drawn(history: &History) -> Option<Vec<f64>> {
     let energy = history.setup.scenario.energy?;
     let left = history.robots.iter().map(|robot| {
         let left = robot.track.last().and_then(|place| place.energy_j);
-        f64::from(energy.capacity_j) - left.unwrap_or(f64::from(energy.capacity_j))
+        f64::from(energy.capacity_j) - f64::from(left.unwrap_or(energy.capacity_j))
     });
     Some(left.collect())
 }

@@ -5,7 +5,6 @@ use std::future::Future;
 use std::path::Path;
 use std::time::Duration;
 
-use analysis::SHOWN_BYTES_MAX;
 use analysis::replay_views::retrace_into;
 use analysis::report::takeovers::event_line;
 use axum::extract::ws::WebSocket;
@@ -55,7 +54,8 @@ impl Logged {
     /// If the folder contains no run, or a run without a complete tick.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let vocabulary = Registry::current().vocabulary();
-        let logged = RunLog::open_within(folder, &vocabulary, SHOWN_BYTES_MAX)?;
+        // The replay needs no table of every tick.
+        let logged = RunLog::open_within(folder, &vocabulary, 0)?;
         let scenario = &logged.run.setup.scenario;
         let step = SimTime(scenario.step_ms);
         let mut views = Views::new();
@@ -213,6 +213,21 @@ mod tests {
     use tempfile::TempDir;
 
     use super::*;
+
+    #[test]
+    fn the_tables_of_every_tick_are_not_read() {
+        let folder = TempDir::new().unwrap();
+        let setup = Setup::resolve(default_scenario(), 1, None).unwrap().setup;
+        let sink = Folder::create(folder.path()).unwrap();
+        let team = Team::new(setup, LogLevel::Compact, sink).unwrap();
+        team.run().unwrap();
+        // A folder in place of a table cannot be read.
+        let table = folder.path().join("motivations.csv");
+        std::fs::remove_file(&table).unwrap();
+        std::fs::create_dir(&table).unwrap();
+        let logged = Logged::open(folder.path()).unwrap();
+        assert_eq!(logged.warning, None);
+    }
 
     /// The curves of the page agree with the log at every activation and reset, for any window length.
     #[test]

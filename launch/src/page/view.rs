@@ -4,6 +4,7 @@ use std::future::Future;
 use std::path::Path;
 use std::process::ExitCode;
 
+use analysis::announce_reading;
 use anyhow::Context;
 use terminal::{fail, stderr_line};
 use tokio::signal::ctrl_c;
@@ -16,6 +17,7 @@ use super::server::{INTERRUPT_TIMEOUT, Shown, serve};
 ///
 /// Exit status 0, 2 if the folder contains no usable run or the port is in use, 3 if the server fails.
 pub fn show_folder(folder: &Path, options: &LinkArgs) -> ExitCode {
+    announce_reading(folder);
     let prepared = PageLink::new(options.port).and_then(|link| Ok((link, Logged::open(folder)?)));
     let (status, shown) = match prepared {
         Ok((link, logged)) => (3, show(folder, options, link, logged)),

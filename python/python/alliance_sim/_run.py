@@ -84,7 +84,7 @@ def run(
 
     `scenario`: name of a built-in one, TOML file, or dict; default: the default mission.
     `controllers`: by robot, or `"*"` for all others: an `Allocator` or `Agent` class, or the name of a built-in allocator.
-    `log`: new run folder, for `load` and for `alliance report`, `view` and `export`; `level` selects the amount of data: `full`,
+    `log`: new run folder, for `load` and for `alliance report`, `watch` and `export`; `level` selects the amount of data: `full`,
     `compact`, `summary` or `off`.
     `faults`: replaces the scenario's faults; a list of orders, or `{"timeline": […], "random": {…}}`.
     `twice`: repeats each step of these classes on a copy. The run fails if a step depends on more than its inputs.

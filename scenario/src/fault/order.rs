@@ -50,14 +50,20 @@ impl Order {
         self.at_s.map(SimTime::from_secs_f64)
     }
 
-    /// Returns a problem if the fault is due after the end of a run with this limit, s. For an order by hand it is a
-    /// mistake; a file may contain later times for longer runs.
+    /// Returns a problem if the fault takes effect after the last step of a run with this limit, s. For an order by hand
+    /// it is a mistake; a file may contain later times for longer runs.
     #[must_use]
-    pub fn beyond_limit(&self, limit_s: f64) -> Option<Problem> {
-        let at_s = self.at_s.filter(|at_s| *at_s >= limit_s)?;
+    pub fn beyond_limit(&self, limit_s: f64, step_ms: u64) -> Option<Problem> {
+        // A fault that is due between two steps takes effect at the later one.
+        let tick = self.at()?.0.div_ceil(step_ms);
+        let due = SimTime(tick.saturating_mul(step_ms));
+        if due < SimTime::from_secs_f64(limit_s) {
+            return None;
+        }
         let what = format!(
-            "'{}' is due at {at_s} s, not before the end of the run, {limit_s} s",
-            self.fault
+            "'{}' is due at {} s, not before the end of the run, {limit_s} s",
+            self.fault,
+            due.as_secs_f64()
         );
         Some(Problem::at(["at_s"], what, "choose an earlier time"))
     }
@@ -87,13 +93,13 @@ impl Faults {
         self.timeline.is_empty() && self.random.is_none()
     }
 
-    /// Returns a problem for each fault that is due after the end of a run with this limit, s.
+    /// Returns a problem for each fault that takes effect after the last step of a run with this limit, s.
     #[must_use]
-    pub fn beyond_limit(&self, limit_s: f64) -> Vec<Problem> {
+    pub fn beyond_limit(&self, limit_s: f64, step_ms: u64) -> Vec<Problem> {
         let at = KeyPath::new(["faults", "timeline"]);
         let timeline = self.timeline.iter().enumerate();
         let late = timeline.filter_map(|(index, order)| {
-            let problem = order.beyond_limit(limit_s)?;
+            let problem = order.beyond_limit(limit_s, step_ms)?;
             Some(problem.under(at.index(index)))
         });
         late.collect()

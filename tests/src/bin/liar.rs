@@ -1,11 +1,12 @@
-//! A robot process that broadcasts the generated contents of [`alliance_tests::lies`]. The argument is their seed. The
-//! environment names the robot and the run, as for every external controller.
+//! A robot process that broadcasts the generated contents of [`alliance_tests::lies`]. The argument is their seed. With the
+//! argument `reports`, broadcasts are true and the reports list others. The environment names the robot and the run, as for
+//! every external controller.
 
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use alliance_tests::lies::{answer, lies};
+use alliance_tests::lies::{answer, heartbeat, lies};
 use alliance_tests::operator::{connect, join};
 use anyhow::Context;
 use cluster::rendezvous::{ConnectionRole, Rendezvous, RendezvousError};
@@ -21,8 +22,13 @@ use scenario::Setup;
 use zenoh::{Result, Wait};
 
 fn main() -> Result<()> {
-    let seed = std::env::args().nth(1).context("state a seed")?.parse()?;
-    let lies = lies(seed);
+    let kind = std::env::args().nth(1).context("state a seed")?;
+    let has_false_reports = kind == "reports";
+    let lies = if has_false_reports {
+        vec![heartbeat()]
+    } else {
+        lies(kind.parse()?)
+    };
     let (robot, run) = (std::env::var(ROBOT)?, find(&std::env::var(RUN)?)?);
     let keys = KeyExpressions::new(&run.run);
     let (secret, token) = (
@@ -67,14 +73,25 @@ fn main() -> Result<()> {
         };
         let (mut report, broadcasts) = answer(&lies, welcome.robot, &tick);
         report.broadcast_bytes = broadcasts.iter().map(payload_bytes).sum();
+        let lists_more = has_false_reports && tick.tick % 4 == 1;
+        report.broadcasts += u16::from(lists_more);
+        let send_report = || -> Result<()> {
+            let key = keys.report(&robot);
+            let sealed = secret.seal(&key, &report)?;
+            bus.put(key, sealed).wait()
+        };
+        let is_early = has_false_reports && tick.tick % 4 == 3;
+        if is_early {
+            send_report()?;
+        }
         for broadcast in &broadcasts {
             let key = keys.team(&robot, broadcast.body.kind().name(bulletins));
             let sealed = token.seal(&key, broadcast)?;
             bus.put(key, sealed).wait()?;
         }
-        let key = keys.report(&robot);
-        let sealed = secret.seal(&key, &report)?;
-        bus.put(key, sealed).wait()?;
+        if !is_early {
+            send_report()?;
+        }
     }
     Ok(())
 }

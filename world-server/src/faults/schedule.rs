@@ -21,6 +21,8 @@ pub struct Schedule {
     entries: Vec<Entry>,
     /// The statuses at the end of the last tick, if one has changed since by more than its hits.
     ended: Option<Vec<FaultStatus>>,
+    /// The statuses before the first command of the current tick, if there is one.
+    before_commands: Option<Vec<FaultStatus>>,
 }
 
 #[derive(Clone, Debug)]
@@ -143,9 +145,24 @@ impl Schedule {
     /// Ends a tick with the present statuses.
     pub fn end_tick(&mut self) {
         self.ended = None;
+        self.before_commands = None;
         for entry in &mut self.entries {
             entry.ended_hits = entry.status.hits;
         }
+    }
+
+    /// Keeps the present statuses before the first command of a tick.
+    pub fn begin_command(&mut self) {
+        if self.before_commands.is_none() {
+            self.before_commands = Some(self.statuses().cloned().collect());
+        }
+    }
+
+    /// Ends a tick without robots. Its commands are in no log, so that the statuses are those before them.
+    pub fn end_idle_tick(&mut self) {
+        let kept = self.before_commands.take();
+        self.end_tick();
+        self.ended = kept;
     }
 
     /// Keeps the statuses at the end of the last tick before one changes.

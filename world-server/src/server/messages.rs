@@ -10,12 +10,12 @@ use tokio::time::Instant;
 
 use super::Server;
 use super::overheard::Completeness;
-use crate::barrier::Verdict;
+use crate::barrier::{MAX_BROADCASTS, Verdict};
 
 impl Server {
     /// Handles a report, or an invalid message, that arrived on this key.
     pub fn report(&mut self, key: &str, report: Result<Report, OpenError>) {
-        let report = match report {
+        let mut report = match report {
             Ok(report) => report,
             Err(error) => return self.refuse("report", &error),
         };
@@ -34,7 +34,12 @@ impl Server {
                 Err(why) => return self.dismiss(robot, &report, &why),
             }
         }
-        if !is_external && self.waits_for_broadcasts(&report) {
+        let waits = if is_external {
+            self.waits_for_listed(&mut report)
+        } else {
+            self.waits_for_broadcasts(&report)
+        };
+        if waits {
             return;
         }
         match self.simulation.report(&report) {
@@ -66,14 +71,37 @@ impl Server {
         self.advance();
     }
 
+    /// Returns whether a report answers the current tick of a robot that has not answered.
+    fn is_due(&self, report: &Report) -> bool {
+        let barrier = self.simulation.barrier();
+        barrier.is_awaited(report.robot)
+            && barrier.incarnation(report.robot) == Some(report.incarnation)
+            && barrier.tick() == report.tick
+    }
+
+    /// Returns `true` if an external controller is asked to repeat its answer, because its report lists broadcasts that
+    /// have not arrived. After the repetition, the report lists only those before the first gap: teammates would wait for
+    /// the others, and the log does not contain them.
+    fn waits_for_listed(&mut self, report: &mut Report) -> bool {
+        if !self.is_due(report) || report.broadcasts > MAX_BROADCASTS {
+            return false;
+        }
+        let arrived = self.simulation.arrived_broadcasts(report);
+        if arrived == report.broadcasts {
+            return false;
+        }
+        if !self.was_resent(report.robot, report.tick) {
+            self.send_again(report.robot, Instant::now());
+            return true;
+        }
+        self.refuse("broadcast", &"listed in a report, but not sent before it");
+        report.broadcasts = arrived;
+        false
+    }
+
     /// Returns `true` if the robot is asked to repeat its answer, because the log lacks some of its broadcasts.
     fn waits_for_broadcasts(&mut self, report: &Report) -> bool {
-        let barrier = self.simulation.barrier();
-        let is_due = self.simulation.records_allocation_messages()
-            && barrier.is_awaited(report.robot)
-            && barrier.incarnation(report.robot) == Some(report.incarnation)
-            && barrier.tick() == report.tick;
-        if !is_due {
+        if !self.simulation.records_allocation_messages() || !self.is_due(report) {
             return false;
         }
         match self.overheard.check(report) {

@@ -69,8 +69,9 @@ impl Simulation {
     /// # Errors
     /// If the order is invalid, or would have no effect at once or in this run; the text contains a remedy.
     pub fn order_by_hand(&mut self, order: Order, is_stopped: bool) -> Result<Armed, Problem> {
-        let limit_s = self.setup.scenario.limit_s;
-        order.beyond_limit(limit_s).map_or(Ok(()), Err)?;
+        let scenario = &self.setup.scenario;
+        let late = order.beyond_limit(scenario.limit_s, scenario.step_ms);
+        late.map_or(Ok(()), Err)?;
         self.check_target(&order, is_stopped)?;
         self.refusal(&order).map_or(Ok(()), Err)?;
         self.order(order)
@@ -263,6 +264,7 @@ impl Simulation {
     pub(super) fn execute_command(&mut self, command: QueuedCommand) {
         let moment = (self.order_index > 0).then_some(self.order_index);
         self.order_index += 1;
+        self.schedule.begin_command();
         match command {
             QueuedCommand::Order(order) => {
                 self.inputs.push(Input::Order {

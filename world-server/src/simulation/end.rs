@@ -17,7 +17,7 @@ impl Simulation {
     pub fn end_if_idle(&mut self) {
         if self.outcome.is_none() && self.barrier.is_idle() {
             // The faults that were due in this tick count.
-            self.schedule.end_tick();
+            self.schedule.end_idle_tick();
             self.outcome = Some(Outcome::NoRobotLeft);
         }
     }

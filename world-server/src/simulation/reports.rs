@@ -53,14 +53,28 @@ impl Simulation {
 
     /// Keeps a broadcast of an external controller before the report that lists it, for the check of that report and for the log.
     pub fn keep_broadcast(&mut self, broadcast: Broadcast) {
-        // Each sender has its own limit, so that no controller displaces the broadcasts of another one.
-        let of_sender = |kept: &&Broadcast| kept.sender == broadcast.sender;
+        // Each index is kept once, so that no broadcast displaces another one.
+        let is_same =
+            |kept: &Broadcast| (kept.sender, kept.index) == (broadcast.sender, broadcast.index);
         if self.has_external_controller(broadcast.sender)
+            && self.barrier.incarnation(broadcast.sender) == Some(broadcast.incarnation)
             && broadcast.tick == self.tick()
-            && self.broadcasts.iter().filter(of_sender).count() < usize::from(MAX_BROADCASTS)
+            && broadcast.index < MAX_BROADCASTS
+            && !self.broadcasts.iter().any(is_same)
         {
             self.broadcasts.push(broadcast);
         }
+    }
+
+    /// Returns the number of broadcasts that an external controller's report lists and that have arrived, before the first
+    /// gap.
+    #[must_use]
+    pub fn arrived_broadcasts(&self, report: &Report) -> u16 {
+        let has_arrived = |index: &u16| {
+            let mut sent = self.sent_before(report);
+            sent.any(|broadcast| broadcast.index == *index)
+        };
+        (0..report.broadcasts).take_while(has_arrived).count() as u16
     }
 
     /// Records the contents of allocators' messages from now on. [`Simulation::keep_allocation_message`] adds them.
@@ -75,7 +89,7 @@ impl Simulation {
     }
 
     /// Keeps a broadcast for the log if it is a message of an allocator, before the report that lists it. A repeated answer
-    /// sends its messages again. Each sender has its own limit, as in [`Simulation::keep_broadcast`].
+    /// sends its messages again. Each sender has its own limit, so that none displaces the messages of another one.
     pub fn keep_allocation_message(&mut self, broadcast: &Broadcast) {
         let tick = self.tick();
         let sender = broadcast.sender.index();

@@ -125,6 +125,68 @@ fn messages_of_one_robot_do_not_displace_those_of_another_in_the_log() {
     assert_eq!(of(BLUE).count(), 256, "the limit of broadcasts in a tick");
 }
 
+/// The log does not contain the orders of the tick in which no robot is left. A replay knows only the faults that were due.
+#[test]
+fn orders_in_the_tick_without_robots_are_not_in_the_log() {
+    let mut setup = default_setup(1);
+    let mute = |at_s: f64| Order {
+        at_s: Some(at_s),
+        ..Order::now(Fault::Mute("blue".to_owned()))
+    };
+    setup.scenario.faults.timeline = vec![mute(0.1)];
+    let mut simulation = start(setup);
+    stand_still(&mut simulation);
+    for rank in 0..simulation.setup().scenario.robots.len() {
+        simulation.agent_lost(RobotId(rank as u16), 1);
+    }
+    // The tick of the losses, and the one after it.
+    assert_eq!(simulation.next_recipient(), None);
+    simulation.finish();
+    assert!(simulation.record(&mut Unrecorded).unwrap());
+    assert_eq!(simulation.next_recipient(), None);
+    for at_s in [300.0, 301.0] {
+        simulation.order(mute(at_s)).unwrap();
+    }
+    assert_eq!(simulation.faults().len(), 3);
+    simulation.end_if_idle();
+    let applied: Vec<bool> = simulation
+        .ending()
+        .faults
+        .iter()
+        .map(|fault| fault.applied_ms.is_some())
+        .collect();
+    assert_eq!(applied, [true]);
+}
+
+#[test]
+fn a_report_counts_with_the_broadcasts_before_the_first_gap() {
+    let mut setup = default_setup(1);
+    setup.scenario.robots[BLUE.index()].controller = Some("liar".to_owned());
+    let mut simulation = start(setup);
+    let robot = std::iter::from_fn(|| simulation.next_recipient())
+        .find(|robot| *robot == BLUE)
+        .unwrap();
+    // A flood of other numbers, and another incarnation.
+    for index in (1000..2000).chain([1, 1, 0, 3]) {
+        simulation.keep_broadcast(message_of(robot, index, 1));
+    }
+    let other = Broadcast {
+        incarnation: 2,
+        ..message_of(robot, 2, 1)
+    };
+    simulation.keep_broadcast(other);
+    let arrived = [0, 1, 2, 3, 4].map(|broadcasts| {
+        let report = Report {
+            robot,
+            incarnation: 1,
+            broadcasts,
+            ..Report::default()
+        };
+        simulation.arrived_broadcasts(&report)
+    });
+    assert_eq!(arrived, [0, 1, 2, 2, 2]);
+}
+
 #[test]
 fn an_external_controller_cannot_fill_the_log_without_limit() {
     let mut setup = default_setup(1);

@@ -365,7 +365,7 @@ impl<'m, 'a> Map<'m, 'a> {
         let distance = width * f64::from(px(0.5)) / f64::from(across.max(1));
         let mut before: Option<&TrackPoint> = None;
         for part in track.chunk_by(|a, b| a.carrying == b.carrying) {
-            let points = before.into_iter().chain(part).map(|at| at.position);
+            let points = before.into_iter().chain(part).map(TrackPoint::position);
             let points: Vec<(f64, f64)> = points.collect();
             before = part.last();
             let width_px = if part[0].carrying { LADEN_PX } else { EMPTY_PX };
@@ -386,7 +386,7 @@ impl<'m, 'a> Map<'m, 'a> {
         let mark = |mark: Mark, place: &TrackPoint, color| {
             mark.draw_sized(
                 self.area,
-                plot.map_coordinate(&place.position),
+                plot.map_coordinate(&place.position()),
                 color,
                 radius_px,
             )
@@ -409,7 +409,7 @@ impl<'m, 'a> Map<'m, 'a> {
         let robots = self.run.history.robots.iter().enumerate();
         let ends = robots.filter_map(|(rank, robot)| {
             let last = track(self.run, rank, &self.run.window).last()?;
-            let at = self.chart.plotting_area().map_coordinate(&last.position);
+            let at = self.chart.plotting_area().map_coordinate(&last.position());
             Some((vec![robot.name.clone()], at))
         });
         beside(self.area, &ends.collect::<Vec<_>>(), px(6.0))

@@ -232,6 +232,24 @@ fn a_handover_counts_from_the_latest_effect() {
 }
 
 #[test]
+fn one_of_several_losses_with_a_takeover() {
+    let made = Made::of(
+        60.0,
+        "
+        gold 10 30 top
+        green 0 20 -
+        blue 0 45 -
+        blue 45 60 top
+        20 gone green
+        30 gone gold
+        ",
+    );
+    let sentence = "2 losses of robots, 1 of them at a task; 1 task was taken over, after 15.00 s.";
+    let page = made.page();
+    assert!(page.contains(sentence), "{page}");
+}
+
+#[test]
 fn a_robot_alone_and_a_run_without_a_tick() {
     let alone = |scenario: &mut Scenario| {
         scenario.robots = vec![Robot {

@@ -181,7 +181,9 @@ impl Plan {
         disjoint(&file, &columns)?;
         let mut notes = Vec::new();
         let mut note = |at: String, scenario: &Scenario| {
-            let late = scenario.faults.beyond_limit(scenario.limit_s);
+            let late = scenario
+                .faults
+                .beyond_limit(scenario.limit_s, scenario.step_ms);
             for problem in late {
                 let text = format!("{at}: {problem}");
                 if !notes.contains(&text) {

@@ -30,7 +30,7 @@ pub(super) struct Appointments {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Round {
     /// The number of the cycle.
-    cycle: u32,
+    pub cycle: u32,
     /// The number within the cycle: first the rounds with any slot, then those with one slot for each robot.
     number: u64,
 }
@@ -99,8 +99,13 @@ impl Appointments {
         // Cycle n begins at 2^n - 1 lengths of the first cycle.
         let cycle = (now.0.checked_div(first_cycle)? + 1).ilog2();
         let since = now.0 - first_cycle * ((1 << cycle) - 1);
-        let number = since / (self.round.0 << cycle);
+        let number = since / self.length(cycle).0;
         Some(Round { cycle, number })
+    }
+
+    /// Returns the length of the rounds of a cycle.
+    pub fn length(&self, cycle: u32) -> SimTime {
+        SimTime(self.round.0 << cycle)
     }
 
     /// Returns those of some points, in ascending order, that have rounds.

@@ -103,6 +103,17 @@ impl Memory {
         })
     }
 
+    /// Returns the own tasks for which [`Memory::applicable`] returns `true`.
+    pub fn applicable_tasks(
+        &self,
+        briefing: &Briefing,
+        now: SimTime,
+    ) -> impl Iterator<Item = TaskId> {
+        let tasks = self.open.iter().map(|(task, _)| *task);
+        let tasks = tasks.zip(self.applicable(briefing, now));
+        tasks.filter_map(|(task, is_applicable)| is_applicable.then_some(task))
+    }
+
     pub fn merge(&mut self, briefing: &Briefing, mut new: ObservedFact) {
         let number = new.fact.point;
         let is_own = |task| self.open.binary_search_by_key(&task, |(task, _)| *task);

@@ -179,7 +179,10 @@ impl ServiceController {
         input: &ControllerInput<'_>,
         perception: &mut Perception,
     ) {
-        if let Some(point) = effect {
+        // Work on a point with a delivery, and its load, do not show that a way leads to the place of delivery.
+        if let Some(point) = effect
+            && self.briefing.terms(point).deliver_to.is_none()
+        {
             self.memory.failed.succeed(point);
         }
         if self.note_crew(effect, perception) {
@@ -347,7 +350,7 @@ impl MissionController for ServiceController {
         self.note_work(sensed.effect, input, perception);
         if self.briefing.has_terms() {
             self.close_expired(input.now);
-            self.update_appointment(self.robot, input.now);
+            self.update_appointment(input.position(), input.now);
         }
         let position = input.position();
         let can_go = position.is_some();

@@ -1,7 +1,8 @@
 //! Work at points where robots must work together.
 
+use glam::Vec2;
 use robot_agent::mission::Perception;
-use scenario::ids::{RobotId, TaskId};
+use scenario::ids::TaskId;
 use scenario::time::SimTime;
 
 use super::ServiceController;
@@ -78,15 +79,24 @@ impl ServiceController {
     }
 
     /// Gives a robot that has waited in vain its place in this round.
-    pub(super) fn update_appointment(&mut self, robot: RobotId, now: SimTime) {
-        let appointments = &self.briefing.appointments;
+    pub(super) fn update_appointment(&mut self, position: Option<Vec2>, now: SimTime) {
         let before = self.crew.appointment.take();
         if !self.crew.has_waited_in_vain {
             return;
         }
-        let Some(round) = appointments.round(now) else {
+        let Some(round) = self.briefing.appointments.round(now) else {
             return;
         };
+        if let Some((ended, appointment)) = before
+            && ended != round
+            && let Some(point) = self.working.filter(|point| appointment.is_at(*point))
+            && self.has_task_alone(position, now)
+        {
+            // The robots of the other slots may never come.
+            let half_ms = self.briefing.appointments.length(ended.cycle).0 / 2;
+            self.memory.failed.suspend(point, SimTime(half_ms), now);
+        }
+        let appointments = &self.briefing.appointments;
         let can_gather = |point| self.can_gather_at(point, now);
         let Some(point) = appointments.point(round, &self.crew.points, can_gather) else {
             return;
@@ -95,8 +105,22 @@ impl ServiceController {
             *of_round == round && appointment.concerns(point)
         };
         let slots = &self.briefing.slots;
-        let new = || (round, appointments.place(round, point, slots, robot));
+        let new = || (round, appointments.place(round, point, slots, self.robot));
         self.crew.appointment = before.filter(is_same).or_else(|| Some(new()));
+    }
+
+    /// Returns whether the robot could begin a task now for which it needs no other robot.
+    fn has_task_alone(&self, position: Option<Vec2>, now: SimTime) -> bool {
+        let from = position.map(|at| self.briefing.origin(at));
+        let slots = &self.briefing.slots;
+        let is_alone = |task: &TaskId| {
+            let slot = slots.of_task(*task);
+            slot.is_none_or(|(point, _)| slots.of_point(point).len() == 1)
+        };
+        let tasks = self.memory.applicable_tasks(&self.briefing, now);
+        tasks
+            .filter(is_alone)
+            .any(|task| self.may_begin(task, from.as_ref()))
     }
 
     /// Returns whether robots can work at one of the robot's points now.
