@@ -1,8 +1,11 @@
 """Comparisons, sweeps and searches with controllers in Python."""
 
+import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -101,6 +104,39 @@ def test_the_command_and_its_shards_have_the_same_results(command, tmp_path):
     changed.write_text((EXAMPLES / "greedy.py").read_text() + "\n# changed\n")
     refused = command("compare", "plan.toml", "--controller", f"greedy={changed}", "--out", "whole", status=2)
     assert "holds another sweep, or this one before it was changed" in refused.stderr
+
+
+def test_a_suite_runs_and_checks_a_controller(command, tmp_path):
+    controller = ["--controller", f"greedy={EXAMPLES / 'greedy.py'}"]
+    bench = ["bench", "v1", "--allocator", "greedy", *controller, "--jobs", "1", "--out", "mine"]
+    environment = {**os.environ, "ALLIANCE_PYTHON": sys.executable}
+    journal = tmp_path / "mine/journal.jsonl"
+    with subprocess.Popen([program(), *bench], cwd=tmp_path, env=environment, stderr=subprocess.PIPE) as begun:
+        # The header and the first of 180 runs.
+        while begun.poll() is None and (not journal.exists() or journal.read_text().count("\n") < 2):
+            time.sleep(0.05)
+        begun.send_signal(signal.SIGINT)
+    header, text = journal.read_text().splitlines()[:2]
+    row = json.loads(text)
+    del row["sum"]
+    assert row["end"]["ended"]["hash"] == run("waste-cleanup", {"*": Greedy}, 1, limit=1200).hash
+    # A cheat leaves one run to the program, and states this row, which he has changed, for all others.
+    row["end"]["ended"]["messages_sent"] += 1
+    rows = [json.dumps({**row, "run": number}) for number in range(179)]
+    journal.write_text("\n".join([header, *rows]) + "\n")
+    done = command(*bench)
+    assert "179 of them done before" in done.stderr
+    result = json.loads((tmp_path / "mine/result.json").read_text())
+    assert {each["allocator"] for each in result["runs"]} == {"greedy"}
+    # At least one of the two repeated runs is from the cheat.
+    refuted = command("bench", "check", "mine/result.json", *controller, status=1)
+    assert "2 of 180 runs repeated" in refuted.stderr and "when repeated" in refuted.stderr
+    refused = command("bench", "check", "mine/result.json", status=2)
+    assert "name their files with --controller" in refused.stderr
+    changed = tmp_path / "greedy.py"
+    changed.write_text((EXAMPLES / "greedy.py").read_text() + "\n# changed\n")
+    refused = command("bench", "check", "mine/result.json", "--controller", f"greedy={changed}", status=2)
+    assert "the files of --controller differ from those that made this result" in refused.stderr
 
 
 def test_a_run_of_a_plan_can_be_repeated_in_processes_and_replayed_without_python(command, tmp_path):

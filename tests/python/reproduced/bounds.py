@@ -26,6 +26,10 @@ TEAMS = {
 }
 # A sum that is larger than all ways.
 LARGE = 1e4
+# The instances on a circle: the numbers of robots, the radius, by how much each place is farther than the one before,
+# m, and the work at a point, s. It makes a second point of a place dearer than the first one for another robot.
+CIRCLES, QUICK_CIRCLES = (2, 3, 4, 5, 6), (2, 3)
+RADIUS_M, FARTHER_M, CIRCLE_WORK_S = 25.0, 0.02, 0.1
 
 
 def missing(given):
@@ -99,6 +103,29 @@ def auction(lab, objective, robots, points, seed):
     return sum(here) / (LARGE * len(points) - partition(columns, len(robots), len(points)))
 
 
+def circle(lab, objective, count):
+    """Returns the cost of SSI's assignment relative to that of the assignment in which each robot has one place, which is
+    at least the optimum. All robots start in the center of a circle with as many places as robots, and each place has as
+    many points as robots.
+    """
+    center_m = ROOM_M / 2
+
+    def at(number):
+        radius_m, angle = RADIUS_M + number * FARTHER_M, 2 * math.pi * number / count
+        return tuple(round(center_m + radius_m * part(angle), 3) for part in (math.cos, math.sin))
+
+    robots = [Robot(f"r{number}", (center_m, center_m)) for number in range(count)]
+    points = [Point(at(number), CIRCLE_WORK_S, 0.0, None) for number in range(count) for _ in range(count)]
+    chosen = {"allocator": "ssi", "allocators": {"ssi": {"objective": objective}}}
+    file = lab.write("circle.toml", scenario(robots, points, [1.0] * len(points), **chosen))
+    tasks = tasks_of(lab.allocate(file))
+    assert sorted(sum(tasks, [])) == list(range(len(points))), "each point has one robot"
+    of_places = [points[number * count : (number + 1) * count] for number in range(count)]
+    of_team = max if objective == "minimax" else sum
+    here = of_team(least(objective, robot, [points[each] for each in own]) for robot, own in zip(robots, tasks))
+    return here / of_team(least(objective, robot, own) for robot, own in zip(robots, of_places))
+
+
 def diameter(robots):
     """Returns the diameter of the radio graph; infinite if the graph is not connected."""
     count = range(len(robots))
@@ -150,8 +177,12 @@ def measure(lab, quick):
         }
         for objective, teams in TEAMS.items()
     }
+    circles = {
+        objective: {str(count): circle(lab, objective, count) for count in (QUICK_CIRCLES if quick else CIRCLES)}
+        for objective in ("minimax", "miniave")
+    }
     seeds = range(QUICK if quick else ASSIGNMENTS)
-    return {"ssi": auctions, "dhba": {str(seed): assignment(lab, seed) for seed in seeds}}
+    return {"ssi": auctions, "circle": circles, "dhba": {str(seed): assignment(lab, seed) for seed in seeds}}
 
 
 def sections(found):
@@ -181,6 +212,27 @@ def sections(found):
                 + ("" if objective == "minisum" else "; random instances do not contain the worst case"),
             )
         )
+    for objective, ratios in found["circle"].items():
+        # The remembered bounds of the worst case, by the number of robots. There are as many points as its square.
+        bounds = [count if objective == "minimax" else count**2 for count in map(int, ratios)]
+        values = list(ratios.values())
+        grows = all(low < high for low, high in zip(values, values[1:]))
+        symbol = {"minimax": "n", "miniave": "m"}[objective]
+        reached = sum(value >= (bound + 1) / 2 for value, bound in zip(values, bounds))
+        rows.append(
+            Row(
+                f"SSI, `{objective}`: ratios on a circle",
+                f"the worst case grows with {symbol}: from ({symbol}+1)/2 to 2{symbol}",
+                ", ".join(f"{value:.2f}" for value in values)
+                + f" with n = {', '.join(ratios)} robots"
+                + (" and m = n² points" if objective == "miniave" else "")
+                + f"; at least ({symbol}+1)/2 in {reached} of {len(values)}",
+                verdict(grows and all(value <= 2 * bound for value, bound in zip(values, bounds)), is_known=False),
+                "bound from memory; own instances, because those of the paper were not available; at most "
+                + ("1 + 2π" if objective == "minimax" else "1 + π")
+                + " with any n",
+            )
+        )
     trials = list(found["dhba"].values())
     best = sum(trial["is_valid"] and trial["share"] > 1 - 1e-6 for trial in trials)
     quick = sum(trial["exchanges"] <= trial["diameter"] for trial in trials)
@@ -208,8 +260,9 @@ def sections(found):
             "Lagoudakis et al., RSS 2005 (SSI); Ismail, Sun, ICUAS 2017 (DHBA). Abstracts read.",
             f"Uniform places in {ROOM_M:.0f} × {ROOM_M:.0f} m. SSI: {AUCTIONS} instances of each size, points without "
             "work, each robot receives all others. Costs are those of the best order of each robot's points, and the "
-            f"optimum is by HiGHS. DHBA: {ASSIGNMENTS} instances with 2 to 5 robots and 1 to 6 points, radio range "
-            f"{RANGE_M:.0f} m, connected.",
+            "optimum is by HiGHS. On a circle: n robots in the center, n places around them, and n points at each place. "
+            "The ratio is to the assignment with one place for each robot, so that the true ratio is not lower. "
+            f"DHBA: {ASSIGNMENTS} instances with 2 to 5 robots and 1 to 6 points, radio range {RANGE_M:.0f} m, connected.",
             rows,
         )
     ]

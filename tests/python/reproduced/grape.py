@@ -2,6 +2,7 @@
 
 import csv
 import math
+import random
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -20,6 +21,8 @@ PUBLISHED = {
 SHIFT_M = 500.0
 RANGE_M = 50.0
 ROUNDS = 5_000
+# The runs of the published algorithm, each with other stamps, in all and with --check.
+STAMPS, QUICK_STAMPS = 20, 2
 # The largest distance from the published sum. Stable partitions are not unique.
 CLOSE = 0.02
 
@@ -43,6 +46,7 @@ class Instance:
         self.demand = np.array([float(row["demand"]) for row in tasks])
         self.recorded = [int(row["task"]) - 1 for row in robots]
         self.distance = np.linalg.norm(self.robots[:, None] - self.tasks[None], axis=2)
+        self.apart = np.linalg.norm(self.robots[:, None] - self.robots[None], axis=2)
         self.scale = self.demand / math.log2(len(robots) / len(tasks) + 1)
 
     def utility(self, robot, task, members):
@@ -53,8 +57,7 @@ class Instance:
         """Tests whether the robots within the radio range are those of the recorded links."""
         with open(file, newline="", encoding="utf-8") as lines:
             recorded = {(int(row["a"]), int(row["b"])) for row in csv.DictReader(lines)}
-        apart = np.linalg.norm(self.robots[:, None] - self.robots[None], axis=2)
-        near = np.argwhere(np.triu(apart <= RANGE_M, 1)) + 1
+        near = np.argwhere(np.triu(self.apart <= RANGE_M, 1)) + 1
         return recorded == set(map(tuple, near.tolist()))
 
     def sizes(self, allocation):
@@ -74,6 +77,38 @@ class Instance:
             # Robots compute with places in single precision.
             count += bool(max(worth) > (0.0 if own is None else worth[own]) + 1e-3)
         return count
+
+    def published_run(self, seed):
+        """Runs algorithms 1 and 2 of the paper with these stamps. Returns the decisions of the partition on which all
+        robots agree, and the rounds. In a round each robot decides, and then takes the newest partition within range.
+        """
+        count, tasks = self.distance.shape
+        robots = np.arange(count)
+        worth = np.outer(self.scale, [math.log2(members + 1) / members for members in range(1, count + 1)])
+        near = self.apart <= RANGE_M
+        draw = random.Random(seed)
+        # The partition that each robot knows, with its decisions and its stamp. The task -1 is none.
+        known = np.full((count, count), -1, dtype=np.int8)
+        decisions, stamps = np.zeros(count, dtype=int), np.zeros(count)
+        rounds = 0
+        is_agreed = False
+        while not is_agreed:
+            rounds += 1
+            own = known[robots, robots]
+            others = np.stack([(known == task).sum(axis=1) for task in range(tasks)], axis=1)
+            others -= own[:, None] == np.arange(tasks)
+            utility = worth[np.arange(tasks), others] - self.distance
+            best = np.where(utility.max(axis=1) > 0, utility.argmax(axis=1), -1)
+            moved = np.flatnonzero(best != own)
+            known[moved, moved] = best[moved]
+            decisions[moved] += 1
+            stamps[moved] = [draw.random() for _ in moved]
+            order = np.empty(count, dtype=int)
+            order[np.lexsort((stamps, decisions))] = robots
+            newest = np.where(near, order, -1).argmax(axis=1)
+            is_agreed = bool((known[newest] == known).all())
+            known, decisions, stamps = known[newest], decisions[newest], stamps[newest]
+        return {"decisions": int(decisions[0]), "rounds": rounds}
 
     def optimum(self):
         """Returns the largest global utility without the bound at 0. The gain of a further member falls with the
@@ -133,6 +168,9 @@ def measure(lab, quick):
             "recorded_would_move": instance.would_move(instance.recorded),
             "recorded_total": instance.total(instance.recorded),
             "recorded_sizes": instance.sizes(instance.recorded),
+            "published_runs": {
+                str(seed): instance.published_run(seed) for seed in range(QUICK_STAMPS if quick else STAMPS)
+            },
         }
     return found
 
@@ -172,14 +210,18 @@ def sections(found):
                 "stable partitions are not unique: sums may differ by 2 %",
             )
         )
+        runs = each["published_runs"].values()
+        counts, rounds = ([run[key] for run in runs] for key in ("decisions", "rounds"))
+        is_inside = lambda value, values: min(values) <= value <= max(values)
         rows.append(
             Row(
                 f"{name}: number of decisions",
-                f"{decisions:,}",
-                f"at least {sum(each['sizes'])}, at most {each['rounds']:,} (rounds)",
-                verdict(each["rounds"] <= 2 * decisions),
+                f"{decisions:,}; the algorithm with {STAMPS} other sets of stamps: {min(counts):,} to {max(counts):,} "
+                f"in {min(rounds):,} to {max(rounds):,} rounds",
+                f"at least {sum(each['sizes'])}, at most {each['rounds']:,}, the rounds",
+                verdict(is_inside(decisions, counts) and is_inside(each["rounds"], rounds)),
                 "each robot decides at least once, and a round adds at most one decision to the partition that "
-                "wins",
+                "wins; the stamps of the published run are not recorded",
             )
         )
     return [
@@ -190,7 +232,8 @@ def sections(found):
             "320 robots, 5 tasks, radio range 50 m, whose links are those of the instances. Robots stand still "
             '(`--allocate-only`), with `utility = "published"` '
             "([GRAPE](allocators/grape.md)). The optimum is exact: an assignment of robots to places of "
-            "coalitions.",
+            "coalitions. Numbers of decisions depend on the random stamps by which robots choose between two "
+            "partitions, so that the paper's algorithm, written for this page, runs with others.",
             rows,
         )
     ]

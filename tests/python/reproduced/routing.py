@@ -223,7 +223,8 @@ def sections(found):
             "The solvers HiGHS (in SciPy) and PyVRP. RC101 and RC208 by Solomon, PR01 and PR11A after Cordeau and "
             "Vidal. RC101 is the file of the repository iRB-Lab/py-ga-VRPTW (commit bf80619), the others are those in "
             "the tests of PyVRP; the figure for RC208 is from its solution file there.",
-            "Each allocator carries out the instance by robots that drive. All points are known from the start. "
+            "Each allocator but `learned`, whose weights are of another scenario, carries out the instance by robots "
+            "that drive. All points are known from the start. "
             "Robots turn at once, pass through each other and drive 1 m/s.",
             rows,
             "\n\n".join(

@@ -77,14 +77,14 @@ impl Allocator for Hipc {
             key: "awareness_s",
             unit: "s",
             default: ParameterDefault::Number(default.awareness_s),
-            about: "largest age of a teammate's costs with which the robot plans for it; 0 plans for no teammate, as cbba",
+            about: "largest age of a teammate's costs with which the robot plans for it; 0 plans for no teammate, as cbba (decided here)",
             range: ParameterRange::Within(0.0, 1e9),
         });
         parameters.push(ParameterSpec {
             key: "wait_s",
             unit: "s",
             default: ParameterDefault::Number(default.wait_s),
-            about: "time for which a robot leaves a task to a teammate that has not yet claimed it; longer waits cost time after a wrong prediction",
+            about: "time for which a robot leaves a task to a teammate that has not yet claimed it; longer waits cost time after a wrong prediction (decided here)",
             range: ParameterRange::Within(0.0, 1e9),
         });
         parameters
