@@ -33,6 +33,6 @@ echo "|---|---|---|---|---|---|---|---|"
 sed -n 's/^    ("\(.*\)", "\(.*\)"),$/\1 \2/p' robot-agent/src/broken.rs | while read -r rule allocator; do
     hunt "$allocator" "$rule" </dev/null
 done
-for allocator in ble murdoch cbba acbba grape l-alliance first-come nearest alliance; do
+for allocator in ble murdoch cbba acbba ssi pi hipc dhba grape l-alliance first-come nearest alliance; do
     hunt "$allocator" "" </dev/null
 done

@@ -8,7 +8,7 @@
 pub const VARIABLE: &str = "ALLIANCE_BROKEN_RULE";
 
 /// The broken rules, each with its allocator.
-pub const RULES: [(&str, &str); 14] = [
+pub const RULES: [(&str, &str); 22] = [
     ("ble-rows-never-age", "ble"),
     ("ble-ignores-other-rows", "ble"),
     ("ble-waits-for-a-row", "ble"),
@@ -18,6 +18,14 @@ pub const RULES: [(&str, &str); 14] = [
     ("cbba-broadcasts-only-changes", "cbba"),
     ("acbba-keeps-bids-of-lost-robots", "acbba"),
     ("acbba-ignores-reports-about-itself", "acbba"),
+    ("ssi-keeps-awards-of-lost-robots", "ssi"),
+    ("ssi-waits-for-all-bids", "ssi"),
+    ("pi-lost-tasks-stay-listed", "pi"),
+    ("pi-left-tasks-stay-claimed", "pi"),
+    ("hipc-keeps-claims-of-lost-robots", "hipc"),
+    ("hipc-leaves-tasks-for-ever", "hipc"),
+    ("dhba-rows-never-age", "dhba"),
+    ("dhba-ignores-other-rows", "dhba"),
     ("grape-decisions-are-not-counted", "grape"),
     ("l-alliance-is-never-bored", "l-alliance"),
     ("first-come-later-robot-stays", "first-come"),

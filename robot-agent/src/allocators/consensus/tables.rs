@@ -212,7 +212,9 @@ impl Tables {
         let mut any_lost = false;
         for part in &mut self.parts {
             while let Some(lost) = part.known.remove_silent(now, me.ceased_after) {
-                beliefs.remove_claims_of(lost, |entry| part.has(entry));
+                if !is_broken("hipc-keeps-claims-of-lost-robots") {
+                    beliefs.remove_claims_of(lost, |entry| part.has(entry));
+                }
                 any_lost = true;
             }
         }

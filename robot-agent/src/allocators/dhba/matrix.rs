@@ -11,6 +11,7 @@ use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use smallvec::SmallVec;
 
+use crate::broken::is_broken;
 use crate::by_rank::ByRank;
 
 /// The least number of teammates near a robot that report each row in a period, if as many are near. More: lost rows and
@@ -188,7 +189,7 @@ impl Matrix {
 
     /// Removes the teammates' rows without a sign of life for `tau`. Returns whether there were any.
     pub fn remove_silent(&mut self, me: RobotId, now: SimTime, tau: SimTime) -> bool {
-        if now.since(self.oldest) < tau {
+        if now.since(self.oldest) < tau || is_broken("dhba-rows-never-age") {
             return false;
         }
         let mut has_removed = false;

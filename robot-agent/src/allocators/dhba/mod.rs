@@ -13,7 +13,7 @@ mod tests;
 
 use proto::allocation::AllocationMessage;
 use proto::allocation::ble::EligibleTask;
-use proto::allocation::dhba::{MatrixPart, ROW_ENTRIES_MAX, RowVersion};
+use proto::allocation::dhba::{MatrixPart, MatrixRow, ROW_ENTRIES_MAX, RowVersion};
 use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
 use scenario::ParameterRange::Above;
@@ -25,6 +25,7 @@ use smallvec::SmallVec;
 use super::offers::{Offers, weigh};
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState, parameters};
+use crate::broken::is_broken;
 use assignment::Assignment;
 use matrix::{Matrix, Update};
 
@@ -133,7 +134,10 @@ impl Dhba {
                 };
                 let own = rows.iter().filter(|row| row.version.robot == self.me.robot);
                 own.for_each(|row| self.matrix.correct_own(self.me.robot, row, now));
-                for row in rows.iter().filter(|row| is_sound(&row.version)) {
+                let is_usable = |row: &&MatrixRow| {
+                    is_sound(&row.version) && !is_broken("dhba-ignores-other-rows")
+                };
+                for row in rows.iter().filter(is_usable) {
                     let entries = row.entries.iter().copied().filter(|entry| {
                         entry.task.index() < self.me.tasks
                             && entry.round <= now

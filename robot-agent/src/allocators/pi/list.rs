@@ -6,6 +6,7 @@ use smallvec::SmallVec;
 
 use super::impact::{Costs, bid};
 use crate::allocators::consensus::winners::Winners;
+use crate::broken::is_broken;
 
 /// The number of times that a robot may take a task from teammates between two rebuilds of its list. Impacts change
 /// with the lists, so that two robots could otherwise take tasks from each other without end.
@@ -83,7 +84,9 @@ impl TaskList {
     pub fn update(&mut self, continues: bool, costs: &Costs<'_, '_>, beliefs: &mut Winners) {
         let before = self.held.clone();
         self.drop_impossible(costs, beliefs);
-        self.remove(costs, beliefs);
+        if !is_broken("pi-lost-tasks-stay-listed") {
+            self.remove(costs, beliefs);
+        }
         let any_won_back = self.win_back(costs, beliefs);
         self.include(continues, costs, beliefs);
         if self.held != before || any_won_back {
@@ -294,7 +297,9 @@ struct Opening {
 
 /// Withdraws the robot's claim to a task.
 fn disclaim(held: Held, beliefs: &mut Winners) {
-    if let Some(place) = held.place.filter(|&place| beliefs.is_mine(place)) {
+    if let Some(place) = held.place.filter(|&place| beliefs.is_mine(place))
+        && !is_broken("pi-left-tasks-stay-claimed")
+    {
         beliefs.set(place, None);
     }
 }

@@ -5,6 +5,7 @@ use scenario::ids::{Incarnation, RobotId};
 use scenario::time::SimTime;
 
 use crate::allocator::TaskBrief;
+use crate::broken::is_broken;
 use crate::by_rank::ByRank;
 
 /// The latest message of a teammate about an auction.
@@ -140,7 +141,8 @@ impl Auction {
                 .teammates
                 .iter()
                 .all(|(_, teammate)| has_answered(teammate));
-        is_complete || now.since(since) >= window
+        let is_late = now.since(since) >= window && !is_broken("ssi-waits-for-all-bids");
+        is_complete || is_late
     }
 
     /// Returns whether a teammate's bid still needs an answer of this robot.

@@ -25,6 +25,7 @@ use scenario::time::SimTime;
 use crate::allocator::unit::WorkUnit;
 use crate::allocator::utility::best;
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
+use crate::broken::is_broken;
 use auction::{Arrival, Auction};
 use awards::{Awards, Holder};
 pub use config::Config;
@@ -157,7 +158,9 @@ impl Ssi {
             self.auction.note_seen(sender, sent);
         }
         while let Some(lost) = self.auction.remove_silent(now, tau) {
-            self.awards.remove_holder(lost);
+            if !is_broken("ssi-keeps-awards-of-lost-robots") {
+                self.awards.remove_holder(lost);
+            }
         }
         has_newcomer
     }
