@@ -137,7 +137,7 @@ fn orders_in_the_tick_without_robots_are_not_in_the_log() {
     let mut simulation = start(setup);
     stand_still(&mut simulation);
     for rank in 0..simulation.setup().scenario.robots.len() {
-        simulation.agent_lost(RobotId(rank as u16), 1);
+        simulation.agent_lost(RobotId(rank as u32), 1);
     }
     // The tick of the losses, and the one after it.
     assert_eq!(simulation.next_recipient(), None);
