@@ -286,6 +286,21 @@ pub struct RobotParams {
 /// Values by the name of a teammate, shared by sets with equal values.
 pub type ByTeammate = Arc<BTreeMap<String, f64>>;
 
+/// The file form of [`ByTeammate`]: a map for each set.
+mod by_teammate {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::{Arc, BTreeMap, ByTeammate};
+
+    pub fn serialize<S: Serializer>(values: &ByTeammate, to: S) -> Result<S::Ok, S::Error> {
+        BTreeMap::serialize(values, to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<ByTeammate, D::Error> {
+        BTreeMap::deserialize(from).map(Arc::new)
+    }
+}
+
 /// The parameters of one behavior set of one robot (ALLIANCE.md §1). Meanings and units are those of
 /// [`DefaultAllianceParams`](crate::mission::data::DefaultAllianceParams).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -297,8 +312,10 @@ pub struct BehaviorParams {
     pub fast_impatience: f64,
     /// δ_slow by teammate, motivation/s. [`BehaviorParams::OTHERS`] stands for teammates that a large team does not
     /// list.
+    #[serde(with = "by_teammate")]
     pub slow_impatience: ByTeammate,
     /// φ by teammate, in the same way, s.
+    #[serde(with = "by_teammate")]
     pub willing_to_affect_s: ByTeammate,
     pub before_yielding_s: f64,
     pub before_giving_up_s: f64,
