@@ -81,14 +81,20 @@ def least(objective, robot, points):
     return min(map(cost, permutations(points)))
 
 
-def auction(lab, objective, robots, points, seed):
-    """Returns the cost of SSI's assignment relative to the optimum, each with the best order of each robot's points."""
-    robots, points = team(random.Random(seed), robots, points, (NO_WORK_S, NO_WORK_S))
+def auctioned(lab, objective, robots, points):
+    """Returns the points of each robot by SSI."""
     chosen = {"allocator": "ssi", "allocators": {"ssi": {"objective": objective}}}
     file = lab.write("bounds.toml", scenario(robots, points, [1.0] * len(points), **chosen))
     tasks = tasks_of(lab.allocate(file))
+    assert sorted(sum(tasks, [])) == list(range(len(points))), "each point has one robot"
+    return tasks
+
+
+def auction(lab, objective, robots, points, seed):
+    """Returns the cost of SSI's assignment relative to the optimum, each with the best order of each robot's points."""
+    robots, points = team(random.Random(seed), robots, points, (NO_WORK_S, NO_WORK_S))
+    tasks = auctioned(lab, objective, robots, points)
     numbers = range(len(points))
-    assert sorted(sum(tasks, [])) == list(numbers), "each point has one robot"
     sets = [each for count in numbers for each in combinations(numbers, count + 1)]
     paths = {
         (rank, each): least(objective, robot, [points[number] for number in each])
@@ -104,9 +110,9 @@ def auction(lab, objective, robots, points, seed):
 
 
 def circle(lab, objective, count):
-    """Returns the cost of SSI's assignment relative to that of the assignment in which each robot has one place, which is
-    at least the optimum. All robots start in the center of a circle with as many places as robots, and each place has as
-    many points as robots.
+    """Returns the cost of SSI's assignment relative to that of the assignment in which each robot has one place. That is
+    not less than the optimum. All robots start in the center of a circle with as many places as robots, and each place
+    has as many points as robots.
     """
     center_m = ROOM_M / 2
 
@@ -116,10 +122,7 @@ def circle(lab, objective, count):
 
     robots = [Robot(f"r{number}", (center_m, center_m)) for number in range(count)]
     points = [Point(at(number), CIRCLE_WORK_S, 0.0, None) for number in range(count) for _ in range(count)]
-    chosen = {"allocator": "ssi", "allocators": {"ssi": {"objective": objective}}}
-    file = lab.write("circle.toml", scenario(robots, points, [1.0] * len(points), **chosen))
-    tasks = tasks_of(lab.allocate(file))
-    assert sorted(sum(tasks, [])) == list(range(len(points))), "each point has one robot"
+    tasks = auctioned(lab, objective, robots, points)
     of_places = [points[number * count : (number + 1) * count] for number in range(count)]
     of_team = max if objective == "minimax" else sum
     here = of_team(least(objective, robot, [points[each] for each in own]) for robot, own in zip(robots, tasks))
@@ -260,9 +263,10 @@ def sections(found):
             "Lagoudakis et al., RSS 2005 (SSI); Ismail, Sun, ICUAS 2017 (DHBA). Abstracts read.",
             f"Uniform places in {ROOM_M:.0f} × {ROOM_M:.0f} m. SSI: {AUCTIONS} instances of each size, points without "
             "work, each robot receives all others. Costs are those of the best order of each robot's points, and the "
-            "optimum is by HiGHS. On a circle: n robots in the center, n places around them, and n points at each place. "
-            "The ratio is to the assignment with one place for each robot, so that the true ratio is not lower. "
-            f"DHBA: {ASSIGNMENTS} instances with 2 to 5 robots and 1 to 6 points, radio range {RANGE_M:.0f} m, connected.",
+            "optimum is by HiGHS. On a circle: n robots in the center, n places around them, and n points at each "
+            "place. The ratio is to the assignment with one place for each robot, so that the true ratio is not lower. "
+            f"DHBA: {ASSIGNMENTS} instances with 2 to 5 robots and 1 to 6 points, radio range {RANGE_M:.0f} m, "
+            "connected.",
             rows,
         )
     ]
