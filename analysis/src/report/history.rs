@@ -1,6 +1,6 @@
 //! The contents of a full or compact log, sorted by robot and behavior set into spans, times and levels.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, ScopedJoinHandle};
 
@@ -210,12 +210,16 @@ impl History {
     /// another kind of allocator, or the log is a summary.
     fn find_other_allocators(&mut self) {
         let (step, end) = (self.step, self.end);
+        let mut events_of: HashMap<&str, Vec<&EventRow>> = HashMap::new();
+        for event in &self.events {
+            events_of.entry(&event.robot).or_default().push(event);
+        }
         let others = self.robots.iter_mut();
         for robot in others.filter(|robot| !robot.has_motivations) {
             robot.measure = LevelUnit::Utility;
             let mut since = None;
             let mut state_since = vec![None; robot.sets.len()];
-            for event in self.events.iter().filter(|row| row.robot == robot.name) {
+            for event in events_of.get(&*robot.name).into_iter().flatten() {
                 let at = event.t_ms;
                 match event.kind.as_str() {
                     "joined" | "back" => since = Some(at),

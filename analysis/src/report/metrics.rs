@@ -1,5 +1,7 @@
 //! The metrics of a report. `page` contains their definitions.
 
+use std::collections::HashMap;
+
 use proto::tick::Outcome;
 use run_log::{RobotFigures, RunFile, RunOutcome};
 use scenario::ids::TaskId;
@@ -8,6 +10,7 @@ use scenario::time::SimTime;
 
 use super::failures::{Failure, failures};
 use super::history::History;
+use super::robot_history::{RobotHistory, SetHistory};
 use super::spans::Spans;
 use super::takeovers::event_line;
 use observation::stints::Stint;
@@ -119,18 +122,30 @@ impl Metrics {
         let Found { stints, takeovers } = find_all(&history.setup, events, history.end);
         let failures = failures(history, &stints, &takeovers);
         let ended = matches!(run.outcome, RunOutcome::Ended(_));
-        let robots = (0..history.robots.len())
-            .map(|rank| {
-                let figures = run.result.robots.get(&history.robots[rank].name);
-                robot(history, rank, figures.filter(|_| ended))
-            })
-            .collect();
+        // By name and by task, because a search for each robot and task would be quadratic.
+        let mut activations: HashMap<&str, u32> = HashMap::new();
+        for event in history.events_of("activated") {
+            *activations.entry(&event.robot).or_default() += 1;
+        }
+        let robots = history.robots.iter().map(|robot| {
+            let figures = run.result.robots.get(&robot.name).filter(|_| ended);
+            let activations = activations.get(&*robot.name).copied();
+            robot_metrics(robot, activations.unwrap_or_default(), figures)
+        });
+        let robots = robots.collect();
+        let mut work = vec![TaskWork::default(); history.catalog.tasks.len()];
+        for set in history.robots.iter().flat_map(|robot| &robot.sets) {
+            work[set.task.index()].sets.push(set);
+        }
+        for stint in &stints {
+            work[stint.task.index()].stints.push(stint);
+        }
         Self {
             makespan: (run.outcome == RunOutcome::Ended(Outcome::Complete)).then_some(history.end),
             robots,
             tasks: history
                 .tasks()
-                .map(|id| task(history, id, &stints))
+                .map(|id| task_metrics(history, id, &work[id.index()]))
                 .collect(),
             recurring: recurring(history),
             failures,
@@ -140,15 +155,22 @@ impl Metrics {
     }
 }
 
-fn robot(history: &History, rank: usize, figures: Option<&RobotFigures>) -> RobotMetrics {
-    let robot = &history.robots[rank];
-    let activated = history
-        .events_of("activated")
-        .filter(|event| event.robot == robot.name);
+/// The behavior sets of all robots for a task, and the stints at it.
+#[derive(Clone, Default)]
+struct TaskWork<'a> {
+    sets: Vec<&'a SetHistory>,
+    stints: Vec<&'a Stint>,
+}
+
+fn robot_metrics(
+    robot: &RobotHistory,
+    activations: u32,
+    figures: Option<&RobotFigures>,
+) -> RobotMetrics {
     RobotMetrics {
         present: robot.present.total(),
         idle: robot.present.without(&robot.active()).total(),
-        activations: activated.count() as u32,
+        activations,
         sent: figures.map(|figures| SentTotals {
             messages: figures.messages_sent,
             bytes: figures.bytes_sent,
@@ -156,13 +178,10 @@ fn robot(history: &History, rank: usize, figures: Option<&RobotFigures>) -> Robo
     }
 }
 
-fn task(history: &History, task: TaskId, stints: &[Stint]) -> TaskMetrics {
-    let sets = || history.behaviors_for(task).map(|(_, set)| set);
-    let mut productive: Vec<_> = stints
-        .iter()
-        .filter(|stint| stint.task == task)
-        .map(Stint::productive)
-        .collect();
+fn task_metrics(history: &History, task: TaskId, work: &TaskWork<'_>) -> TaskMetrics {
+    let sets = || work.sets.iter();
+    let stints = work.stints.iter();
+    let mut productive: Vec<_> = stints.map(|stint| stint.productive()).collect();
     productive.sort_by_key(|span| span.from);
     let applicable = Spans::in_at_least(1, sets().map(|set| &set.applicable));
     let executed = Spans::in_at_least(1, sets().map(|set| &set.active));

@@ -18,6 +18,8 @@ use terminal::stderr_line;
 
 use super::plan::RunPlan;
 
+/// The largest number of robots in the table.
+const ROBOTS: usize = 100;
 /// The maximum number of takeovers in the result.
 const TAKEOVERS: usize = 20;
 
@@ -52,6 +54,9 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
         return Ok(());
     }
     stderr_line!("{}", robots(plan, run).trim_fmt());
+    if let Some(others @ 1..) = run.result.robots.len().checked_sub(ROBOTS) {
+        stderr_line!("and {others} more robots; run.json has their figures");
+    }
     let result = &run.result;
     let real_s = host["running_s"].as_f64().unwrap_or_default();
     let ticks_per_s = host["ticks_per_s"].as_f64().unwrap_or_default();
@@ -196,6 +201,7 @@ fn robots(plan: &RunPlan, run: &RunFile) -> Table {
     let robots = plan.setup.scenario.robots.iter();
     let robots: Vec<_> = robots
         .filter_map(|robot| Some((robot.name.clone(), run.result.robots.get(&robot.name)?)))
+        .take(ROBOTS)
         .collect();
     // All robots have the same mission figures.
     let mission_names = robots.first().map(|(_, first)| first.mission.iter());

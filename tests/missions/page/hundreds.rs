@@ -12,7 +12,12 @@ const ROBOTS: usize = 300;
 #[must_use]
 fn open(lab: &Lab, browser: &Browser) -> Process {
     let mission = "--robots 300 --spills 200 --limit 2 --log summary --in-process";
-    lab.mission("run", mission).expect(1);
+    let told = lab.mission("run", mission).expect(1).stderr;
+    assert!(told.contains("\nand 200 more robots; run.json"), "{told}");
+    assert!(
+        told.contains("\nr100 ") && !told.contains("\nr101 "),
+        "{told}"
+    );
     let (view, page) = watch(lab, "run");
     browser.open(&page.link());
     browser.wait_for("window.alliance?.view");
