@@ -103,19 +103,18 @@ async function startLive(tick) {
   return { run, url };
 }
 
-/** Waits for a tick of the live run. The ids of its processes differ from run to run, so the picture has others. */
-const liveAt = (tick) => async (tab) => {
-  await until(() => tab.evaluate(`document.body.dataset.tick === "${tick}"`), 300);
-  await sleep(1000);
-  await tab.evaluate(`(() => {
-    const pids = [alliance.run.run.match(/\\d+$/)[0], ...alliance.view.robots.map(({ pid }) => String(pid))];
-    const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-    while (texts.nextNode()) {
-      const text = texts.currentNode;
-      text.data = text.data.replace(/\\d{2,}/, (number) => pids.includes(number) ? 4100 + pids.indexOf(number) : number);
-    }
-  })()`);
-};
+/** Waits for a tick of the live run. */
+const liveAt = (tick) => (tab) => until(() => tab.evaluate(`document.body.dataset.tick === "${tick}"`), 300);
+
+/** Replaces the ids of the live run's processes, which differ from run to run. */
+const hidePids = (tab) => tab.evaluate(`(() => {
+  const pids = [alliance.run.run.match(/\\d+$/)[0], ...alliance.view.robots.map(({ pid }) => String(pid))];
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (texts.nextNode()) {
+    const text = texts.currentNode;
+    text.data = text.data.replace(/\\d{2,}/, (number) => pids.includes(number) ? 4100 + pids.indexOf(number) : number);
+  }
+})()`);
 
 // The film of the README shows the same run.
 writeFileSync(join(work, "mission.toml"), readFileSync(new URL("make.sh", import.meta.url), "utf8").match(/SCENARIO'\n(.*?)SCENARIO/s)[1]);
@@ -132,11 +131,11 @@ const PICTURES = [
   { name: "playground-gallery", size: TABLET, url: playground, act: (tab) => tab.evaluate("document.querySelector('#open-gallery').click()") },
   { name: "playground-editor", size: DESKTOP, url: playground, act: edit },
   // Last, because its run takes some seconds.
-  { name: "page-live", size: LAPTOP, url: live.url, act: liveAt(LIVE_TICK) },
+  { name: "page-live", size: LAPTOP, url: live.url, act: liveAt(LIVE_TICK), finish: hidePids },
 ];
 
 await withChromium(DESKTOP, async (tab) => {
-  for (const { name, size, theme = "light", url, act } of PICTURES) {
+  for (const { name, size, theme = "light", url, act, finish } of PICTURES) {
     const [width, height] = size;
     const mobile = width < 900;
     await tab.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile });
@@ -149,6 +148,7 @@ await withChromium(DESKTOP, async (tab) => {
     // The notices disappear, and the last picture is drawn.
     await until(() => tab.evaluate("document.querySelectorAll('.notice').length === 0"));
     await sleep(1000);
+    await finish?.(tab);
     const { data } = await tab.send("Page.captureScreenshot", { format: "png" });
     writeFileSync(join(folder, `${name}.png`), Buffer.from(data, "base64"));
     console.log(`${name}.png: ${width} x ${height}`);

@@ -16,7 +16,7 @@ const SQUARE_PX: usize = 16;
 /// The least difference of a red, green or blue value that counts, of 255. Edges of letters differ less.
 const LEAST_DIFFERENCE: u8 = 48;
 /// The largest share of different pixels of an equal square. Digits of times and the ends of trails may differ.
-const SHARE_MAX: f64 = 0.3;
+const SHARE_MAX: f64 = 0.4;
 
 /// A screenshot. `rows` contains red, green and blue of each pixel.
 struct Screenshot {
