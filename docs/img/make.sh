@@ -1,7 +1,7 @@
 #!/bin/sh
 # Makes the pictures of runs in README.md and in the book anew. A test compares them with those in the repository:
 #   docs/img/make.sh target/release/alliance [FOLDER]
-# The screenshots need a browser and are not made here, but by docs/img/screenshots.mjs.
+# The screenshots need a browser and are made by docs/img/screenshots.mjs.
 set -eu
 alliance=$(realpath "$1")
 docs=$(realpath "$(dirname "$0")/..")

@@ -1,7 +1,8 @@
-// Takes the screenshots of the README and the book anew. Needs chromium, Node.js 20, the program, and the page of
+// Takes the screenshots of the README and the book anew. A test (tests/missions/pictures.rs) runs this script with the fonts of
+// figures and compares the pictures with those in the repository. Needs chromium, Node.js 20, the program, and the page of
 // `playground/build`:
 //   node --experimental-websocket docs/img/screenshots.mjs target/release/alliance target/playground/index.html [FOLDER]
-import { execFileSync, spawn } from "node:child_process";
+import { execFileSync, spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join, resolve } from "node:path";
@@ -17,6 +18,8 @@ const PHONE = [390, 844];
 const DESKTOP = [1920, 1080];
 /** The simulated time of ten ticks, s. */
 const TEN_TICKS_S = 0.5;
+/** Green has just reported progress. */
+const LIVE_TICK = 2636;
 
 // Gold dies when it picks its first item, as in the gallery.
 const KILL = [[0, { fault: { fault: { kill: "gold" }, when: "gold picks" } }]];
@@ -56,14 +59,16 @@ name = "gold"
 name = "green"
 `;
 
-/** Runs to a simulated time. */
+/** Runs to a simulated time, and draws nothing before. */
 const runTo = (seconds) => async (tab) => {
   await tab.evaluate(`(() => {
+    document.body.hidden = true;
     const press = (key) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
     press("m");
     for (let step = 0; step < ${seconds / TEN_TICKS_S}; step += 1) press(">");
   })()`);
   await until(() => tab.evaluate(`alliance.view.now === ${1000 * seconds}`), 300);
+  await tab.evaluate("document.body.hidden = false");
 };
 
 async function edit(tab) {
@@ -85,57 +90,70 @@ async function edit(tab) {
 const work = mkdtempSync(join(tmpdir(), "screenshots-"));
 const alliance = (...words) => execFileSync(program, words, { cwd: work, stdio: "ignore" });
 
-/** Starts a live run with the clock paused. Returns its process, its id and the link of its page. */
-async function startLive() {
-  const run = spawn(program, ["run", "--paused", "--out", "live"], { cwd: work, stdio: ["ignore", "pipe", "pipe"] });
+/** Starts a live run that stops at a tick. Returns its process and the link of its page. */
+async function startLive(tick) {
+  const run = spawn(program, ["run", "--paused", "--speed", "20x", "--out", "live"], { cwd: work, stdio: ["ignore", "pipe", "pipe"] });
+  process.once("exit", () => run.kill("SIGINT"));
   let output = "";
   for (const stream of [run.stdout, run.stderr]) stream.on("data", (text) => { output += text; });
   const url = await until(() => output.match(/^page (http:\S+)/m)?.[1]);
-  return { run, id: output.match(/^run (\S+)/m)[1], url };
+  const id = output.match(/^run (\S+)/m)[1];
+  await until(() => spawnSync(program, ["status", "--run", id]).status === 0, 300);
+  alliance("clock", "step", `${tick}`, "--run", id);
+  return { run, url };
 }
 
-/** Runs the live run to a tick at 20 times real time, so that the page receives many views. */
-const liveTo = (tick) => async (tab) => {
-  await until(() => tab.evaluate("alliance.view.robots.every(({ pid }) => pid != null)"));
-  alliance("clock", "speed", "20x", "--run", live.id);
-  alliance("clock", "step", `${tick}`, "--run", live.id);
-  await until(() => tab.evaluate(`document.body.dataset.tick === "${tick}"`));
-};
+/** Waits for a tick of the live run. */
+const liveAt = (tick) => (tab) => until(() => tab.evaluate(`document.body.dataset.tick === "${tick}"`), 300);
+
+/** Replaces the ids of the live run's processes, which differ from run to run. */
+const hidePids = (tab) => tab.evaluate(`(() => {
+  const pids = [alliance.run.run.match(/\\d+$/)[0], ...alliance.view.robots.map(({ pid }) => String(pid))];
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (texts.nextNode()) {
+    const text = texts.currentNode;
+    text.data = text.data.replace(/\\d{2,}/, (number) => pids.includes(number) ? 4100 + pids.indexOf(number) : number);
+  }
+})()`);
 
 // The film of the README shows the same run.
 writeFileSync(join(work, "mission.toml"), readFileSync(new URL("make.sh", import.meta.url), "utf8").match(/SCENARIO'\n(.*?)SCENARIO/s)[1]);
 alliance("run", "mission.toml", "--in-process", "--out", "gold-dies");
 alliance("export", "gold-dies", "--html=gold-dies.html");
-const live = await startLive();
+const live = await startLive(LIVE_TICK);
 const playground = `file://${page}`;
 
 const PICTURES = [
-  { name: "page-live", size: LAPTOP, url: live.url, act: liveTo(2636) },
   { name: "page-log", size: LAPTOP, theme: "dark", url: `file://${work}/gold-dies.html#t=128`, act: () => {} },
   { name: "playground", size: LAPTOP, url: playground + PAIR.replace("allocator=grape&beside=cbba&", ""), act: runTo(117) },
   { name: "playground-beside", size: LAPTOP, url: playground + PAIR, act: runTo(145) },
   { name: "playground-phone", size: PHONE, theme: "dark", url: playground + PAIR, act: runTo(145) },
   { name: "playground-gallery", size: TABLET, url: playground, act: (tab) => tab.evaluate("document.querySelector('#open-gallery').click()") },
   { name: "playground-editor", size: DESKTOP, url: playground, act: edit },
+  // Last, because its run takes some seconds.
+  { name: "page-live", size: LAPTOP, url: live.url, act: liveAt(LIVE_TICK), finish: hidePids },
 ];
 
-for (const { name, size, theme = "light", url, act } of PICTURES) {
-  await withChromium(size, async (tab) => {
+await withChromium(DESKTOP, async (tab) => {
+  for (const { name, size, theme = "light", url, act, finish } of PICTURES) {
     const [width, height] = size;
     const mobile = width < 900;
     await tab.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile });
     await tab.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: theme }] });
+    // A link that differs only after the # would not load the page again.
+    await tab.send("Page.navigate", { url: "about:blank" });
     await tab.send("Page.navigate", { url });
     await until(() => tab.evaluate("document.body?.dataset.state === 'paused'"));
     await act(tab);
     // The notices disappear, and the last picture is drawn.
     await until(() => tab.evaluate("document.querySelectorAll('.notice').length === 0"));
     await sleep(1000);
+    await finish?.(tab);
     const { data } = await tab.send("Page.captureScreenshot", { format: "png" });
     writeFileSync(join(folder, `${name}.png`), Buffer.from(data, "base64"));
     console.log(`${name}.png: ${width} x ${height}`);
-  });
-}
+  }
+});
 live.run.kill("SIGINT");
 await new Promise((done) => live.run.once("exit", done));
 rmSync(work, { recursive: true });

@@ -35,7 +35,10 @@ async function connect(url) {
     answers.set(last, ({ result, error }) => (error ? failed(new Error(`${method}: ${error.message}`)) : done(result)));
     socket.send(JSON.stringify({ id: last, method, params }));
   });
-  const evaluate = async (expression) => (await send("Runtime.evaluate", { expression, returnByValue: true })).result.value;
+  const evaluate = async (expression) => {
+    const { result } = await send("Runtime.evaluate", { expression, returnByValue: true, awaitPromise: true });
+    return result.value;
+  };
   return { send, events, evaluate };
 }
 
@@ -65,7 +68,7 @@ export function pictures(trace, from, to) {
 export async function withChromium([width, height], use) {
   const profile = mkdtempSync(join(tmpdir(), "page-"));
   const browser = spawn("chromium", [
-    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking",
+    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-renderer-backgrounding", "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking",
     "--remote-debugging-port=0", `--user-data-dir=${profile}`, `--window-size=${width},${height}`, "about:blank",
   ], { stdio: "ignore" });
   const hasEnded = new Promise((done) => browser.once("exit", done));

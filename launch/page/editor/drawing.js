@@ -1,7 +1,7 @@
 // The drawing of an edited scenario: paints the start of its run, and turns the pointer and keys into changes.
 
 import { dragged, gridOf, idOf, isRectangle, neighbor, rectangleBetween, shifted, snap } from "../model/draft.js";
-import { Lens, Projection, isWithin, lowerLeft } from "../room/geometry.js";
+import { ARROWS, Lens, Projection, isWithin, lowerLeft } from "../room/geometry.js";
 import { LEAST_PX, paintBody } from "../room/body.js";
 import * as paint from "../room/paint.js";
 import { signs } from "../model/signs.js";
@@ -19,8 +19,6 @@ const NOSE_PX = 22;
 /** The steps of the arrow keys, in units of the grid. */
 const STEP = 2;
 const LONG_STEP = 20;
-
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 export class Drawing {
   #canvas;
@@ -268,12 +266,7 @@ export class Drawing {
       const { x_m, y_m, width_m = 0, height_m = 0 } = rectangleBetween(drag.from, this.#cursor, this.#grid);
       c.strokeRect(p.x(x_m), p.y(y_m + height_m), p.scale * width_m, p.scale * height_m);
     }
-    c.beginPath();
-    c.moveTo(p.x(x) - 12, p.y(y));
-    c.lineTo(p.x(x) + 12, p.y(y));
-    c.moveTo(p.x(x), p.y(y) - 12);
-    c.lineTo(p.x(x), p.y(y) + 12);
-    c.stroke();
+    paint.paintPointer(c, p, { x, y }, palette);
   }
 
   /** Sets the text alternative of the picture. */

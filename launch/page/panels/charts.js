@@ -18,6 +18,8 @@ const MIN_HEIGHT_PX = 96;
 const TIMES_PX = 20;
 const BARE_PX = 8;
 const MAX_HEIGHT_PX = 220;
+/** The step of the arrow keys over the charts, px. */
+const STEP_PX = 4;
 const SVG = "http://www.w3.org/2000/svg";
 
 export class Charts {
@@ -45,6 +47,25 @@ export class Charts {
     // A large team has hundreds of check boxes: they are built when the list opens.
     byId("chart-choice").addEventListener("toggle", () => this.#buildRobots(), { once: true });
     byId("span").addEventListener("change", () => this.draw());
+    // In a log these keys seek.
+    if (!seek) byId("chart-list").addEventListener("keydown", (event) => this.#move(event));
+    byId("chart-list").addEventListener("blur", () => this.#point(-1));
+  }
+
+  /** Moves the time at which the charts show their values. */
+  #move(event) {
+    const step = { ArrowLeft: -STEP_PX, ArrowRight: STEP_PX }[event.key];
+    const plot = [...this.#charts.values()].find((chart) => chart.plot)?.plot;
+    if (!step || !plot) return;
+    event.preventDefault();
+    const width = plot.over.clientWidth;
+    const from = plot.cursor.left >= 0 ? plot.cursor.left : width;
+    this.#point(Math.max(0, Math.min(width - 1, from + step)));
+  }
+
+  /** Shows the values at a place of the charts, px; -1: the present ones. */
+  #point(left) {
+    for (const { plot } of this.#charts.values()) plot?.setCursor({ left, top: left < 0 ? -1 : 0 });
   }
 
   /** Rebuilds all charts after a change of colors. */

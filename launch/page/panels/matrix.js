@@ -1,6 +1,7 @@
 // The matrix of robots by tasks for large teams: active, waiting, and the levels of the other sets. Above some hundred
 // robots a row stands for several of them, so that the whole team is in view.
 
+import { ARROWS } from "../room/geometry.js";
 import { themeColor } from "../ui/colors.js";
 import { attribute, byId, text } from "../ui/dom.js";
 
@@ -28,7 +29,7 @@ export class Matrix {
   #choices;
   #canvas = byId("matrix-canvas");
   #layout = null;
-  // The cell under the pointer, or null.
+  // The cell under the pointer or of the arrow keys, or null.
   #pointed = null;
 
   constructor(model, choices, changed) {
@@ -41,8 +42,19 @@ export class Matrix {
       this.#pointed = this.#under(event);
       changed();
     });
-    this.#canvas.addEventListener("pointerleave", () => {
-      this.#pointed = null;
+    for (const kind of ["pointerleave", "blur"]) {
+      this.#canvas.addEventListener(kind, () => {
+        this.#pointed = null;
+        changed();
+      });
+    }
+    this.#canvas.addEventListener("keydown", (event) => {
+      const arrow = ARROWS[event.key];
+      if (arrow) this.#move(arrow);
+      else if (event.key === "Enter" && this.#pointed) choices.set({ selected: this.#pointed.rank });
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
       changed();
     });
     this.#canvas.addEventListener("click", (event) => {
@@ -185,6 +197,15 @@ export class Matrix {
     c.globalAlpha = 1;
     c.clearRect(0, 0, width, height);
     return c;
+  }
+
+  /** Moves the framed cell in a direction, first to that of the selected robot. */
+  #move([right, up]) {
+    const last = { rank: this.#model.names.length - 1, task: this.#model.tasks.length - 1 };
+    const at = this.#pointed ?? { rank: this.#choices.selected ?? 0, task: 0 };
+    const by = this.#pointed ? { rank: -up * (this.#layout?.robotsPerRow ?? 1), task: right } : { rank: 0, task: 0 };
+    const moved = (key) => Math.max(0, Math.min(last[key], at[key] + by[key]));
+    this.#pointed = { rank: moved("rank"), task: moved("task") };
   }
 
   /** Returns the robot and task under the pointer, or null. */

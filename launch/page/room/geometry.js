@@ -7,6 +7,9 @@ const LEAST_SHOWN_M = 25;
 /** The least scale, px per m, while the canvas has no size. */
 const LEAST_SCALE = 1e-4;
 
+/** The directions of the arrow keys in the room. */
+export const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
 /** Returns the coordinates of the lower left corner of the room, m. A scenario omits those that are 0. */
 export function lowerLeft({ x_m = 0, y_m = 0 }) {
   return [x_m, y_m];

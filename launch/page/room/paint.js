@@ -477,6 +477,18 @@ export function paintDraft(c, p, draft, palette) {
   badge(c, label, p.x(draft.x_m + draft.width_m / 2), p.y(draft.y_m + draft.height_m) - 10, palette);
 }
 
+/** Draws the pointer of the arrow keys at a point of the room, m. */
+export function paintPointer(c, p, { x, y }, palette) {
+  c.strokeStyle = palette.select;
+  c.lineWidth = 2;
+  c.beginPath();
+  c.moveTo(p.x(x) - 12, p.y(y));
+  c.lineTo(p.x(x) + 12, p.y(y));
+  c.moveTo(p.x(x), p.y(y) - 12);
+  c.lineTo(p.x(x), p.y(y) + 12);
+  c.stroke();
+}
+
 /** The widths of lines by font and text, because hundreds of names are measured for each picture. */
 const widths = new Map();
 

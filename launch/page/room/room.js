@@ -6,7 +6,7 @@ import { TOOK_OVER } from "../model/events.js";
 import { progress } from "../model/mission.js";
 import { signs } from "../model/signs.js";
 import { attribute, text } from "../ui/dom.js";
-import { Lens, Projection, distanceToLine, isInside, isWithin, radioLines, sameRectangle } from "./geometry.js";
+import { Lens, Projection, distanceToLine, isInside, isWithin, lowerLeft, radioLines, sameRectangle } from "./geometry.js";
 import { CROWDED_PX, LEAST_PX, paintBody } from "./body.js";
 import * as paint from "./paint.js";
 
@@ -25,6 +25,8 @@ const MAX_NAMED = 40;
 const ALL_LINES = 8;
 /** The maximum distance of the pointer from a robot or line, px. */
 const NEAR_PX = 7;
+/** The step of the pointer of the arrow keys, px; with Shift ten times as far. */
+const STEP_PX = 8;
 
 export class Room {
   /** The obstacle that is being drawn, or null. */
@@ -34,6 +36,8 @@ export class Room {
   follows = false;
   /** The rank of the robot under the pointer, or null. */
   hovered = null;
+  /** The point of the room at which keys act, m, or null. */
+  pointer = null;
 
   #canvas;
   #model;
@@ -69,6 +73,26 @@ export class Room {
   pointUnder(event) {
     const box = this.#canvas.getBoundingClientRect();
     return this.#projection.point(event.clientX - box.left, event.clientY - box.top);
+  }
+
+  /** Moves the point of the keys in a direction and shows it. Returns its place in the window. */
+  movePointer([dx, dy], isFar) {
+    const { room } = this.#model.run.scenario;
+    const [left, bottom] = lowerLeft(room);
+    const step_m = ((isFar ? 10 : 1) * STEP_PX) / this.#projection.scale;
+    this.pointer.x = Math.max(left, Math.min(left + room.width_m, this.pointer.x + dx * step_m));
+    this.pointer.y = Math.max(bottom, Math.min(bottom + room.height_m, this.pointer.y + dy * step_m));
+    const { x, y } = this.toScreen(this.pointer.x, this.pointer.y);
+    const { clientWidth: width, clientHeight: height } = this.#canvas;
+    if (x < 0 || x > width || y < 0 || y > height) this.lens.lookAt(this.pointer);
+    return this.underKeys();
+  }
+
+  /** Returns the place of the point of the keys in the window, as of a pointer event. */
+  underKeys() {
+    const box = this.#canvas.getBoundingClientRect();
+    const { x, y } = this.toScreen(this.pointer.x, this.pointer.y);
+    return { clientX: box.left + x, clientY: box.top + y };
   }
 
   /** Returns the object under the pointer: `{robot: rank}`, `{link: [from, to]}`, `{obstacle}` or null. */
@@ -174,6 +198,7 @@ export class Room {
     this.#drawRobots(c, taken);
     paint.paintScale(c, p, scenario.room, palette);
     if (this.draft) paint.paintDraft(c, p, this.draft, palette);
+    if (this.pointer) paint.paintPointer(c, p, this.pointer, palette);
     this.#describe();
   }
 

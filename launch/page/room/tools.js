@@ -1,8 +1,9 @@
-// The pointer tools in the room: look, draw an obstacle, arm the mission's faults, move a robot.
+// The tools in the room, for a pointer and for keys: look, draw an obstacle, arm the mission's faults, move a robot.
 
 import { markInWords } from "../model/marks.js";
 import { attribute, byId, text } from "../ui/dom.js";
 import { FaultTools } from "./fault_tools.js";
+import { ARROWS } from "./geometry.js";
 import { showPoint } from "./room.js";
 
 /** The grid of drawn rectangles, m. A smaller rectangle counts as a click. */
@@ -36,6 +37,8 @@ export class Tools {
   #pan = null;
   // The next click only ends a drag.
   #ignoresClick = false;
+  // The point at which keys acted last, m.
+  #last = null;
 
   /** Calls `look(found, event)` with the object that was clicked (see Room.pick), or null. */
   constructor(canvas, room, model, choices, orders, look) {
@@ -65,6 +68,9 @@ export class Tools {
     byId("zoom-all").addEventListener("click", () => this.magnify(0));
     byId("follow").addEventListener("click", () => this.follow());
     canvas.addEventListener("pointercancel", () => this.#cancel());
+    canvas.addEventListener("keydown", (event) => this.#key(event));
+    canvas.addEventListener("focus", () => canvas.matches(":focus-visible") && this.#point(this.#last ?? { ...room.lens.center }));
+    canvas.addEventListener("blur", () => this.#point(null));
     canvas.addEventListener("pointerleave", () => {
       showPoint(byId("pointer"), null);
       this.#hover(null);
@@ -118,10 +124,13 @@ export class Tools {
     byId("follow").disabled = this.#choices.selected === null && !follows;
     byId("zoom-all").disabled = byId("zoom-out").disabled = lens.zoom === 1;
     attribute(this.#canvas, "data-zoom", lens.zoom.toFixed(2));
-    this.#canvas.dataset.tool = tool;
     byId("tool-options").hidden = tool === "look";
     byId("penetrability").hidden = tool !== "obstacle";
-    text(byId("tool-hint"), HINTS[tool] ?? this.#faults.hint(tool));
+    const hint = HINTS[tool] ?? this.#faults.hint(tool);
+    text(byId("tool-hint"), hint);
+    // The next key acts in the room.
+    if (hint && this.#canvas.dataset.tool !== tool) this.#canvas.focus({ preventScroll: true });
+    this.#canvas.dataset.tool = tool;
   }
 
   #cancel() {
@@ -130,7 +139,33 @@ export class Tools {
     this.#room.draft = null;
   }
 
+  /** Shows the point at which keys act, m, or hides it. */
+  #point(at) {
+    this.#last = this.#room.pointer ?? this.#last;
+    this.#room.pointer = at;
+    showPoint(byId("pointer"), at);
+    this.#hover(null);
+    this.#choices.set({});
+  }
+
+  /** Arrow keys move the point at which keys act. Enter clicks there; of an obstacle it marks two corners. */
+  #key(event) {
+    const arrow = ARROWS[event.key];
+    const isOther = (!arrow && event.key !== "Enter") || event.ctrlKey || event.metaKey || event.altKey;
+    if (isOther || !this.#room.pointer) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const at = arrow ? this.#room.movePointer(arrow, event.shiftKey) : this.#room.underKeys();
+    this.#ignoresClick = false;
+    if (arrow) this.#drag(at);
+    else if (this.#start) this.#release(at);
+    else if (this.#choices.tool === "obstacle") this.#start = this.#room.pointUnder(at);
+    else this.#click(at);
+    this.#choices.set({});
+  }
+
   #press(event) {
+    this.#room.pointer = null;
     this.#ignoresClick = false;
     if (event.button !== 0) return;
     if (this.#choices.tool === "look" && this.#room.lens.zoom > 1) {

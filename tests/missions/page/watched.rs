@@ -8,7 +8,7 @@ use nix::sys::signal::Signal;
 use run_log::PoseRow;
 use serde_json::{Value, json};
 
-use super::browser::{Browser, LANDSCAPE, LAPTOP, PHONE};
+use super::browser::{Browser, LANDSCAPE, LAPTOP, PHONE, SHIFT};
 use super::client::Page;
 
 /// The condition that a notice acknowledges the first fault with its time.
@@ -389,4 +389,51 @@ fn a_frozen_or_waiting_run_is_not_shown_as_running() {
     browser.wait_for("document.body.dataset.state == 'running'");
     team.signal("world", Signal::SIGTERM);
     team.wait();
+}
+
+#[test]
+fn room_matrix_and_charts_need_no_mouse() {
+    const ENTER: char = '\u{e007}';
+    const ESCAPE: char = '\u{e00c}';
+    const LEFT: char = '\u{e012}';
+    const UP: char = '\u{e013}';
+    const RIGHT: char = '\u{e014}';
+    const DOWN: char = '\u{e015}';
+    let lab = Lab::new();
+    let Some((browser, team, page)) = open(&lab, LAPTOP, "--speed max --limit 60") else {
+        return;
+    };
+    // An obstacle between two corners, whose menu removes it.
+    browser.press('o');
+    browser.wait_for("document.activeElement.id == 'room-canvas'");
+    browser.press(ENTER);
+    browser.press_with(&[SHIFT], RIGHT);
+    browser.press_with(&[SHIFT], UP);
+    browser.press(ENTER);
+    browser.wait_for("alliance.view.faults[0]?.order.fault.obstacle.width_m > 0");
+    run_to(&browser, &page, 20);
+    assert_eq!(browser.eval("alliance.view.obstacles.length"), 1);
+    browser.press(ESCAPE);
+    browser.press(LEFT);
+    browser.press(DOWN);
+    browser.press(ENTER);
+    browser.wait_for("document.activeElement.matches('#menu [data-action=remove]')");
+    browser.press(ENTER);
+    run_to(&browser, &page, 40);
+    assert_eq!(browser.eval("alliance.view.obstacles.length"), 0);
+    // A robot that the matrix selects.
+    browser.choose("#chart-kind", "matrix");
+    browser.eval("document.querySelector('#matrix-canvas').focus()");
+    browser.press(DOWN);
+    browser.press(DOWN);
+    browser.wait_for("document.querySelector('#matrix-cell').innerText.startsWith('gold × ')");
+    browser.press(ENTER);
+    browser.wait_for("document.querySelector('[data-robot=gold]').dataset.selected == 'yes'");
+    // The values of an earlier time.
+    browser.choose("#chart-kind", "curves");
+    browser.eval("document.querySelector('#chart-list').focus()");
+    browser.press(LEFT);
+    browser.wait_for("document.querySelector('#chart-list [data-at=pointer]') != null");
+    resume_at_full_speed(&page);
+    team.wait().expect(1);
 }

@@ -1,7 +1,7 @@
 //! The playground: the simulator as a WebAssembly module has the hashes of the native program.
 
 mod edited;
-mod page;
+pub mod page;
 
 use std::ffi::OsStr;
 use std::path::PathBuf;

@@ -12,7 +12,7 @@ use crate::page::accessible::axe;
 use crate::page::browser::{Browser, DESKTOP, LAPTOP, PHONE};
 
 /// Writes the page. Returns its link, or `None` without the module.
-pub(super) fn page(lab: &Lab) -> Option<String> {
+pub fn page(lab: &Lab) -> Option<String> {
     let module = std::fs::read(module()?).unwrap();
     let path = lab.path("index.html");
     launch::page::playground::write(&module, &mut File::create(&path).unwrap()).unwrap();
