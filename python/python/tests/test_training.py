@@ -57,12 +57,11 @@ def test_the_curves_of_a_recipe_are_kept_and_have_the_range_of_their_seeds(tmp_p
     for name, value in {"TESTS": 4, "POLICIES": 4, "BEST": 2, "EPISODES": 2, "GENERATIONS": 2}.items():
         monkeypatch.setattr(recipes, name, value)
     monkeypatch.setattr(recipe_curves, "SHOWN", (1, 2))
-    monkeypatch.setattr(recipe_curves, "draw", lambda *_: None)
-    recipe_curves.main(tmp_path, 2, "push")
+    recipe_curves.main(tmp_path, [1, 2], "push")
     first = capsys.readouterr().out
     last = [np.mean(json.loads((tmp_path / f"push-{seed}.json").read_text())["scores"][-1]) for seed in (1, 2)]
     assert f"| trained, after 2 | {np.mean(last):.2f} [{min(last):.2f} .. {max(last):.2f}] |" in first
     # A second call trains nothing.
     monkeypatch.setattr(recipes, "train", None)
-    recipe_curves.main(tmp_path, 2, "push")
+    recipe_curves.main(tmp_path, [1, 2], "push")
     assert capsys.readouterr().out == first

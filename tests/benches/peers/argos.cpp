@@ -73,6 +73,7 @@ public:
 		if (ticks <= WARM_UP || spent < seconds)
 			return false;
 		printf("%lu %f\n", (ticks - WARM_UP) * robots, spent);
+		fflush(stdout);
 		return true;
 	}
 
