@@ -427,7 +427,7 @@ mod tests {
             format!("{scout}[[robots]]\nkind = 'scout'\ncuont = 3"),
             format!("{scout}[[robots]]\nname = 'a'\ncount = 0"),
             format!("{scout}[[robots]]\nname = 'a'\ncount = 2.5"),
-            format!("{scout}[[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\ncount = 10000"),
+            format!("{scout}[[robots]]\nname = 'a'\n[[robots]]\nname = 'b'\ncount = 1000000"),
             format!("{scout}[[robots]]\ncount = 3"),
             format!("{scout}[[robots]]\nname = 'a b'\ncount = 3"),
             format!("{scout}[[robots]]\nname = 'scout2'\n[[robots]]\nkind = 'scout'\ncount = 3"),

@@ -225,7 +225,7 @@ fn mistakes_give_one_line_before_any_run() {
 fn the_campaigns_are_valid_plans() {
     let lab = Lab::new();
     for (plan, runs) in [
-        ("allocators", 36_960),
+        ("allocators", 49_280),
         ("allocators-small", 1680),
         ("radio", 32_000),
         ("radio-small", 162),
