@@ -45,7 +45,7 @@ impl Serialize for Observation {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let fold = |hash, number: u32| xxh3_64_with_seed(&number.to_le_bytes(), hash);
         let seen_by = self.seen_by.iter();
-        let seen_by = seen_by.map(|robot| robot.map_or(0, |robot| u32::from(robot.0) + 1));
+        let seen_by = seen_by.map(|robot| robot.map_or(0, |robot| robot.0 + 1));
         let looked = self.looked.iter().map(|looked| u32::from(*looked));
         let hash = seen_by.chain(looked).fold(0, fold);
         (hash, self.observed, self.pairs).serialize(serializer)

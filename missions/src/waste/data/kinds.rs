@@ -21,7 +21,7 @@ impl BehaviorKind {
             0 => Self::FindLocationsMethodical,
             1 => Self::FindLocationsWander,
             2 => Self::ReportProgress,
-            spill => Self::MoveSpill((spill - 3) as u32),
+            spill => Self::MoveSpill(spill - 3),
         }
     }
 
@@ -30,7 +30,7 @@ impl BehaviorKind {
             Self::FindLocationsMethodical => 0,
             Self::FindLocationsWander => 1,
             Self::ReportProgress => 2,
-            Self::MoveSpill(spill) => 3 + u32::from(spill),
+            Self::MoveSpill(spill) => 3 + spill,
         }
     }
 

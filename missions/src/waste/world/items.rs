@@ -318,7 +318,7 @@ impl WasteFloor {
 
     fn hash_of(&self, item: ItemId) -> u64 {
         let Item { position, carrier } = self.items[item.0 as usize];
-        let carrier = carrier.map_or(u32::MAX, |robot| robot.0.into());
+        let carrier = carrier.map_or(u32::MAX, |robot| robot.0);
         let words = [item.0, position.x.to_bits(), position.y.to_bits(), carrier];
         let mut bytes = [0; 16];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words) {

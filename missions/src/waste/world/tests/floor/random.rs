@@ -220,10 +220,10 @@ proptest! {
                 1 => { world.remove_robot(robot); }
                 2 => { let _ = world.add_robot(robot); }
                 3 => { let _ = world.add_item(at); }
-                4 => { let _ = world.move_item(ItemId(target.into()), at); }
+                4 => { let _ = world.move_item(ItemId(target), at); }
                 5 => { world.release_load(robot); }
                 6 => { world.add_obstacle(&rectangle(at.x, at.y, 1.0, 1.0, x)); }
-                7 => { world.remove_obstacle(ObstacleId(target.into())); }
+                7 => { world.remove_obstacle(ObstacleId(target)); }
                 _ => {}
             }
             let fresh = anew(&world);
