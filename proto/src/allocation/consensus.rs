@@ -14,7 +14,7 @@ use scenario::time::SimTime;
 pub const BLOCK_TASKS: u32 = 32;
 
 /// The largest number of time stamps in a block. With all of them and all tasks of a block, a message takes less than
-/// 1,200 bytes.
+/// 1,200 bytes, for up to 65,536 robots and tasks.
 pub const TIME_STAMPS_MAX: usize = 64;
 
 /// A robot's winning bids for one block of tasks.

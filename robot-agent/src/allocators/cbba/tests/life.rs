@@ -260,23 +260,24 @@ fn a_claim_without_progress_loses_its_bonus() {
     assert_eq!(steps(&team), 600 + 1200 + 2);
 }
 
-/// The bound also holds with the largest numbers in all fields.
+/// The bound also holds with the largest numbers in all fields, for up to 65,536 robots and tasks.
 #[test]
 fn the_largest_table_fits_a_message() {
+    const LAST: u32 = u16::MAX as u32;
     let belief = |task| TableEntry {
-        task: TaskId(u32::MAX - task),
+        task: TaskId(LAST - task),
         round: SimTime(u64::from(u32::MAX) + 1),
         claim: Some(WinningBid {
-            robot: RobotId(u32::MAX),
+            robot: RobotId(LAST),
             value: 1.0,
         }),
     };
     let news = TimeStamp {
-        robot: RobotId(u32::MAX),
+        robot: RobotId(LAST),
         age_ms: 60_000,
     };
     let table = AllocationMessage::Table(BidTable {
-        block: u32::MAX,
+        block: LAST,
         slot: u16::MAX,
         beliefs: (0..32).map(belief).collect(),
         news: vec![news; 64],
