@@ -17,7 +17,7 @@ use items::{ItemsAction, ItemsBulletin, ItemsKnowledge, ItemsReading};
 pub use reading::{OpenReading, Reading};
 
 /// The maximum size of an open mission's sensor readings in a step, bytes.
-pub const MAX_READING_BYTES: usize = 160;
+pub const MAX_READING_BYTES: usize = 192;
 
 /// The maximum size of an open mission's action, bytes.
 pub const MAX_ACTION_BYTES: usize = 32;

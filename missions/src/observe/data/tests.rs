@@ -12,7 +12,7 @@ use crate::fixtures::{parse, read, resolve};
 fn mistakes_give_messages_of_one_line() {
     let texts = [
         "n = 0",
-        "n = 10001",
+        "n = 1000001",
         "policy = 'parker'",
         "range = 3",
         "slowest_m_s = 0.3",

@@ -34,7 +34,7 @@ fn mistakes_give_one_line_of_error() {
         TWO_KINDS.to_owned(),
         with(&point("dusk", 1.0, 1.0)),
         with("[[service.random]]\nn = 3\nkind = 'floor'\n"),
-        with("[[service.random]]\nn = 9999\n[[service.random]]\nn = 9999\n"),
+        with("[[service.random]]\nn = 999999\n[[service.random]]\nn = 999999\n"),
         with(&point("dust", 100.0, 1.0)),
         TWO_KINDS.replace("min = 6, max = 10", "min = 12, max = 10"),
         // Two robots of radius 0.2 m fit on opposite sides of a point within 0.3 m. Neighbors are 0.3·2·sin(60°) = 0.52 m

@@ -239,22 +239,18 @@ fn deep_nesting() {
 
 #[test]
 fn too_much() {
-    let robots: String = (0..65_001)
-        .map(|number| format!("[[robots]]\nname = 'r{number}'\n"))
-        .collect();
-    let spills: String = (0..201)
+    let spills: String = (0..10_001)
         .map(|number| format!("[[waste.spills]]\nname = 's{number}'\nitems = 1000\n"))
         .collect();
     let waste = |items: u32| {
         format!(
-            "[faults]\ntimeline = [{{ every_s = 1, fault = {{ waste = {{ x_m = 1, y_m = 1, items = {items} }} }} }}]\n"
+            "[faults]\ntimeline = [{{ every_s = 0.3, fault = {{ waste = {{ x_m = 1, y_m = 1, items = {items} }} }} }}]\n"
         )
     };
     parse(&waste(50));
     let refusal = |text: &str| read(text).unwrap_err().to_string();
-    let answers = entry("65,001 robots", &refusal(&robots))
-        + &entry("201,000 items", &refusal(&spills))
-        + &entry(&waste(1000), &refusal(&waste(1000)));
+    let answers =
+        entry("10,001,000 items", &refusal(&spills)) + &entry(&waste(1000), &refusal(&waste(1000)));
     insta::assert_snapshot!(answers);
 }
 
