@@ -135,7 +135,7 @@ impl Termination {
         }
     }
 
-    /// Checks the mission after a tick. The error describes the violation. In a room above [`LARGEST_M2`], nothing is checked.
+    /// Checks the mission after a tick. The error describes the violation. In a room above 1 km², nothing is checked.
     pub fn check(&mut self, scenario: &Scenario, state: &WorldState) -> Result<(), String> {
         if scenario.room.width_m * scenario.room.height_m > LARGEST_M2 {
             return Ok(());

@@ -119,7 +119,7 @@ impl<'de> Deserializer<'de> for Tracer<'_> {
     plain! {
         deserialize_bool visit_bool "bool" false;
         deserialize_u8 visit_u8 "u8" 0;
-        deserialize_u16 visit_u16 "u32" 0;
+        deserialize_u16 visit_u16 "u16" 0;
         deserialize_u32 visit_u32 "u32" 0;
         deserialize_u64 visit_u64 "u64" 0;
         deserialize_u128 visit_u128 "u128" 0;
