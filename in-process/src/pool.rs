@@ -69,7 +69,6 @@ struct Shared<'a> {
 
 /// The robots of a chunk, by rank.
 struct Robots<'a> {
-    first: usize,
     chunk: &'a mut Chunk,
     seats: &'a mut [Seat],
     part: TeamPart<'a>,
@@ -119,13 +118,7 @@ impl WorkerPool {
         };
         let robots = (chunks.iter_mut().zip(seats.chunks_mut(TOGETHER)))
             .zip(team.chunks(TOGETHER))
-            .enumerate()
-            .map(|(index, ((chunk, seats), part))| Robots {
-                first: index * TOGETHER,
-                chunk,
-                seats,
-                part,
-            });
+            .map(|((chunk, seats), part)| Robots { chunk, seats, part });
         threads.share(workers, robots, |worker, robots| {
             robots.step(worker, &shared)
         });
@@ -138,16 +131,12 @@ impl Robots<'_> {
     /// cache.
     fn step(self, worker: &mut Worker, shared: &Shared<'_>) {
         let Self {
-            first,
             chunk,
             seats,
             mut part,
         } = self;
-        let place = |robot: RobotId| robot.index() - first;
         let spaces = &mut worker.spaces;
-        let asked = shared.asked;
-        let asked = &asked[asked.partition_point(|robot| robot.index() < first)..];
-        let asked = &asked[..asked.partition_point(|robot| place(*robot) < seats.len())];
+        let asked = part.among(shared.asked);
         for (&robot, space) in asked.iter().zip(&mut *spaces) {
             if !shared.is_prepared {
                 part.prepare(&shared.context, robot);
@@ -161,20 +150,20 @@ impl Robots<'_> {
         }
         for phase in [Agent::perceive, Agent::allocate] {
             for (&robot, space) in asked.iter().zip(&mut *spaces) {
-                if let Seat::Agent(agent) = &mut seats[place(robot)] {
+                if let Seat::Agent(agent) = &mut seats[part.index_of(robot)] {
                     phase(agent, part.message(robot), space);
                 }
             }
         }
         for (&robot, space) in asked.iter().zip(&mut *spaces) {
-            if let Seat::Agent(agent) = &mut seats[place(robot)] {
+            if let Seat::Agent(agent) = &mut seats[part.index_of(robot)] {
                 std::mem::swap(&mut space.used_broadcasts, &mut chunk.used);
                 agent.act(part.message(robot), space);
                 std::mem::swap(&mut space.used_broadcasts, &mut chunk.used);
             }
         }
         for (&robot, space) in asked.iter().zip(&mut *spaces) {
-            if !matches!(seats[place(robot)], Seat::Agent(_)) {
+            if !matches!(seats[part.index_of(robot)], Seat::Agent(_)) {
                 continue;
             }
             if let Some(Some(command)) = shared.driven.get(robot.index()) {

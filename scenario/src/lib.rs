@@ -71,7 +71,7 @@ pub use setup::{Setup, SetupFile};
 pub use slots::fill_slots;
 pub use toml_file::TomlFile;
 pub use unread::UntypedTable;
-pub use validate::MAX_ROBOTS;
+pub use validate::{MAX_ROBOTS, MAX_TASKS};
 pub use vocabulary::Vocabulary;
 pub use weights::Weights;
 

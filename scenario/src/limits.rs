@@ -63,6 +63,9 @@ pub const fn whole(from: i64, to: i64, unit: &'static str) -> NumberRange {
     }
 }
 
+/// The maximum number of robots with bursts of losses. Each of the squared number of links needs 320 bytes.
+pub const MAX_BURST_ROBOTS: usize = 2_000;
+
 /// The longest time, s.
 pub const LONGEST_S: f64 = 1e9;
 /// The greatest length of bodies, ranges and objects, m.

@@ -18,6 +18,8 @@ use crate::room::check_resolution;
 
 /// The maximum number of robots of a scenario. Random streams of links have room for ranks of 24 bits.
 pub const MAX_ROBOTS: usize = 1_000_000;
+/// The maximum number of tasks of each kind in a mission: spills, points, bars or targets.
+pub const MAX_TASKS: usize = MAX_ROBOTS;
 /// The maximum expected number of random faults in a mission.
 const MAX_RANDOM_FAULTS: f64 = 1e5;
 

@@ -28,7 +28,7 @@ mod process_faults;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use proto::tick::{Report, TickMessage};
+use proto::tick::Report;
 use run_log::Input;
 use scenario::ids::{Incarnation, RobotId, Tick};
 use scenario::{Robot, StepOrder};
@@ -234,12 +234,6 @@ impl Barrier {
         }
         recipients.clear();
         recipients.extend(self.to_ask.drain(..));
-    }
-
-    /// Writes the barrier's part of the current tick's message to a robot.
-    #[inline]
-    pub fn address(&mut self, robot: RobotId, message: &mut TickMessage) {
-        self.places[robot.index()].address(self.tick, message);
     }
 
     /// Returns the places by rank.

@@ -3,11 +3,10 @@
 use anyhow::bail;
 use clap::parser::ArgMatches;
 use clap::{Arg, ArgGroup, Args, Command, FromArgMatches, Id};
-use scenario::{MAX_ROBOTS, Problem, Scenario, Vocabulary};
+use scenario::{MAX_ROBOTS, MAX_TASKS, Problem, Scenario, Vocabulary};
 
 /// The number of robots if only `--size` is given.
 const DEFAULT_ROBOTS: usize = 3;
-const MAX_SIZE: usize = 1_000_000;
 const SIZE: &str = "size";
 const SIZE_HELP: &str = "Amount of work [default: two thirds of the robots]";
 /// The group of all size options, of which at most one may be given.
@@ -159,7 +158,7 @@ fn amount(word: &'static str) -> Arg {
     Arg::new(word)
         .long(word)
         .value_name("M")
-        .value_parser(count::<MAX_SIZE>)
+        .value_parser(count::<MAX_TASKS>)
         .allow_negative_numbers(true)
 }
 

@@ -4,7 +4,7 @@ use super::*;
 use crate::testkit::{
     bincode_round_trip, default_scenario, entry, examples_of, one_of_each, vocabulary,
 };
-use crate::{Catalog, Scenario};
+use crate::{Catalog, Robot, Scenario};
 
 #[test]
 fn every_fault_survives_bincode_and_json() {
@@ -45,6 +45,33 @@ fn refusals(orders: &[&str]) -> String {
         entry(json, &error.to_string())
     };
     orders.iter().map(refusal).collect()
+}
+
+/// Each link needs memory for its bursts. Independent losses need none.
+#[test]
+fn bursts_among_thousands_of_robots_are_refused() {
+    let mut scenario = default_scenario();
+    let name = |rank| Robot {
+        name: format!("r{rank}"),
+        ..Robot::default()
+    };
+    scenario.robots = (0..2_001).map(name).collect();
+    let catalog = Catalog::new(&scenario);
+    let check = |fault: &str| {
+        let order: Order = serde_json::from_str(&format!("{{\"fault\":{fault}}}")).unwrap();
+        order
+            .check(&scenario, &catalog)
+            .map_err(|error| error.to_string())
+    };
+    let refusal = "bursts of losses among 2001 robots need too much memory; use independent losses, or at most 2000 robots";
+    let bursts = check(r#"{"drop":{"p":0.5,"burst_s":1.0}}"#);
+    assert_eq!(bursts, Err(format!("fault.drop.burst_s: {refusal}")));
+    assert_eq!(
+        check(r#"{"radio":"poor-radio"}"#),
+        Err(format!("fault.radio: {refusal}"))
+    );
+    assert_eq!(check(r#"{"radio":"good-radio"}"#), Ok(()));
+    assert_eq!(check(r#"{"drop":{"p":0.5}}"#), Ok(()));
 }
 
 #[test]

@@ -80,7 +80,7 @@ impl RobotSlot {
         }
     }
 
-    /// Writes the part of the tick's message that the place knows: incarnation, tick and manifest. `sort_manifest` must follow.
+    /// Writes incarnation, tick, last counted tick and manifest to a message. `sort_manifest` must follow.
     #[inline]
     pub fn address(&mut self, tick: Tick, message: &mut TickMessage) {
         message.incarnation = self.incarnation;

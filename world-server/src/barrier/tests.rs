@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use proptest::prelude::*;
 use proto::join::Refusal;
 use proto::readings::Actuation;
-use proto::tick::ManifestEntry;
+use proto::tick::{ManifestEntry, TickMessage};
 
 use super::*;
 
@@ -230,8 +230,7 @@ impl Watched {
     fn ask(&mut self) -> Vec<(RobotId, Vec<ManifestEntry>)> {
         let mut questions = Vec::new();
         while let Some(question) = self.barrier.next_recipient(&All(self.robots)) {
-            let mut message = TickMessage::default();
-            self.barrier.address(question, &mut message);
+            let message = message(&mut self.barrier, question);
             let mut manifest = message.manifest;
             sort_manifest(&mut manifest);
             let robot = question.0;
@@ -457,12 +456,18 @@ fn a_replayed_report_does_not_end_a_silence() {
     assert_eq!(watched.report(1, 1, 1, 0), SilenceEnded);
 }
 
+/// Returns the barrier's part of the message to a robot that the tick is sent to.
+fn message(barrier: &mut Barrier, robot: RobotId) -> TickMessage {
+    let mut message = TickMessage::default();
+    barrier.places[robot.index()].address(barrier.tick, &mut message);
+    message
+}
+
 /// Sends the tick to all robots and answers for them with one broadcast each. Returns the senders in each robot's manifest.
 fn step_all(barrier: &mut Barrier) -> Vec<(RobotId, Vec<RobotId>)> {
     let mut received = Vec::new();
     while let Some(question) = barrier.next_recipient(&All(2)) {
-        let mut message = TickMessage::default();
-        barrier.address(question, &mut message);
+        let mut message = message(barrier, question);
         sort_manifest(&mut message.manifest);
         let senders = message.manifest.iter().map(|entry| entry.sender);
         received.push((question, senders.collect()));

@@ -46,16 +46,31 @@ impl<'a> TeamPart<'a> {
         })
     }
 
+    /// Returns the index of a robot of this part in it.
+    #[must_use]
+    pub fn index_of(&self, robot: RobotId) -> usize {
+        robot.index() - self.first
+    }
+
+    /// Returns the robots of this part among `robots`, which are in order of rank.
+    #[must_use]
+    pub fn among<'r>(&self, robots: &'r [RobotId]) -> &'r [RobotId] {
+        let end = self.first + self.places.len();
+        let from = robots.partition_point(|robot| robot.index() < self.first);
+        let to = robots.partition_point(|robot| robot.index() < end);
+        &robots[from..to]
+    }
+
     /// Returns the message of a robot of this part.
     #[must_use]
     pub fn message(&self, robot: RobotId) -> &TickMessage {
-        &self.messages[robot.index() - self.first]
+        &self.messages[self.index_of(robot)]
     }
 
     /// Writes the message of a robot that [`Simulation::take_recipients`] returned: manifest, links, ground truth and
     /// readings. Not if a sensor was ever broken: then the message is complete.
     pub fn prepare(&mut self, context: &TickContext<'_>, robot: RobotId) {
-        let place = robot.index() - self.first;
+        let place = self.index_of(robot);
         let (message, answer) = (&mut self.messages[place], &mut self.answers[place]);
         context.address(&mut self.places[place], message);
         context.complete(robot, message);
@@ -70,7 +85,7 @@ impl<'a> TeamPart<'a> {
         report: &Report,
         hash: &mut SectionHash,
     ) -> bool {
-        let place = report.robot.index() - self.first;
+        let place = self.index_of(report.robot);
         let is_valid = is_well_formed(report, context.setup) && report.broadcasts <= MAX_BROADCASTS;
         if is_valid {
             self.answers[place].update(hash, &self.messages[place].readings, report);

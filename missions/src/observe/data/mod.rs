@@ -25,7 +25,7 @@ use scenario::{BehaviorSpec, ParameterSpec, Problem, Robot, Scenario, UntypedTab
 
 use crate::duration::beyond_limit;
 
-pub const MAX_TARGETS: usize = 1_000_000;
+pub const MAX_TARGETS: usize = scenario::MAX_TASKS;
 
 pub const OBSERVE: Mission = Mission::new(
     "observe",

@@ -20,7 +20,7 @@ use scenario::mission::prelude::*;
 
 use crate::push::bar::{BarEnd, end};
 
-pub const MAX_BARS: usize = 1_000_000;
+pub const MAX_BARS: usize = scenario::MAX_TASKS;
 
 /// The places of a robot that pushes, as distances from the end of the bar, in lengths of it. The places after the
 /// first are for a blocked first place.

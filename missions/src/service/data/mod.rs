@@ -48,7 +48,7 @@ use scenario::mission::registry::{Mission, read_section};
 use scenario::mission::section::Section;
 use scenario::{BehaviorSpec, Body, ParameterSpec, Problem, Robot, Scenario, UntypedTable};
 
-pub const MAX_POINTS: usize = 1_000_000;
+pub const MAX_POINTS: usize = scenario::MAX_TASKS;
 pub const MAX_KINDS: usize = 10_000;
 
 pub const SERVICE: Mission = Mission::new(

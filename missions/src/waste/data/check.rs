@@ -8,7 +8,7 @@ use world_server::world::Places;
 use super::{Spot, WasteSection, report_site};
 
 /// The maximum number of spills of a scenario, and of deposits.
-pub const MAX_SPILLS: usize = 1_000_000;
+pub const MAX_SPILLS: usize = scenario::MAX_TASKS;
 pub(super) const MAX_ITEMS: u32 = 1000;
 /// The maximum number of items of all spills, and of all items that a repeated fault adds.
 pub(crate) const MAX_ITEMS_TOTAL: u32 = 10_000_000;

@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Target;
-use crate::fault::LinkEnd;
+use crate::fault::checker::{Checked, Checker};
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
+use crate::fault::{Fault, LinkEnd};
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {
     spec: FaultSpec {
@@ -39,6 +40,7 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
         ("drop --p 0.3", "30 % of all messages"),
         ("drop --p 0.5 --burst 2s --to blue", "in bursts"),
     ],
+    check,
     ..FaultKind::OF_ROBOT
 };
 
@@ -58,3 +60,10 @@ pub struct Loss {
 }
 
 impl Target for Loss {}
+
+fn check(fault: &Fault, checker: &Checker<'_>) -> Checked {
+    match fault {
+        Fault::Drop(loss) if loss.burst_s > 0.0 => checker.bursts(["fault", "drop", "burst_s"]),
+        _ => Ok(()),
+    }
+}

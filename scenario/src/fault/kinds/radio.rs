@@ -4,6 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Target;
+use crate::fault::Fault;
+use crate::fault::checker::{Checked, Checker};
 use crate::fault::spec::{FaultArgument, FaultGroup, FaultKind, FaultRange, FaultSpec};
 
 pub(in crate::fault) const KIND: FaultKind = FaultKind {
@@ -48,6 +50,7 @@ pub(in crate::fault) const KIND: FaultKind = FaultKind {
         ("poor-radio --for 1min", "for a minute"),
         ("severe-radio --for 1min", "for a minute"),
     ],
+    check,
     ..FaultKind::OF_ROBOT
 };
 
@@ -56,6 +59,15 @@ const POOR: &str = "poor-radio";
 const SEVERE: &str = "severe-radio";
 
 impl Target for RadioQuality {}
+
+fn check(fault: &Fault, checker: &Checker<'_>) -> Checked {
+    match fault {
+        Fault::Radio(quality) if quality.link_quality().burst_s > 0.0 => {
+            checker.bursts(["fault", "radio"])
+        }
+        _ => Ok(()),
+    }
+}
 
 /// The quality of the radio on all links. The values are round numbers of this project for the default rate of one
 /// heartbeat in 2 s. A good radio hardly affects a team, a poor one impairs it, and a severe one separates it at times.
