@@ -72,10 +72,10 @@ fn a_killed_router_ends_the_incarnations_behind_it_and_they_join_again() {
         router: first,
         agents,
     } = start(&machines, &arguments);
-    run.wait_for("activated", &AWAY, 1);
+    run.wait_for("activated", &AWAY);
     first.signal(Signal::SIGKILL);
     let _ = first.wait();
-    run.wait_for("gone", &AWAY, 1);
+    run.wait_for("gone", &AWAY);
     run.run_for(5);
     let second = router(&machines);
     run.wait_for_second_incarnations();

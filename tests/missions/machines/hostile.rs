@@ -45,7 +45,7 @@ fn a_hostile_host_changes_no_byte() {
     };
     let daemon = machines.daemon("h2", "h2", &AWAY);
     let mut run = machines.up("--limit 100 --speed 20x --stall-after 60");
-    run.wait_for("activated", &["gold"], 1);
+    run.wait_for("activated", &["gold"]);
     run.pace("2x");
     let mut tries = Tries::new();
     let mut outsider = Outsider::of(&machines);
@@ -316,7 +316,7 @@ fn the_cost_of_a_hostile_host() {
         let is_attacked = round % 2 == 1;
         let daemon = machines.daemon("h2", "h2", &AWAY);
         let mut run = machines.up("--limit 600 --speed 20x --stall-after 60");
-        run.wait_for("activated", &["gold"], 1);
+        run.wait_for("activated", &["gold"]);
         let rate = machines.hosts.within("h3", || {
             stay_on(1);
             let mut attackers = is_attacked.then(|| {

@@ -107,7 +107,7 @@ impl Machines {
     fn at_work(&self, arguments: &str) -> (Run<'_>, Process) {
         let daemon = self.daemon("h2", "h2", &AWAY);
         let mut run = self.up(format!("--limit 200 {arguments}"));
-        run.wait_for("activated", &AWAY, 1);
+        run.wait_for("activated", &AWAY);
         (run, daemon)
     }
 
@@ -142,15 +142,23 @@ impl Machines {
 }
 
 impl Run<'_> {
-    /// Waits until an event of this kind has occurred `times` times for each of the robots.
+    /// Waits until an event of this kind has occurred for each of the robots.
     #[track_caller]
-    fn wait_for(&mut self, kind: &str, robots: &[&str], times: usize) {
+    fn wait_for(&mut self, kind: &str, robots: &[&str]) {
+        self.wait_for_events(&format!("{kind} of {robots:?}"), |events| {
+            let has = |robot: &&str| events.contains(&format!(",{kind},{robot},"));
+            robots.iter().all(has)
+        });
+    }
+
+    /// Waits until the text of the events fulfills the condition.
+    #[track_caller]
+    fn wait_for_events(&mut self, what: &str, condition: impl Fn(&str) -> bool) {
         let path = self.machines.lab.path("run/events.csv");
         let launcher = &mut self.launcher;
-        wait_until(&format!("{kind} of {robots:?}, {times} times"), || {
+        wait_until(what, || {
             let events = fs::read_to_string(&path).unwrap_or_default();
-            let count = |robot: &&str| events.matches(&format!(",{kind},{robot},")).count();
-            let found = robots.iter().all(|robot| count(robot) >= times);
+            let found = condition(&events);
             let is_alive = found || launcher.is_running();
             assert!(is_alive, "ended:\n{}", launcher.stderr());
             found

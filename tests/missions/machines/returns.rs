@@ -27,7 +27,7 @@ fn a_killed_and_restarted_host_has_new_incarnations() {
     };
     let (mut run, daemon) = start(&machines);
     kill(daemon);
-    run.wait_for("gone", &AWAY, 1);
+    run.wait_for("gone", &AWAY);
     run.run_for(5);
     let daemon = machines.daemon("h2", "h2", &AWAY);
     run.wait_for_second_incarnations();
@@ -45,7 +45,7 @@ fn a_lost_host_that_returns_elsewhere_supersedes_the_stalled_incarnations() {
     let (mut run, daemon) = start(&machines);
     machines.hosts.unplug("h2");
     kill(daemon);
-    run.wait_for("stalled", &AWAY, 1);
+    run.wait_for("stalled", &AWAY);
     sleep(2);
     run.run_for(5);
     let daemon = machines.daemon("h3", "h2", &AWAY);

@@ -250,6 +250,14 @@ impl Browser {
         self.runtime.block_on(performed).unwrap();
     }
 
+    /// Moves the focus to the first matching element. Waits until it is visible.
+    #[track_caller]
+    pub fn focus(&self, selector: &str) {
+        self.wait_for(&format!(
+            "(() => {{ const found = document.querySelector({selector:?}); found?.focus(); return found && document.activeElement == found; }})()"
+        ));
+    }
+
     /// Presses a key while others are held.
     pub fn press_with(&self, held: &[char], key: char) {
         let keys = KeyActions::new("keyboard".to_owned());

@@ -423,7 +423,7 @@ fn room_matrix_and_charts_need_no_mouse() {
     assert_eq!(browser.eval("alliance.view.obstacles.length"), 0);
     // A robot that the matrix selects.
     browser.choose("#chart-kind", "matrix");
-    browser.eval("document.querySelector('#matrix-canvas').focus()");
+    browser.focus("#matrix-canvas");
     browser.press(DOWN);
     browser.press(DOWN);
     browser.wait_for("document.querySelector('#matrix-cell').innerText.startsWith('gold × ')");
@@ -431,7 +431,7 @@ fn room_matrix_and_charts_need_no_mouse() {
     browser.wait_for("document.querySelector('[data-robot=gold]').dataset.selected == 'yes'");
     // The values of an earlier time.
     browser.choose("#chart-kind", "curves");
-    browser.eval("document.querySelector('#chart-list').focus()");
+    browser.focus("#chart-list");
     browser.press(LEFT);
     browser.wait_for("document.querySelector('#chart-list [data-at=pointer]') != null");
     resume_at_full_speed(&page);

@@ -205,10 +205,8 @@ fn every_function_has_keys() {
     let Some(browser) = editor(&lab, Some(FILE)) else {
         return;
     };
-    let focus =
-        |selector: &str| browser.eval(&format!("document.querySelector('{selector}').focus()"));
     // A new robot, beside the middle of the room: an arrow moves by two fields of the grid of 0.05 m.
-    focus("[data-new=robot]");
+    browser.focus("[data-new=robot]");
     browser.press(ENTER);
     browser.wait_for("document.activeElement.id == 'edit-canvas'");
     browser.press(ARROW_RIGHT);
