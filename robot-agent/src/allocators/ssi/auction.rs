@@ -37,6 +37,8 @@ pub struct Auction {
     /// The robot's own bid, once it has one.
     pub bid: Option<CostBid>,
     teammates: ByRank<Teammate>,
+    /// The time at which the auction began for this robot.
+    begun: SimTime,
     /// The time of the robot's latest message about this auction.
     sent: Option<SimTime>,
     /// The time at which the robot had the first bid of this auction.
@@ -98,8 +100,8 @@ impl Auction {
     }
 
     /// Begins an auction without bids of this robot.
-    pub fn begin(&mut self, number: u32) {
-        self.number = number;
+    pub fn begin(&mut self, number: u32, now: SimTime) {
+        (self.number, self.begun) = (number, now);
         (self.bid, self.sent, self.since) = (None, None, None);
     }
 
@@ -117,8 +119,14 @@ impl Auction {
         others.chain(own)
     }
 
-    /// Returns whether all robots have answered, or the first bid is older than `window`. An answer without a bid
-    /// counts if it was sent after the first bid. If `waits_for_unknown`, robots without any message count as bidders.
+    /// Returns whether a message without a bid answers a bid: it was sent later, or in the step in which the auction
+    /// began with that bid. In any other step its sender may not have known the task yet.
+    fn is_answer(&self, sent: SimTime, bid: SimTime) -> bool {
+        sent > bid || (sent == bid && bid == self.begun)
+    }
+
+    /// Returns whether all robots have answered, or the first bid is older than `window`. If `waits_for_unknown`,
+    /// robots without any message count as bidders.
     pub fn is_over(
         &mut self,
         me: RobotId,
@@ -131,12 +139,13 @@ impl Auction {
         };
         let since = *self.since.get_or_insert(now);
         let has_answered = |teammate: &Teammate| {
-            teammate.auction == self.number && (teammate.bid.is_some() || teammate.sent >= opened)
+            teammate.auction == self.number
+                && (teammate.bid.is_some() || self.is_answer(teammate.sent, opened))
         };
         let is_complete = !waits_for_unknown
             && self
                 .sent
-                .is_some_and(|sent| self.bid.is_some() || sent >= opened)
+                .is_some_and(|sent| self.bid.is_some() || self.is_answer(sent, opened))
             && self
                 .teammates
                 .iter()
@@ -150,7 +159,8 @@ impl Auction {
         let current = self.teammates.iter();
         let current = current.filter(|(_, teammate)| teammate.auction == self.number);
         let mut bids = current.filter(|(_, teammate)| teammate.bid.is_some());
-        self.bid.is_none() && bids.any(|(_, other)| self.sent.is_none_or(|sent| sent < other.sent))
+        let is_answered = |bid| self.sent.is_some_and(|sent| self.is_answer(sent, bid));
+        self.bid.is_none() && bids.any(|(_, other)| !is_answered(other.sent))
     }
 
     /// Returns whether the robot has sent its latest bid.

@@ -23,7 +23,7 @@ use scenario::ids::{BehaviorId, TaskId};
 use scenario::time::SimTime;
 
 use crate::allocator::unit::WorkUnit;
-use crate::allocator::utility::best;
+use crate::allocator::utility::{COMMIT, best};
 use crate::allocator::{Allocator, Choice, Decision, Input, SelfState};
 use crate::broken::is_broken;
 use auction::{Arrival, Auction};
@@ -41,6 +41,8 @@ pub struct Ssi {
     path: Path,
     /// The best behavior for each of the robot's tasks, at the latest bid or change.
     offers: Vec<Option<Offer>>,
+    /// The last sign of progress of the current unit, and the time at which the next one is overdue.
+    overdue: Option<(SimTime, SimTime)>,
     /// The time of the first step of this incarnation.
     born: Option<SimTime>,
     /// The time at which the robot last repeated all its awards.
@@ -68,6 +70,7 @@ impl Allocator for Ssi {
             awards,
             auction: Auction::default(),
             path: Path::default(),
+            overdue: None,
             born: None,
             repeated: None,
         }
@@ -87,6 +90,7 @@ impl Allocator for Ssi {
             self.give_back_plan();
         }
         let is_outbid = self.drop_lost();
+        self.drop_overdue(input, before);
         if must_choose {
             self.weigh(input);
             self.drop_impossible();
@@ -122,6 +126,7 @@ impl Allocator for Ssi {
         let under_way = self.unit.under_way();
         under_way.log(&self.me, input, decision, holder);
         self.unit.note_active(before, decision.active, input.now);
+        self.expect_progress();
     }
 }
 
@@ -189,6 +194,37 @@ impl Ssi {
         let is_outbid = first.is_some_and(|stop| awards.place(stop.place).holder.is_some());
         self.path.stops.retain(|stop| !is_lost(stop));
         is_outbid
+    }
+
+    /// Returns the current task to the auctions if its unit takes [`COMMIT`] longer than estimated. The robot may not get
+    /// there, and another may.
+    fn drop_overdue(&mut self, input: &Input<'_>, active: Option<BehaviorId>) {
+        let since = self.unit.under_way().since();
+        let is_overdue = self
+            .overdue
+            .is_some_and(|(begun, at)| since == Some(begun) && input.now >= at);
+        let Some(first) = self.path.stops.first().copied().filter(|_| is_overdue) else {
+            return;
+        };
+        let is_current = active.and_then(|active| self.me.task_of(active)) == Some(first.task);
+        if is_current && !input.is_laden {
+            self.path.stops.remove(0);
+            self.give_back(&first);
+        }
+    }
+
+    /// Notes when the next progress is overdue: [`COMMIT`] after the estimated end of the unit that begins.
+    fn expect_progress(&mut self) {
+        let since = self.unit.under_way().since();
+        if since == self.overdue.map(|(begun, _)| begun) {
+            return;
+        }
+        let task = self.path.stops.first().map(|stop| stop.task);
+        let offer = task.and_then(|task| self.offer(task));
+        self.overdue = since.zip(offer).map(|(begun, offer)| {
+            let estimate = SimTime::from_secs_f64(offer.cost_s);
+            (begun, begun + estimate + COMMIT)
+        });
     }
 
     /// Returns the stops to the auctions that are not applicable or have no known cost.
@@ -285,7 +321,7 @@ impl Ssi {
         }
         self.award(input, fixed);
         let next = self.auction.number.saturating_add(u32::from(is_over));
-        self.auction.begin(next.max(latest));
+        self.auction.begin(next.max(latest), now);
         true
     }
 

@@ -280,7 +280,7 @@ fn each_task_is_held_once_despite_loss() {
             let objective = OBJECTIVES[seed as usize % 3];
             let mut team = Team::<Ssi>::still(seed, NEVER, situation, config(objective));
             team.loss = loss;
-            team.run(1_500);
+            team.run(1_100);
             check_places(&team, 0..tasks, &format!("seed {seed}, loss {loss}"));
         }
     }
@@ -402,17 +402,41 @@ fn a_task_that_becomes_late_is_auctioned_again() {
     assert!(ssi.awards.place(place).holder.is_none());
 }
 
-/// A task appears for the distant robot one step earlier. The auction waits for the answer of the idle, near robot.
+/// A task appears for the distant robot one step earlier. The auction waits for the answer of the idle, near robot,
+/// also if that robot repeats its awards in the step of the bid.
 #[test]
 fn an_auction_waits_for_the_answers_of_idle_robots() {
     let costs: [&[f64]; 2] = [&[9.0], &[1.0]];
+    for idle in 40..60 {
+        let mut team = Team::<Ssi>::still(0, TAU, Situation::from_costs(&costs), Config::default());
+        team.applicable = vec![vec![false], vec![false]];
+        team.run(idle);
+        team.applicable[0][0] = true;
+        team.step();
+        team.applicable[1][0] = true;
+        team.run(2);
+        assert_eq!(paths(&team), [vec![], vec![0]], "after {idle} steps");
+    }
+}
+
+/// A task whose robot makes no progress returns to the auctions 60 s after its estimated end, and goes to the robot
+/// that is nearest by then.
+#[test]
+fn a_task_without_progress_is_auctioned_again() {
+    let costs: [&[f64]; 2] = [&[5.0], &[9.0]];
     let mut team = Team::<Ssi>::still(0, TAU, Situation::from_costs(&costs), Config::default());
-    team.applicable = vec![vec![false], vec![false]];
-    team.run(50);
-    team.applicable[0][0] = true;
-    team.step();
-    team.applicable[1][0] = true;
-    team.run(2);
+    let since = |team: &mut Team<Ssi>, robot: usize| {
+        while team.allocator(robot).path.stops.is_empty() {
+            team.step();
+            assert!(team.now() < SimTime(100_000));
+        }
+        team.now() - STEP
+    };
+    let begun = since(&mut team, 0);
+    team.situation.cost_s[1][0] = Some(1.0);
+    let again = since(&mut team, 1);
+    // The first auction lasts a step. In the second one the other robot answers a step later.
+    assert_eq!(again, begun + SimTime(65_000) + STEP + STEP);
     assert_eq!(paths(&team), [vec![], vec![0]]);
 }
 
