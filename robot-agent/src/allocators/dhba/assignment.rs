@@ -29,7 +29,7 @@ pub struct Assignment {
     /// The latest round of each task in the matrix.
     rounds: Vec<SimTime>,
     /// For each task, another task of the same group, or itself: a disjoint-set forest.
-    linked: Vec<u16>,
+    linked: Vec<u32>,
     /// True if an entry of the matrix is void.
     has_void: bool,
     /// True for the tasks of the group.
@@ -164,7 +164,7 @@ impl Assignment {
                 let at = entry.task.index();
                 self.rounds[at] = entry.round.max(self.rounds[at]);
                 let root = root(&mut self.linked, at);
-                self.linked[root] = *first.get_or_insert(root as u16);
+                self.linked[root] = *first.get_or_insert(root as u32);
             }
         }
         self.is_of_group.fill(false);
@@ -189,9 +189,9 @@ fn offer(robot: RobotId, entry: &EligibleTask) -> TaskOffer {
 }
 
 /// Returns the root of a task's set, and shortens the way to it.
-fn root(linked: &mut [u16], mut task: usize) -> usize {
-    while usize::from(linked[task]) != task {
-        let next = usize::from(linked[task]);
+fn root(linked: &mut [u32], mut task: usize) -> usize {
+    while linked[task] as usize != task {
+        let next = linked[task] as usize;
         linked[task] = linked[next];
         task = next;
     }

@@ -9,7 +9,6 @@ use proto::allocation::dhba::{
 };
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
-use smallvec::SmallVec;
 
 use crate::broken::is_broken;
 use crate::by_rank::ByRank;
@@ -24,7 +23,8 @@ pub struct Row {
     pub made: Option<SimTime>,
     /// The time of the robot's latest message that is known here.
     pub seen: SimTime,
-    pub entries: SmallVec<[EligibleTask; 6]>,
+    /// Outside of the row, so that the rows of a large team stay in the processor's cache.
+    pub entries: Vec<EligibleTask>,
     /// The largest utility in `entries`; 0 if there are none.
     pub largest: f32,
     /// True if the row must be sent.
@@ -35,7 +35,7 @@ pub struct Row {
 
 impl Row {
     /// Replaces the entries. Returns whether the tasks or their rounds differ.
-    fn replace(&mut self, entries: SmallVec<[EligibleTask; 6]>) -> bool {
+    fn replace(&mut self, entries: Vec<EligibleTask>) -> bool {
         let is_within = |entry: &EligibleTask, all: &[EligibleTask]| {
             let key = |entry: &EligibleTask| (entry.task, entry.round);
             all.iter().any(|other| key(other) == key(entry))
@@ -108,6 +108,15 @@ impl Matrix {
         true
     }
 
+    /// Returns whether a version changes nothing here, as most of them do.
+    #[inline]
+    pub fn is_known(&self, version: &RowVersion) -> bool {
+        self.rows.place(version.robot).is_ok_and(|place| {
+            let row = self.rows.at(place);
+            version.made == row.made && version.seen <= row.seen
+        })
+    }
+
     /// Receives the version of a teammate's row. An older version than the one here is answered with the row. Returns
     /// whether the teammate was not known before.
     pub fn receive_version(&mut self, version: &RowVersion) -> bool {
@@ -140,7 +149,7 @@ impl Matrix {
     pub fn receive_row(
         &mut self,
         version: &RowVersion,
-        entries: impl Iterator<Item = EligibleTask>,
+        entries: impl Iterator<Item = EligibleTask> + Clone,
         direct: Option<SimTime>,
         concerns: impl FnOnce(&[EligibleTask], &[EligibleTask]) -> bool,
     ) -> Update {
@@ -153,8 +162,9 @@ impl Matrix {
         // A message from before the row here may contain an earlier row.
         let is_current = direct.is_some() && direct >= row.made && version.made.is_some();
         if version.made > row.made || is_current {
-            let entries: SmallVec<[EligibleTask; 6]> = entries.take(ROW_ENTRIES_MAX).collect();
-            if version.made != row.made || entries != row.entries {
+            let entries = entries.take(ROW_ENTRIES_MAX);
+            if version.made != row.made || !entries.clone().eq(row.entries.iter().copied()) {
+                let entries: Vec<EligibleTask> = entries.collect();
                 update.is_of_concern = concerns(&row.entries, &entries);
                 (row.made, row.must_send) = (version.made, true);
                 self.structure += u64::from(row.replace(entries));
@@ -250,7 +260,7 @@ impl Matrix {
                 row.must_send = false;
                 part.rows.push(MatrixRow {
                     version: version(robot, row),
-                    entries: row.entries.to_vec(),
+                    entries: row.entries.clone(),
                 });
             }
         }

@@ -151,8 +151,10 @@ impl Dhba {
                     let version = &row.version;
                     all |= self.matrix.receive_row(version, entries, direct, concerns);
                 }
-                for version in versions.iter().filter(|version| is_sound(version)) {
-                    all.is_newcomer |= self.matrix.receive_version(version);
+                for version in versions {
+                    if !self.matrix.is_known(version) && is_sound(version) {
+                        all.is_newcomer |= self.matrix.receive_version(version);
+                    }
                 }
             }
             self.matrix.note_seen(sender, sent);
