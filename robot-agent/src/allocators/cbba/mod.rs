@@ -74,7 +74,7 @@ fn refresh_spec() -> ParameterSpec {
         key: "refresh_s",
         unit: "s",
         default: ParameterDefault::Number(CbaaConfig::default().refresh_s),
-        about: "time between two broadcasts of a robot's list of winners; shorter than τ, or teammates count it as lost",
+        about: "time between two broadcasts of a robot's list of winners; shorter than τ, or teammates count it as lost (decided here)",
         range: ParameterRange::Above(0.0, 1e9),
     }
 }
@@ -309,7 +309,7 @@ impl Allocator for Acbba {
             key: "repeat_s",
             unit: "s",
             default: ParameterDefault::Number(AcbbaConfig::default().repeat_s),
-            about: "time between two broadcasts of a robot's whole list, which repair lost changes",
+            about: "time between two broadcasts of a robot's whole list, which repair lost changes (decided here)",
             range: ParameterRange::Above(0.0, 1e9),
         };
         vec![bundle_spec(), repeat]

@@ -48,7 +48,7 @@ pub struct Grape {
 parameters! {
     /// The parameters in `[allocators.grape]`.
     pub struct Config {
-        refresh_s: f64 = 1.0, "s", Above(0.0, 1e9), "time between two broadcasts of the partition";
+        refresh_s: f64 = 1.0, "s", Above(0.0, 1e9), "time between two broadcasts of the partition (decided here)";
         utility: Utility = Utility::Common => "common", "", ParameterRange::Choice(&["common", "published"]),
             "worth of a coalition: the common utility per member, or that of the published experiments";
     }

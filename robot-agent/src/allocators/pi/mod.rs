@@ -30,7 +30,7 @@ parameters! {
         tasks: usize = 4, "", Whole(1, 16),
             "maximum number of tasks in the list of a robot; larger: a longer plan, but more computation (decided here)";
         refresh_s: f64 = 1.0, "s", Above(0.0, 1e9),
-            "time between two broadcasts of a robot's list of impacts; shorter than τ, or teammates count it as lost";
+            "time between two broadcasts of a robot's list of impacts; shorter than τ, or teammates count it as lost (decided here)";
     }
 }
 
