@@ -352,8 +352,11 @@ impl RunProcesses {
         match LauncherBus::join(&self.crew.run, views, news).await {
             Ok(bus) => Some(bus),
             Err(error) => {
-                self.progress
-                    .print_line(&format!("the launcher cannot observe the run: {error:#}"));
+                // A short run can end before the launcher has joined.
+                if Rendezvous::find(Some(&self.crew.run)).is_ok() {
+                    self.progress
+                        .print_line(&format!("the launcher cannot observe the run: {error:#}"));
+                }
                 None
             }
         }
