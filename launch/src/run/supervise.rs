@@ -97,7 +97,10 @@ struct RunProcesses {
 impl RunProcesses {
     fn start(plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<Self> {
         let logs = plan.folder.join("logs");
-        std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
+        std::fs::create_dir_all(&logs).with_context(|| {
+            let name = logs.display();
+            format!("cannot make {name}; choose another folder with --out")
+        })?;
 
         let bridge = plan.bodies.as_ref();
         let bridge = bridge.map(|settings| BodyBridge::start(settings, &logs));
