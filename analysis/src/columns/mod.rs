@@ -83,7 +83,8 @@ impl Entry {
 
     /// Returns a number without the sign of a zero.
     pub fn number(number: impl Into<Option<f64>>) -> Self {
-        Self::Number(number.into().map(|number| number + 0.0))
+        let number: Option<f64> = number.into();
+        Self::Number(number.map(|number| number + 0.0))
     }
 
     /// Returns a count, which is far below 2^63.
