@@ -446,7 +446,7 @@ fn losses(part: &RunSection<'_>) -> Markup {
 fn takeovers(part: &RunSection<'_>) -> Markup {
     let (history, metrics) = (part.history, part.metrics);
     if metrics.takeovers.is_empty() {
-        return html! { p.note { "No unfinished task went from one robot to another." } };
+        return html! { p.note { "No robot took over a task of another one." } };
     }
     html! {
         (table(&html! {
