@@ -59,5 +59,7 @@ pub fn write_atomically(path: &Path, contents: &[u8]) -> anyhow::Result<()> {
 
 /// Creates a folder and its parents, if it does not exist.
 pub fn make_folder(folder: &Path) -> anyhow::Result<()> {
-    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
+    let name = folder.display();
+    let cannot = || format!("cannot make {name}; choose another folder with --out");
+    fs::create_dir_all(folder).with_context(cannot)
 }

@@ -36,6 +36,9 @@ test("a takeover stands after the events of its own time, although it arrives la
   model.addEvents([event(860, "detected", "green", "dig", "gold"), event(870, "detected", "gold", "dig", "green")]);
   assert.equal(model.recentTakeovers(1000).get(1)?.kind, "took-over");
   assert.equal(model.recentTakeovers(1000).get(0)?.kind, "detected");
+  // The events are known since 900 ms.
+  assert.equal(model.recentTakeovers(30).get(1)?.kind, "took-over");
+  model.view = { tick: 19, now: 950, robots: [] };
   assert.equal(model.recentTakeovers(30).get(1), undefined);
 });
 

@@ -39,6 +39,8 @@ pub struct Stint {
     /// The effects on the world, in order: ends of steps with an event that changed a column of mission.csv, notes of
     /// progress on the task, and events that the mission declares as effects.
     pub effects: Vec<SimTime>,
+    /// The times of the robot's events that verbs of the mission name, such as `picked` and `begun`, in order.
+    pub acts: Vec<SimTime>,
     /// `true` if the whole stint is an effect ([`MissionVocabulary::continuous`]).
     pub continuous: bool,
     pub end: StintEnd,
@@ -97,10 +99,24 @@ impl Stint {
         before.copied().unwrap_or(self.span.from)
     }
 
-    /// Ends the stint. Later effects are not its own.
+    /// Returns whether the robot has acted or had an effect up to `now`.
+    pub(crate) fn has_worked(&self, now: SimTime) -> bool {
+        let has_effect = self.effects.first().is_some_and(|effect| *effect <= now);
+        self.continuous || has_effect || !self.acts.is_empty()
+    }
+
+    /// Returns whether the robot acts or has an effect after `at`.
+    pub(crate) fn works_after(&self, at: SimTime) -> bool {
+        let acts = self.acts.last().is_some_and(|act| *act >= at);
+        let has_effect = self.effects.last().is_some_and(|effect| *effect > at);
+        acts || has_effect || self.continuous && self.span.to > at
+    }
+
+    /// Ends the stint. Later acts and effects are not its own.
     fn end(&mut self, to: SimTime, end: StintEnd) {
         self.span.to = to;
         self.end = end;
+        self.acts.retain(|act| *act < to);
         self.effects.retain(|effect| *effect <= to);
     }
 }
@@ -154,6 +170,10 @@ impl StintTracker {
         };
         let at = event.t_ms;
         let set = self.sets.get(&event.subject).copied();
+        let mut verbs = self.terms.verbs.iter();
+        if verbs.any(|(_, kind)| *kind == event.kind) {
+            self.add_act(robot, at);
+        }
         match (event.kind.as_str(), set) {
             ("activated", Some(set)) => {
                 // A robot that is back can activate a set that it had before.
@@ -238,6 +258,7 @@ impl StintTracker {
             task,
             span: Span { from: at, to },
             effects: effects.map(|(time, _)| *time).collect(),
+            acts: Vec::new(),
             continuous: self.terms.continuous,
             end,
             counts: None,
@@ -292,6 +313,16 @@ impl StintTracker {
             match stints.find(is_same) {
                 Some(stint) => stint.end(OPEN, StintEnd::Ongoing),
                 None => self.begin(robot, (set, task), at, false),
+            }
+        }
+    }
+
+    /// Adds an act to the stints of a robot.
+    fn add_act(&mut self, robot: usize, at: SimTime) {
+        for stint in self.stints.iter_mut().flatten() {
+            let Span { from, to } = stint.span;
+            if stint.robot == robot && from <= at && at < to {
+                stint.acts.push(at);
             }
         }
     }

@@ -11,6 +11,17 @@ use scenario::time::SimTime;
 
 use super::stints::{Loss, Span, Stint, StintEnd, StintTracker};
 
+/// The reasons, as in events.csv, with which a robot leaves a task for a teammate's claim or for another task. The other
+/// reasons state that the robot gives the task up, or that it is over.
+const CHANGES_OF_PLAN: [&str; 6] = [
+    "arbitration",
+    "outbid",
+    "claimed",
+    "awarded",
+    "reassigned",
+    "drawn",
+];
+
 /// The activation of an exclusive task that another robot had not finished.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Takeover {
@@ -103,7 +114,8 @@ impl fmt::Display for LossTakeover {
 }
 
 /// Finds stints and takeovers in the rows of events.csv, which arrive in order. A claim counts when it has lasted two
-/// steps, so a takeover is found that much later. Of contested claims, it is found when the contest is over.
+/// steps and its robot has worked, so a takeover is found that much later. Of contested claims, it is found when the
+/// contest is over.
 pub struct TakeoverDetector {
     step: SimTime,
     tracker: StintTracker,
@@ -203,7 +215,7 @@ impl Found {
 }
 
 /// Decides which stints of a task count and which of them begin takeovers. Moves the stints that later ones do not need.
-/// Returns whether all stints are decided.
+/// Returns whether all possible takeovers are decided.
 fn decide(stints: &mut Vec<Stint>, step: SimTime, now: SimTime, found: &mut Found) -> bool {
     for index in 0..stints.len() {
         if stints[index].counts.is_none() {
@@ -213,15 +225,14 @@ fn decide(stints: &mut Vec<Stint>, step: SimTime, now: SimTime, found: &mut Foun
     for index in 0..stints.len() {
         let stint = &stints[index];
         if stint.may_take_over
-            && let Some(takeover) = takeover(stint, stints)
+            && let Some(takeover) = takeover(stint, stints, now)
         {
             found.takeovers.extend(takeover);
             stints[index].may_take_over = false;
         }
     }
-    let is_decided = |stint: &Stint| stint.counts.is_some() && !stint.may_take_over;
-    let are_decided = stints.iter().all(is_decided);
-    if are_decided {
+    let are_decided = !stints.iter().any(|stint| stint.may_take_over);
+    if are_decided && stints.iter().all(|stint| stint.counts.is_some()) {
         let ended = stints.iter().filter(|stint| stint.span.to <= now);
         let counted = ended.filter(|stint| stint.counts == Some(true));
         let last = counted.map(|stint| order(stint, now)).max();
@@ -231,8 +242,8 @@ fn decide(stints: &mut Vec<Stint>, step: SimTime, now: SimTime, found: &mut Foun
     are_decided
 }
 
-/// Returns whether a stint counts: unless it is a bid or yields to another claim. Returns `None` while the rows before
-/// `now` do not decide it.
+/// Returns whether a stint counts: unless it is a bid or yields. Returns `None` while the rows before `now` do not decide
+/// it.
 fn counts(stint: &Stint, stints: &[Stint], step: SimTime, now: SimTime) -> Option<bool> {
     let Span { from, to } = stint.span;
     let is_open = to > now;
@@ -244,12 +255,16 @@ fn counts(stint: &Stint, stints: &[Stint], step: SimTime, now: SimTime) -> Optio
         let held = other.span.from <= from && from < other.span.to;
         other.robot != stint.robot && held && other.span.to >= to.min(now)
     });
+    let may_yield = is_contested || !stint.has_worked(now);
     if is_open {
-        return (!is_contested).then_some(true);
+        return (!may_yield).then_some(true);
     }
     let is_bid = stint.span.length() <= step;
-    let has_yielded = stint.end == StintEnd::Left("arbitration".to_owned());
-    Some(!(is_bid || has_yielded && is_contested))
+    let changes_plan = matches!(
+        &stint.end,
+        StintEnd::Left(reason) if CHANGES_OF_PLAN.contains(&reason.as_str())
+    );
+    Some(!(is_bid || changes_plan && may_yield))
 }
 
 /// Returns the order by which the last one of several stints is the predecessor of a stint that begins at `at`: by the
@@ -258,12 +273,13 @@ fn order(stint: &Stint, at: SimTime) -> (SimTime, SimTime, usize) {
     (stint.span.to.min(at), stint.span.from, stint.robot)
 }
 
-/// Returns the takeover that a stint begins, if any. Returns `None` while it is undecided.
-fn takeover(after: &Stint, stints: &[Stint]) -> Option<Option<Takeover>> {
-    if !after.counts? {
+/// Returns the takeover that a stint begins, if any. Returns `None` while the rows before `now` do not decide it.
+fn takeover(after: &Stint, stints: &[Stint], now: SimTime) -> Option<Option<Takeover>> {
+    let at = after.span.from;
+    let is_earlier = |stint: &Stint| stint.span.from < at && stint.counts != Some(false);
+    if !stints.iter().any(is_earlier) || !after.counts? {
         return Some(None);
     }
-    let at = after.span.from;
     let others = || stints.iter().filter(|stint| stint.counts != Some(false));
     let mut simultaneous =
         others().filter(|other| other.span.from == at && other.robot < after.robot);
@@ -279,6 +295,8 @@ fn takeover(after: &Stint, stints: &[Stint]) -> Option<Option<Takeover>> {
         return Some(None);
     }
     let (idle_since, cause) = match &before.end {
+        _ if before.works_after(at) => return Some(None),
+        _ if before.span.to > now => return None,
         _ if before.span.to > at => (before.idle_since(at), TakeoverCause::StillActive),
         StintEnd::Left(reason) if reason == "not-applicable" => return Some(None),
         StintEnd::Left(reason) => (before.idle_since(at), TakeoverCause::Left(reason.clone())),

@@ -24,6 +24,29 @@ fn a_robot_that_ends_before_it_joined_is_a_crashed_robot() {
     }
 }
 
+/// The world may end before the launcher has joined the bus. This is no problem of the run.
+#[test]
+fn a_run_that_ends_at_once_is_not_reported_as_unobserved() {
+    let lab = Lab::new();
+    for run in 0..8 {
+        let finished = lab.mission(&format!("run-{run}"), "--limit 0.2").expect(1);
+        let stderr = &finished.stderr;
+        assert!(!stderr.contains("cannot observe"), "{stderr}");
+    }
+}
+
+/// The processes are still starting, and their handlers of signals may be missing.
+#[test]
+fn a_run_that_is_interrupted_at_its_start_has_the_status_of_an_interrupted_run() {
+    for _ in 0..6 {
+        let lab = Lab::new();
+        let mut team = Team::start(&lab, "--speed 1x");
+        team.launcher().signal(Signal::SIGINT);
+        let stderr = team.wait().expect(130).stderr;
+        assert!(!stderr.contains("was killed"), "{stderr}");
+    }
+}
+
 #[test]
 fn a_robot_that_is_stopped_before_it_joined_takes_part_later() {
     let lab = Lab::new();

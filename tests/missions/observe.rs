@@ -3,6 +3,7 @@
 //! A step is 200 ms here, which hardly changes the results. `alliance sweep analysis/sweeps/cmommt.toml` runs all teams
 //! and radii.
 
+use alliance_tests::harness::Lab;
 use alliance_tests::runs::{log_of, parse, play, run, setup, vocabulary};
 use missions::observe::data::{ObserveSection, Policy};
 use proto::tick::Outcome;
@@ -29,6 +30,15 @@ fn scenario(name: &str, policy: Policy, more: &str) -> Scenario {
 
 fn section(scenario: &mut Scenario) -> &mut ObserveSection {
     scenario.mission.values_mut().unwrap()
+}
+
+/// In the first tick, one target is observed. The entropy of one part is 0, without a sign.
+#[test]
+fn the_entropy_of_one_observed_target_is_zero() {
+    let lab = Lab::new();
+    let run = lab.run("run cmommt --in-process --limit 0.05 --out run --json");
+    let entropy = run.expect(1).json()["result"]["h"].as_f64().unwrap();
+    assert_eq!(entropy.to_bits(), 0.0_f64.to_bits());
 }
 
 /// Returns A/n of each of the seeds.

@@ -171,3 +171,20 @@ fn wrong_profiles_are_refused_in_one_line() {
     answers += &refusal(&lab, "cluster world --profile new.toml");
     insta::assert_snapshot!(answers);
 }
+
+/// A file stands where a folder is needed. In containers, it is a file system that cannot be written.
+#[test]
+fn a_folder_that_cannot_be_made_is_named_with_the_option_for_another_one() {
+    let lab = Lab::new();
+    lab.write("file", "");
+    lab.mission("run", "--in-process --limit 1").expect(1);
+    for (command, status) in [
+        ("run --no-page --limit 1 --out file/x", 3),
+        ("report run --out file/x", 2),
+        ("export run --png end --out file/x", 2),
+    ] {
+        let refused = lab.run(command).expect(status);
+        let text = "; choose another folder with --out: Not a directory";
+        assert!(refused.stderr.contains(text), "{}", refused.stderr);
+    }
+}

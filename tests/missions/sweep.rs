@@ -54,6 +54,20 @@ fn printed_command<'s>(output: &'s str, mark: &str) -> &'s str {
         .1
 }
 
+/// Runs of `observe` last equally long and have no recurring events.
+#[test]
+fn the_printed_table_has_the_measure_of_the_scenario_and_no_empty_column() {
+    let lab = Lab::new();
+    let plan =
+        "scenario = 'cmommt'\nseeds = 2\nlimit_s = 10.0\n[grid]\nobserve.range_m = [1.0, 3.0]\n";
+    lab.write("plan.toml", plan);
+    let finished = lab.run("sweep plan.toml").expect(0);
+    let (_, table) = finished.stderr.split_once("range_m").unwrap();
+    let (head, _) = table.split_once('─').unwrap();
+    assert!(finished.stderr.contains("observed"), "{}", finished.stderr);
+    assert!(!head.contains("lateness"), "{}", finished.stderr);
+}
+
 #[test]
 fn a_sweep_has_a_row_for_each_run_and_each_run_can_be_repeated() {
     let lab = lab();

@@ -81,8 +81,10 @@ impl Entry {
         Self::Text(Some(text.to_string()))
     }
 
+    /// Returns a number without the sign of a zero.
     pub fn number(number: impl Into<Option<f64>>) -> Self {
-        Self::Number(number.into())
+        let number: Option<f64> = number.into();
+        Self::Number(number.map(|number| number + 0.0))
     }
 
     /// Returns a count, which is far below 2^63.
@@ -98,7 +100,7 @@ impl Entry {
             Some((value, (from, to))) => [value, from, to].map(Some),
             None => [None; 3],
         };
-        [value, from, to].map(Self::Number)
+        [value, from, to].map(Self::number)
     }
 
     /// Returns the value for a column of that type.
@@ -209,5 +211,17 @@ impl Table {
     pub fn write(&self, folder: &Path, name: &str) -> anyhow::Result<()> {
         self.write_csv(folder, name)?;
         write_atomically(&folder.join(format!("{name}.parquet")), &self.parquet()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_zero_has_no_sign() {
+        let [mean, from, to] = Entry::with_interval(Some((-0.0, (-0.5, -0.0))));
+        let texts = [mean, from, to, Entry::number(-0.0)].map(|entry| entry.csv());
+        assert_eq!(texts, ["0", "-0.5", "0", "0"]);
     }
 }

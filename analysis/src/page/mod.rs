@@ -109,11 +109,15 @@ pub fn estimate(found: Option<(f64, (f64, f64))>, shown: impl Fn(f64) -> String)
     }
 }
 
-/// Formats a number of any size with about four digits.
+/// Formats a number of any size with about four digits. A number that is shown as 0 has no sign.
 #[must_use]
 pub fn number(value: f64) -> String {
     let digits = if value.abs() < 10.0 { 3 } else { 1 };
-    format!("{value:.digits$}")
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|digit| "0.".contains(digit)) => zero.to_owned(),
+        _ => text,
+    }
 }
 
 /// Formats a share as percent.
@@ -135,6 +139,12 @@ mod tests {
         let attribute = about(&keys).unwrap();
         assert_eq!(attribute, r#"{"faults":"none","mission":"a \"b\""}"#);
         assert_eq!(about(&[]), None);
+    }
+
+    #[test]
+    fn a_zero_has_no_sign() {
+        let shown = [-0.0, -0.0004, -0.0006, -12.34].map(number);
+        assert_eq!(shown, ["0.000", "0.000", "-0.001", "-12.3"]);
     }
 
     #[test]

@@ -48,7 +48,7 @@ pub(super) fn definitions() -> Markup {
             dt { "unattended" } dd { "Part of the time applicable in which no behavior set for the task was active in any robot that was present." }
             dt { "duplicate" } dd { "Time in which behavior sets for an exclusive task were active in two or more robots that were present." }
             dt { "detection latency" } dd { "From the death or stop of a robot that was executing a task to the first sign that a teammate has detected it: the teammate's ceased-after time (τ) has passed since it last received the robot's claim of the task, its impatience rate for the task rose to fast, or it activated the task. Only signs before the robot's return count." }
-            dt { "takeover latency" } dd { "From the last progress on an exclusive task to its activation by another robot than the one that executed it last. The last progress is the death or stop of that robot; if it lives, the last effect of its stint, or its activation if there was none. A claim that lasts one step is a bid: it is no takeover and makes no robot the previous one. The same holds for a claim that yields to another one. Taking up a task that was left as not applicable is no takeover." }
+            dt { "takeover latency" } dd { "From the last progress on an exclusive task to its activation by another robot than the one that executed it last. The last progress is the death or stop of that robot; if it lives, the last effect of its stint, or its activation if there was none. A claim that lasts one step is a bid: it is no takeover and makes no robot the previous one. The same holds for a claim that its robot leaves for another claim or another task, if it has not worked on the task or if the other claim was there before. Taking up a task that was left as not applicable is no takeover, nor is joining a robot that continues to work on it." }
             dt { "lateness" } dd { "How much longer than the wanted period an interval between recurring events was; the first interval starts with the run. An event in time counts as 0." }
         }
     }
@@ -446,7 +446,7 @@ fn losses(part: &RunSection<'_>) -> Markup {
 fn takeovers(part: &RunSection<'_>) -> Markup {
     let (history, metrics) = (part.history, part.metrics);
     if metrics.takeovers.is_empty() {
-        return html! { p.note { "No unfinished task went from one robot to another." } };
+        return html! { p.note { "No robot took over a task of another one." } };
     }
     html! {
         (table(&html! {

@@ -20,6 +20,7 @@ use crate::controllers::ControllerFiles;
 use crate::figures::canvas::Sheet;
 use crate::figures::{Figure, files};
 use crate::new_file::write_atomically;
+use crate::page::number;
 use crate::shell::shell_quoted;
 use crate::{exit_status, table};
 
@@ -170,13 +171,16 @@ fn show(folder: &Path, header: &Header, page: &Page<'_>) {
     stderr_line!("summary  {}", folder.join("summary.html").display());
 }
 
-/// Creates a table with one row per condition. Intervals stand below their estimates and long keys span several lines, so that
-/// the table fits a terminal.
+/// Creates a table with one row per condition, with the scenario's own measure first. Intervals stand below their estimates and
+/// long keys span several lines, so that the table fits a terminal.
 fn terminal_table(page: &Page<'_>) -> Table {
     let settings = page.setting_columns();
     let settings = settings.iter().map(|key| key.replace('.', ".\n"));
-    let figures = ["complete", "makespan\nin s", "lateness\nin s"];
-    let mut table = table::new(settings.chain(figures.map(ToOwned::to_owned)));
+    let own = page.primary().map(|own| own.metric.as_str());
+    let lateness = page.has_lateness().then_some("lateness\nin s");
+    let figures = own.into_iter().chain(["complete", "makespan\nin s"]);
+    let figures = figures.chain(lateness).map(ToOwned::to_owned);
+    let mut table = table::new(settings.chain(figures));
     for (cells, summary) in page.conditions {
         let (from, to) = summary.completion;
         let complete = format!(
@@ -187,12 +191,15 @@ fn terminal_table(page: &Page<'_>) -> Table {
             100.0 * to
         );
         let cells = cells.iter().map(|cell| cell.to_string());
-        let lateness = match summary.without_lateness {
-            0 => estimated(summary.lateness_s),
+        let own = own.and(summary.primary.as_ref());
+        let own = own.map(|own| estimated(Some(own.median), number));
+        let in_s = |found| estimated(found, |seconds| format!("{seconds:.1}"));
+        let lateness = lateness.map(|_| match summary.without_lateness {
+            0 => in_s(summary.lateness_s),
             some => format!("none in\n{}", counted(some, "run")),
-        };
-        let figures = [complete, estimated(summary.makespan_s), lateness];
-        table.add_row(cells.chain(figures));
+        });
+        let figures = own.into_iter().chain([complete, in_s(summary.makespan_s)]);
+        table.add_row(cells.chain(figures).chain(lateness));
     }
     table::align_right(&mut table, page.setting_columns().len()..);
     table
@@ -205,9 +212,11 @@ fn runs(summary: &Summary) -> String {
     }
 }
 
-fn estimated(estimate: Option<Estimate>) -> String {
+fn estimated(estimate: Option<Estimate>, shown: impl Fn(f64) -> String) -> String {
     match estimate {
-        Some((median, (from, to))) => format!("{median:.1}\n{from:.1} – {to:.1}"),
+        Some((median, (from, to))) => {
+            format!("{}\n{} – {}", shown(median), shown(from), shown(to))
+        }
         None => "–".to_owned(),
     }
 }

@@ -16,7 +16,7 @@ use tokio::time::Instant;
 use world_server::mission_args::{Known, read_scenario};
 
 use super::comparison::Comparison;
-use super::journal::{self, Header, RowsByRun, read_all};
+use super::journal::{self, Header, RowsByRun, note_of_builds, read_all};
 use super::lines::LineFile;
 use super::plan::Plan;
 use super::run::{Failure, Row, RunResult, execute_run};
@@ -497,6 +497,7 @@ fn finish(
     (plan, sheet): (Option<&str>, Sheet),
 ) -> anyhow::Result<bool> {
     let rows: Vec<Row> = rows.into_values().collect();
+    show_notes(note_of_builds(&rows).as_slice());
     for row in &rows {
         if let RunResult::Failed(failure) = &row.end {
             keep(folder, header, row.run, failure)?;

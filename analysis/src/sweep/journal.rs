@@ -3,7 +3,7 @@
 //! A killed process leaves at most one incomplete last line, which the reader drops. Each shard writes its own journal; readers
 //! combine all journals of a folder.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +36,19 @@ pub struct Header {
 }
 
 pub type RowsByRun = BTreeMap<usize, Row>;
+
+/// Returns a note if several builds of the program executed the runs, because their rules can differ.
+#[must_use]
+pub fn note_of_builds(rows: &[Row]) -> Option<String> {
+    let builds = rows.iter().map(|row| row.build.as_str());
+    let builds: BTreeSet<&str> = builds.filter(|build| !build.is_empty()).collect();
+    (builds.len() > 1).then(|| {
+        let count = builds.len();
+        format!(
+            "{count} builds of the program executed the runs; results.csv has the build of each"
+        )
+    })
+}
 
 /// Opens the journal of a shard, or of the entire sweep, for rows. Writes the header of a new one.
 ///
@@ -165,6 +178,21 @@ mod tests {
                 scenario: "a = 1\n".to_owned(),
             }),
         }
+    }
+
+    #[test]
+    fn runs_of_several_builds_have_a_note() {
+        let built = |build: &str| Row {
+            build: build.to_owned(),
+            ..row(0, "a")
+        };
+        let note = |builds: &[&str]| {
+            let rows: Vec<Row> = builds.iter().map(|build| built(build)).collect();
+            note_of_builds(&rows)
+        };
+        assert_eq!(note(&["a", "a", ""]), None);
+        let text = "2 builds of the program executed the runs; results.csv has the build of each";
+        assert_eq!(note(&["a", "b", "a"]).as_deref(), Some(text));
     }
 
     const PLAN: &str = "seeds = 9\n[grid]\nbody.speed_m_s = [0.5, 0.1]\n";

@@ -42,10 +42,7 @@ impl Page<'_> {
         let best = self.best();
         let has_best = best.contains(&true);
         let has_failures = self.overall.failed > 0;
-        let has_lateness = self
-            .conditions
-            .iter()
-            .any(|(_, summary)| summary.lateness_s.is_some() || summary.without_lateness > 0);
+        let has_lateness = self.has_lateness();
         let primary = self.primary();
         let (first, rest) = self.figures.split_at(self.figures.len().min(1));
         let head = html! {
@@ -118,8 +115,14 @@ impl Page<'_> {
         document(&title, "", &body)
     }
 
+    /// Returns whether the mission has recurring events.
+    pub fn has_lateness(&self) -> bool {
+        let mut all = self.conditions.iter();
+        all.any(|(_, summary)| summary.lateness_s.is_some() || summary.without_lateness > 0)
+    }
+
     /// Returns the measure of the first condition, if all conditions have the same one.
-    fn primary(&self) -> Option<&Primary> {
+    pub fn primary(&self) -> Option<&Primary> {
         let mut all = self
             .conditions
             .iter()

@@ -167,12 +167,14 @@ export class Model {
     return [...corners, { at, level: motivation.motivation, state: motivation.state, last: true }];
   }
 
-  /** Adds events. A takeover arrives up to two steps after the events of its time. */
+  /** Adds events. A takeover of a live run arrives when its robot has worked, after other events. */
   addEvents(events) {
     const isLate = events.some(({ t_ms }) => t_ms < this.events.at(-1)?.t_ms);
+    const isNew = this.isLive && this.#nextEvent > 0;
     for (const event of events) {
       const group = groupOf(event.kind, this.run.mission.events);
-      this.events.push({ ...event, group, index: this.#nextEvent++ });
+      const known_ms = isNew ? Math.max(event.t_ms, this.now) : event.t_ms;
+      this.events.push({ ...event, known_ms, group, index: this.#nextEvent++ });
     }
     if (isLate) this.events.sort((a, b) => a.t_ms - b.t_ms || a.index - b.index);
     const surplus = this.events.length - MAX_EVENTS;
@@ -183,12 +185,12 @@ export class Model {
     this.#changed();
   }
 
-  /** Returns the latest takeover of each robot in the last `age_ms`, or else its latest detection, by rank. */
+  /** Returns the latest takeover of each robot known for less than `age_ms`, or else its latest detection, by rank. */
   recentTakeovers(age_ms) {
     const found = new Map();
     for (const event of this.events) {
       if (event.t_ms > this.now) break;
-      if (event.t_ms <= this.now - age_ms || (event.kind !== TOOK_OVER && event.kind !== DETECTED)) continue;
+      if (event.known_ms <= this.now - age_ms || (event.kind !== TOOK_OVER && event.kind !== DETECTED)) continue;
       const rank = this.names.indexOf(event.robot);
       if (event.kind === TOOK_OVER || found.get(rank)?.kind !== TOOK_OVER) found.set(rank, event);
     }

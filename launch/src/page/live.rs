@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_takeover_is_sent_as_an_event_when_it_has_lasted_two_steps() {
+    fn a_takeover_is_sent_as_an_event_when_its_robot_has_worked() {
         let setup = default_setup(1);
         let received = Received::new(&setup);
         let (_, mut frames) = received.catch_up();
@@ -312,7 +312,10 @@ mod tests {
             (10, "activated", robot(0)),
             (20, "gone", robot(0)),
             (90, "activated", robot(1)),
+            (100, "done", robot(1)),
         ] {
+            received.view(view(tick, None));
+            assert_eq!(frames.try_recv(), Err(TryRecvError::Empty));
             let mut news = news(tick);
             news.events[0].kind = kind.to_owned();
             news.events[0].robot = robot.to_owned();
@@ -320,9 +323,7 @@ mod tests {
             received.events(&news);
             assert!(frames.try_recv().is_ok());
         }
-        received.view(view(91, None));
-        assert_eq!(frames.try_recv(), Err(TryRecvError::Empty));
-        received.view(view(92, None));
+        received.view(view(101, None));
         let frame: Value = serde_json::from_str(&frames.try_recv().unwrap()).unwrap();
         let task = &tasks[set.unwrap().task.index()].name;
         let takeover = json!({"t_ms": 4500, "kind": "took-over", "robot": robot(1), "subject": task, "reason": robot(0), "detail": "3.50 s after its death"});
@@ -330,7 +331,7 @@ mod tests {
         // A page that opens later receives it, too.
         let (past, _) = received.catch_up();
         let past: Value = serde_json::from_str(&past).unwrap();
-        assert_eq!(past["past"]["events"][3], takeover);
+        assert_eq!(past["past"]["events"][4], takeover);
     }
 
     #[test]

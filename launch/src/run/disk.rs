@@ -13,6 +13,7 @@ mod row {
     pub const POSE: f64 = 55.0;
     pub const MESSAGE: f64 = 82.0;
     pub const REPEATED_MESSAGE: f64 = 33.0;
+    pub const CONTENT: f64 = 85.0;
     pub const HASH: f64 = 45.0;
 }
 
@@ -50,11 +51,18 @@ fn bytes_at_limit(setup: &Setup, level: LogLevel) -> f64 {
     let is_full = level == LogLevel::Full;
     let robots = setup.scenario.robots.len() as f64;
     let allocators = setup.scenario.allocator_list();
+    let has_motivations = allocators.contains("alliance");
     // Motivations have few rows in a compact log. Utilities change while a robot moves.
-    let set = if is_full || !allocators.contains("alliance") {
+    let set = if is_full || !has_motivations {
         row::SET
     } else {
         0.0
+    };
+    // Other allocators send up to a row about each robot or task near them.
+    let content = if has_motivations {
+        0.0
+    } else {
+        row::CONTENT * (robots + 4.0)
     };
     let (message, hashes) = if is_full {
         (row::MESSAGE, robots * SECTIONS)
@@ -67,12 +75,14 @@ fn bytes_at_limit(setup: &Setup, level: LogLevel) -> f64 {
     let sets = robots_with_values.flat_map(|robot| robot.sets.values());
     let rate_hz = sets.map(|set| set.broadcast_rate_hz).fold(0.0, f64::max);
     let step_s = SimTime(setup.scenario.step_ms).as_secs_f64();
-    let per_second = per_tick / step_s + message * robots * (robots - 1.0) * rate_hz;
+    let per_broadcast = message * (robots - 1.0) + content;
+    let per_second = per_tick / step_s + per_broadcast * robots * rate_hz;
     per_second * setup.scenario.limit_s
 }
 
 #[cfg(test)]
 mod tests {
+    use missions::Registry;
     use missions::waste::data::default_setup;
 
     use super::*;
@@ -90,5 +100,27 @@ mod tests {
             note.contains("but its disk has 0.00 GB free; use"),
             "{note}"
         );
+    }
+
+    /// The sizes are those of runs of 60 s with compact logs.
+    #[test]
+    fn contents_of_messages_count() {
+        let known = Registry::built_in().vocabulary();
+        let waste = known
+            .missions
+            .iter()
+            .find(|mission| mission.name() == "waste");
+        for (allocator, robots, megabytes) in [
+            ("dhba", 100, 77.8),
+            ("grape", 100, 74.4),
+            ("hipc", 30, 10.1),
+        ] {
+            let mut scenario = waste.unwrap().family(robots, 2 * robots / 3).unwrap();
+            scenario.allocator = Some(allocator.to_owned());
+            scenario.limit_s = 60.0;
+            let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+            let bytes = bytes_at_limit(&setup, LogLevel::Compact);
+            assert!(bytes > megabytes * 1e6, "{allocator}: {bytes}");
+        }
     }
 }

@@ -279,10 +279,14 @@ mod tests {
             news.add(&at(90, vec![event(90, "activated", "green", set)])),
             [""; 0]
         );
-        assert_eq!(news.takeovers_until(SimTime(4550), &[]), [""; 0]);
+        assert_eq!(news.takeovers_until(SimTime(4600), &[]), [""; 0]);
+        assert_eq!(
+            news.add(&at(100, vec![event(100, "done", "green", "")])),
+            [""; 0]
+        );
         let takeover =
             format!("4.500 s: green takes over {task} from gold, 3.50 s after its death");
-        assert_eq!(news.takeovers_until(SimTime(4600), &[]), [takeover]);
+        assert_eq!(news.takeovers_until(SimTime(5050), &[]), [takeover]);
         assert_eq!(news.finish(), None);
     }
 

@@ -8,6 +8,7 @@ use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use analysis::interrupted::INTERRUPTED_STATUS;
 use analysis::table::paragraph;
 use anyhow::{Context, Error, bail};
 use cluster::rendezvous::Rendezvous;
@@ -20,7 +21,7 @@ use proto::view::{RobotView, View};
 use run_log::RunFile;
 use scenario::Robot;
 use scenario::names::{PAGE, WORLD};
-use terminal::listed;
+use terminal::{listed, stderr_line};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
@@ -67,14 +68,22 @@ const INTERVAL: Duration = Duration::from_millis(200);
 /// If a process cannot be started or fails, or the bus fails.
 pub fn supervise(plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<u8> {
     let runtime = runtime::start_runtime()?;
-    runtime.block_on(async {
+    let has_log = runtime.block_on(async {
         let mut team = RunProcesses::start(plan, link)?;
         let watched = team.watch(plan).await;
         team.end_all().await;
         team.progress.clear();
-        watched?;
-        team.check_world()
+        let is_interrupted = watched?;
+        // A world that is still starting does not handle the request to end.
+        if is_interrupted && team.world.ending() == Some(Ending::Signal(Signal::SIGTERM as i32)) {
+            return Ok(false);
+        }
+        team.check_world().map(|()| true)
     })?;
+    if !has_log {
+        stderr_line!("the run was interrupted before its first tick");
+        return Ok(INTERRUPTED_STATUS);
+    }
     let run = read_run(&plan.folder)?;
     summary::show(plan, &run)?;
     Ok(summary::exit_status(run.outcome))
@@ -97,7 +106,10 @@ struct RunProcesses {
 impl RunProcesses {
     fn start(plan: &RunPlan, link: Option<PageLink>) -> anyhow::Result<Self> {
         let logs = plan.folder.join("logs");
-        std::fs::create_dir_all(&logs).with_context(|| logs.display().to_string())?;
+        std::fs::create_dir_all(&logs).with_context(|| {
+            let name = logs.display();
+            format!("cannot make {name}; choose another folder with --out")
+        })?;
 
         let bridge = plan.bodies.as_ref();
         let bridge = bridge.map(|settings| BodyBridge::start(settings, &logs));
@@ -227,8 +239,8 @@ impl RunProcesses {
         }
     }
 
-    /// Handles orders, events and process changes until the world has ended.
-    async fn watch(&mut self, plan: &RunPlan) -> anyhow::Result<()> {
+    /// Handles orders, events and process changes until the world has ended. Returns whether the user ended the run.
+    async fn watch(&mut self, plan: &RunPlan) -> anyhow::Result<bool> {
         let mut children = signal(SignalKind::child())?;
         let mut interrupt = signal(SignalKind::interrupt())?;
         let mut terminate = signal(SignalKind::terminate())?;
@@ -308,7 +320,7 @@ impl RunProcesses {
             }
             let _ = timeout(Duration::from_millis(200), bus.close()).await;
         }
-        Ok(())
+        Ok(interrupted.is_some())
     }
 
     /// Reports state changes of agents from before the launcher joined the bus.
@@ -352,8 +364,11 @@ impl RunProcesses {
         match LauncherBus::join(&self.crew.run, views, news).await {
             Ok(bus) => Some(bus),
             Err(error) => {
-                self.progress
-                    .print_line(&format!("the launcher cannot observe the run: {error:#}"));
+                // A short run can end before the launcher has joined.
+                if Rendezvous::find(Some(&self.crew.run)).is_ok() {
+                    self.progress
+                        .print_line(&format!("the launcher cannot observe the run: {error:#}"));
+                }
                 None
             }
         }

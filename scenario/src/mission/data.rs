@@ -399,7 +399,8 @@ pub struct MissionVocabulary {
     pub effects: &'static [&'static str],
     /// True if the work itself is the effect: a robot is productive while a behavior set is active.
     pub continuous: bool,
-    /// The verbs that can trigger faults, each with the kind of its event.
+    /// The verbs that can trigger faults, each with the kind of its event. Such an event is work of its robot, by which
+    /// takeovers differ from negotiation.
     pub verbs: &'static [(&'static str, &'static str)],
     /// The names of the two kinds of bulletins: the last chunk of their keys, and `kind` in messages.csv.
     pub bulletins: [&'static str; 2],

@@ -159,6 +159,7 @@ struct Stint<'a> {
     from: usize,
     to: usize,
     effects: Vec<usize>,
+    acts: Vec<usize>,
     end: StintEnd,
     is_continuous: bool,
 }
@@ -294,6 +295,10 @@ fn stint<'a>(tables: &Tables<'_>, set: &SetWork<'a>, from: usize, to: usize) -> 
         };
         (from < at && at <= to).then_some(at)
     });
+    let acts = own().filter(|row| {
+        let mut verbs = terms.verbs.iter();
+        verbs.any(|(_, kind)| *kind == row.kind) && (from..to).contains(&tick(row))
+    });
     let change = own().find(|row| {
         let is_end = ["hibernated", "waiting"].contains(&row.kind.as_str());
         is_end && tick(row) == to && row.subject == set.name
@@ -305,6 +310,7 @@ fn stint<'a>(tables: &Tables<'_>, set: &SetWork<'a>, from: usize, to: usize) -> 
         from,
         to,
         effects: effects.collect(),
+        acts: acts.map(tick).collect(),
         end: match change {
             Some(row) => StintEnd::Left(row.reason.clone()),
             None if to as u64 >= tables.ticks => StintEnd::Ongoing,
@@ -330,14 +336,19 @@ fn takeovers<'t>(tables: &Tables<'t>, stints: &[Stint<'t>]) -> Vec<Takeover<'t>>
     };
     let is_bid = |stint: &Stint<'_>| stint.to == stint.from + 1; // 3
     let yields = |stint: &Stint<'_>| {
-        stint.end == StintEnd::Left("arbitration".to_owned())
-            && stints.iter().any(|other| {
-                let included = (other.from..other.to).contains(&stint.from);
-                let differs = other.robot != stint.robot && other.task == stint.task;
-                differs && included && other.to >= stint.to
-            }) // 4
+        let plans = "arbitration outbid claimed awarded reassigned drawn";
+        let mut plans = plans
+            .split(' ')
+            .map(|reason| StintEnd::Left(reason.to_owned()));
+        let has_worked = stint.is_continuous || !stint.acts.is_empty() || !stint.effects.is_empty();
+        let mut others = stints.iter().filter(|other| {
+            let included = (other.from..other.to).contains(&stint.from);
+            let differs = other.robot != stint.robot && other.task == stint.task;
+            differs && included && other.to >= stint.to
+        });
+        plans.any(|end| end == stint.end) && (!has_worked || others.next().is_some()) // 4, 5
     };
-    let counts = |stint: &&Stint<'_>| !is_bid(stint) && !yields(stint); // 5
+    let counts = |stint: &&Stint<'_>| !is_bid(stint) && !yields(stint); // 6
     let counted: Vec<&Stint<'_>> = stints.iter().filter(counts).collect();
     let exclusive = |name: &str| {
         let mut tasks = tables.setup.catalog.tasks.iter();
@@ -348,15 +359,19 @@ fn takeovers<'t>(tables: &Tables<'t>, stints: &[Stint<'t>]) -> Vec<Takeover<'t>>
         let on_task = || counted.iter().filter(|stint| stint.task == next.task);
         let is_second = on_task().any(|stint| stint.from == next.from && stint.robot < next.robot);
         if !exclusive(next.task) || !has_row("activated", next) || is_second {
-            continue; // 2, 7
+            continue; // 2, 8
         }
         let mut earlier: Vec<_> = on_task().filter(|stint| stint.from < next.from).collect();
-        earlier.sort_by_key(|stint| (stint.to.min(next.from), stint.from, stint.robot)); // 6
+        earlier.sort_by_key(|stint| (stint.to.min(next.from), stint.from, stint.robot)); // 7
         let Some(before) = earlier.last().filter(|stint| stint.robot != next.robot) else {
             continue;
         };
         let progress_ms = before.idle_since(next.from) as u64 * tables.step_ms;
+        let works_on = before.acts.iter().any(|act| *act >= next.from)
+            || before.effects.iter().any(|effect| *effect > next.from)
+            || before.is_continuous && before.to > next.from;
         let (since_ms, cause) = match &before.end {
+            _ if works_on => continue, // 8
             _ if before.to > next.from => (progress_ms, "active".to_owned()),
             StintEnd::Left(reason) if reason == "not-applicable" => continue,
             StintEnd::Left(reason) => (progress_ms, reason.clone()),
@@ -376,7 +391,7 @@ fn takeovers<'t>(tables: &Tables<'t>, stints: &[Stint<'t>]) -> Vec<Takeover<'t>>
             }
         };
         let at_ms = next.from as u64 * tables.step_ms;
-        found.push((at_ms, next.task, before.robot, next.robot, since_ms, cause)); // 8
+        found.push((at_ms, next.task, before.robot, next.robot, since_ms, cause)); // 9
     }
     found.sort();
     found

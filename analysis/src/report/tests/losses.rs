@@ -56,6 +56,7 @@ fn a_stand_in_for_a_stopped_robot_takes_over_and_gives_back() {
         gold 0 40 -
         gold 40 51 top
         30 stalled blue
+        45 picked gold
         50 back blue
         51 waiting gold arbitration
         ",

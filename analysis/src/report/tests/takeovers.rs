@@ -75,10 +75,10 @@ fn the_tick_of_a_death_belongs_to_the_stint_if_the_report_counted() {
             152100 activated blue
             180050 activated gold
             182050 gone gold {counted}
-            182100 hibernated blue drawn
+            182100 hibernated blue gave-up-lambda
             182150 joined gold
             190100 activated green
-            220100 hibernated green drawn
+            220100 hibernated green gave-up-lambda
             "
         )
     };
@@ -207,7 +207,8 @@ fn a_new_process_begins_a_new_stint() {
     assert_eq!(found.takeovers, []);
 }
 
-/// Green claims the dead gold's task while blue bids for it, and yields 2 s later. It counts if blue has left before.
+/// Blue and green claim the dead gold's task in the same tick, and both pick an item. The robot that leaves first yields
+/// to the other one.
 #[test]
 fn a_claim_does_not_count_if_it_yields_to_one_that_it_met() {
     let log = |blue_leaves_ms: u64| {
@@ -217,18 +218,94 @@ fn a_claim_does_not_count_if_it_yields_to_one_that_it_met() {
             30000 gone gold
             35000 activated blue
             35000 activated green
+            35500 picked blue
+            35800 picked green
             {blue_leaves_ms} hibernated blue outbid
             37000 hibernated green arbitration
             "
         )
     };
-    check(
-        &log(35_050),
-        &["35.000 s: green took over move-spill(top) from gold, 5.00 s after its death"],
-    );
-    let blue = "35.000 s: blue took over move-spill(top) from gold, 5.00 s after its death";
-    check(&log(36_000), &[blue]);
-    check(&log(39_000), &[blue]);
+    let by = |robot| {
+        format!("35.000 s: {robot} took over move-spill(top) from gold, 5.00 s after its death")
+    };
+    check(&log(36_000), &[&by("green")]);
+    check(&log(39_000), &[&by("blue")]);
+}
+
+/// After gold's death, blue claims the task for 3 s and is outbid by green before it has worked.
+#[test]
+fn a_claim_without_work_that_ends_by_negotiation_takes_nothing_over() {
+    let log = |reason: &str, act: &str| {
+        format!(
+            "
+            10000 activated gold
+            30000 gone gold
+            34000 activated blue
+            {act}
+            37000 hibernated blue {reason}
+            37050 activated green
+            40000 picked green
+            60000 hibernated green outbid
+            "
+        )
+    };
+    let by = |robot, at, after| {
+        format!("{at} s: {robot} took over move-spill(top) from gold, {after} s after its death")
+    };
+    let green = by("green", "37.050", "7.05");
+    let blue = by("blue", "34.000", "4.00");
+    for reason in [
+        "outbid",
+        "claimed",
+        "awarded",
+        "reassigned",
+        "drawn",
+        "arbitration",
+    ] {
+        check(&log(reason, ""), &[&green]);
+        check(&log(reason, "36000 picked blue"), &[&blue]);
+        // In the tick in which blue leaves, the act is no longer its own.
+        check(&log(reason, "37000 picked blue"), &[&green]);
+    }
+    check(&log("gave-up-lambda", ""), &[&blue]);
+    check(&log("lease-ended", ""), &[&blue]);
+}
+
+/// Without a fault, blue and gold claim the task in turn. Only a robot that has worked, or gives up, is a predecessor.
+#[test]
+fn negotiation_without_work_is_no_takeover() {
+    let count = |text: &str| {
+        let found = find_all(&default_setup(), rows(text), SimTime(240_000));
+        found.takeovers.len()
+    };
+    let in_turn = |act: &str, reason: &str| {
+        format!(
+            "
+            10000 activated blue
+            {act}
+            14000 hibernated blue {reason}
+            14050 activated gold
+            20000 delivered gold
+            "
+        )
+    };
+    assert_eq!(count(&in_turn("", "outbid")), 0);
+    assert_eq!(count(&in_turn("12000 picked blue", "outbid")), 1);
+    assert_eq!(count(&in_turn("", "acquiesced-psi")), 1);
+    // Blue is still active when gold starts.
+    let both = |act: &str| {
+        format!(
+            "
+            10000 activated blue
+            14000 activated gold
+            20000 delivered gold
+            {act}
+            30000 hibernated blue not-applicable
+            "
+        )
+    };
+    assert_eq!(count(&both("")), 1);
+    assert_eq!(count(&both("25000 picked blue")), 0);
 }
 
 #[test]
@@ -314,7 +391,7 @@ proptest! {
     /// For any order of claims, deaths, stops and returns, the rows of each tick show live what all rows show at the end.
     #[test]
     fn any_rows_show_the_same_takeovers_tick_by_tick(
-        actions in prop::collection::vec((0_u64..4, 0..3_usize, 0..7_usize), 1..60),
+        actions in prop::collection::vec((0_u64..4, 0..3_usize, 0..11_usize), 1..60),
     ) {
         let setup = default_setup();
         let (mut at_ms, mut text) = (STEP.0, String::new());
@@ -323,6 +400,7 @@ proptest! {
             let robot = ["blue", "gold", "green"][robot];
             let row = [
                 "activated", "hibernated arbitration", "hibernated done", "gone counted", "gone", "stalled", "back",
+                "picked", "delivered", "hibernated outbid", "waiting arbitration",
             ][action];
             let (kind, reason) = row.split_once(' ').unwrap_or((row, ""));
             text += &format!("{at_ms} {kind} {robot} {reason}\n");

@@ -37,34 +37,35 @@ fn stints_with_their_effects_and_ends() {
     );
 }
 
-/// Two robots execute one task from 15 to 20 s.
-fn both(max_robots: u32) -> Made {
+/// Two robots execute one task from 15 to 20 s. The named one delivers last.
+fn both(max_robots: u32, last: &str) -> Made {
     let mut made = shared(30.0, max_robots);
-    made.add(
+    made.add(&format!(
         "
         blue 10 20 top
         gold 0 15 -
         gold 15 25 top
         11.5 delivered blue
-        17.5 delivered blue
+        17.5 delivered {last}
         20 hibernated blue acquiesced-psi
-        ",
-    );
+        "
+    ));
     made
 }
 
 #[test]
 fn two_robots_on_an_exclusive_task_count_as_duplicate() {
-    let made = both(1);
+    let made = both(1, "gold");
     let metrics = made.metrics();
     let top = &metrics.tasks[made.task(TOP).index()];
     assert_eq!(top.duplicate, Some(spans([(15.0, 20.0)])));
     let takeover = &metrics.takeovers[0];
     assert_eq!(takeover.cause, TakeoverCause::StillActive);
-    // Only blue's first delivery came before gold's activation.
     assert_eq!(takeover.latency(), at(3.0));
+    // A robot that delivers after the other one's activation has not been replaced.
+    assert_eq!(both(1, "blue").metrics().takeovers, []);
 
-    let made = both(2);
+    let made = both(2, "gold");
     let metrics = made.metrics();
     assert_eq!(metrics.tasks[made.task(TOP).index()].duplicate, None);
     assert_eq!(metrics.takeovers, []);

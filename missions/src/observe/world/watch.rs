@@ -157,7 +157,8 @@ impl Observation {
         let parts = seen.map(|times| times.seen as f64 / self.tally.observed as f64);
         let entropy: f64 = parts.map(|part| -part * libm::log(part)).sum();
         let most = libm::log(targets.len() as f64);
-        (self.tally.observed > 0 && most > 0.0).then(|| entropy / most)
+        // A single observed target gives -0.
+        (self.tally.observed > 0 && most > 0.0).then(|| (entropy / most).abs())
     }
 
     pub fn holds(&self) -> Result<(), String> {
