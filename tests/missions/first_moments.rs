@@ -40,7 +40,7 @@ fn a_run_that_ends_at_once_is_not_reported_as_unobserved() {
 fn a_run_that_is_interrupted_at_its_start_has_the_status_of_an_interrupted_run() {
     for _ in 0..6 {
         let lab = Lab::new();
-        let mut team = Team::start(&lab, "--speed 1x");
+        let team = Team::start(&lab, "--speed 1x");
         team.launcher().signal(Signal::SIGINT);
         let stderr = team.wait().expect(130).stderr;
         assert!(!stderr.contains("was killed"), "{stderr}");
