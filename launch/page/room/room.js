@@ -294,7 +294,7 @@ export class Room {
       return `${names[rank]} ${robot.state === "present" ? this.#model.doingInWords(robot) : robot.state}`;
     });
     if (names.length > MAX_NAMED) robots.push(`and ${names.length - MAX_NAMED} more`);
-    const done = current ? `; ${current.count} ${current.what}` : "";
+    const done = current ? `; ${current.count}${current.share === null ? "," : ""} ${current.what}` : "";
     attribute(this.#canvas, "aria-label", `The room seen from above: ${robots.join(", ")}${done}`);
   }
 }
