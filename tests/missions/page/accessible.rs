@@ -194,6 +194,12 @@ fn choose_parts(browser: &Browser, is_sweep: bool) {
         return document.querySelector('output.hint:not([hidden])').value.includes('95 %');
     })()";
     assert_eq!(browser.eval(hint), true, "the hint of a figure");
+    let focused = "(() => {
+        const button = document.querySelector('th button');
+        button.focus();
+        return getComputedStyle(button).outlineStyle;
+    })()";
+    assert_eq!(browser.eval(focused), "solid", "a heading with the focus");
     let first = "document.querySelector('.drawing svg').viewBox.baseVal.height";
     let whole = browser.eval(first).as_f64();
     for (key, value) in [("faults", "gold-dies"), ("measure", "comple")] {
