@@ -128,6 +128,10 @@ fn the_live_page_and_the_page_of_a_finished_run_are_accessible() {
         let (process, page) = watch(&lab, run);
         browser.open(&page.link());
         browser.wait_for("document.body.dataset.mode == 'log' && alliance.view != null");
+        browser.focus(".skip");
+        browser.press('\u{e007}'); // Enter
+        browser.wait_for("document.activeElement.id == 'charts'");
+        assert_eq!(browser.eval("document.body.dataset.mode"), "log");
         browser.press('\u{e010}'); // End
         for tab in ["tasks", "events", "messages", "links", "faults"] {
             browser.click(&format!("#tab-{tab}"));
