@@ -38,5 +38,6 @@ test("a shorter text takes the place of a long one, and a label that must show c
 test("a label stays within the walls and on its side", () => {
   const place = placeLabel(SIZES, { ...BODY, x: 5 }, NEW, WALLS, [], []);
   assert.ok(place.box.left >= 0 && !overlaps(place.box, box(-10, 0, 0, 100)));
+  assert.equal(placeLabel(SIZES, { ...BODY, x: -50 }, NEW, WALLS, [], []), null);
   assert.equal(placeLabel(SIZES, BODY, { side: ABOVE, mustShow: false }, WALLS, [], []).side, ABOVE);
 });

@@ -17,10 +17,17 @@ export function grown({ left, top, right, bottom }, space) {
  * Returns the place of a label next to a body as `{index, side, box}`: the index of its text in `sizes`, `{width, height}`
  * of the wanted text and of shorter ones. The side is below, above, right or left of the body, within the `walls`, over no box
  * in `taken`, and over as few as possible in `covered`. The `side` of the previous picture has priority, so that labels do not
- * jump; null: there was no label. Without a free side the result is null, unless the label `mustShow`.
+ * jump; null: there was no label. Without a free side the result is null, unless the label `mustShow`. A body out of sight has
+ * no label.
  */
 export function placeLabel(sizes, { x, y, gap }, { side, mustShow }, walls, taken, covered) {
+  const point = { left: x, top: y, right: x, bottom: y };
+  if (!overlaps(grown(walls, gap), point)) return null;
   const around = side === null ? NEW_LABEL_PX : 0;
+  // In a large team most boxes are far away.
+  const reach = gap + around + Math.max(...sizes.flatMap(({ width, height }) => [width, height]));
+  const region = grown(point, reach);
+  const [nearTaken, nearCovered] = [taken, covered].map((boxes) => boxes.filter((other) => overlaps(other, region)));
   const sides = [...new Set([side ?? 0, 0, 1, 2, 3])];
   for (const [index, { width, height }] of sizes.entries()) {
     const inside = Math.max(walls.left, Math.min(x - width / 2, walls.right - width));
@@ -36,9 +43,9 @@ export function placeLabel(sizes, { x, y, gap }, { side, mustShow }, walls, take
     });
     const free = places.filter(({ box }) => {
       const isInside = box.left >= walls.left && box.top >= walls.top && box.right <= walls.right && box.bottom <= walls.bottom;
-      return isInside && !taken.some((other) => overlaps(other, grown(box, around)));
+      return isInside && !nearTaken.some((other) => overlaps(other, grown(box, around)));
     });
-    const covers = ({ box }) => covered.filter((other) => overlaps(other, box)).length;
+    const covers = ({ box }) => nearCovered.filter((other) => overlaps(other, box)).length;
     if (free.length > 0) return free.reduce((best, each) => (covers(each) < covers(best) ? each : best));
     if (mustShow && index === sizes.length - 1) return places[0];
   }
