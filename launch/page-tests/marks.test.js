@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { labelOf, markInWords, shareLeft } from "../page/model/marks.js";
+import { labelsOf, markInWords, shareLeft } from "../page/model/marks.js";
 import { isWithin } from "../page/room/geometry.js";
 
 const spill = (left) => ({ id: "zone-0", label: "spill (top)", work: { left, all: 12, unit: "items" } });
@@ -15,12 +15,17 @@ test("the filling of a mark is the work that is left", () => {
 });
 
 test("a mark has the amount that is left in its label and in words", () => {
-  assert.deepEqual([6, 0].map((left) => labelOf(spill(left))), ["spill (top) 6/12 left", "✓ spill (top)"]);
+  assert.deepEqual(labelsOf(spill(6)), ["spill (top) 6/12 left", "spill (top)"]);
   assert.equal(markInWords(spill(6)), "spill (top): 6 of 12 items left");
-  assert.deepEqual([1, 0].map((left) => labelOf(site(left))), ["report site", "✓ report site"]);
+  assert.deepEqual(labelsOf(site(1)), ["report site"]);
   assert.deepEqual([1, 0].map((left) => markInWords(site(left))), ["report site: to do", "report site: done"]);
   const point = { id: "0/p3", label: "p3 dust", work: { left: 4.25, all: 9.5, unit: "s" } };
-  assert.equal(labelOf(point), "p3 dust 4.3/9.5 s left");
+  assert.deepEqual(labelsOf(point), ["p3 dust 4.3/9.5 s left", "p3 dust"]);
+});
+
+test("the label of finished work keeps its tick where space is short", () => {
+  assert.deepEqual(labelsOf(spill(0)), ["✓ spill (top)", "✓"]);
+  assert.deepEqual(labelsOf({ ...site(0), label: "" }), []);
 });
 
 test("the pointer is within a disc, a rectangle or a bar", () => {

@@ -26,15 +26,15 @@ test("work that comes back has no fixed total: the head has the open work", () =
     { name: "expired", kind: "expired" },
   ];
   // The janitorial scenario at the start and at half time.
-  assert.deepEqual(progress(returns, [9, 0, 0, 0]), { done: 0, share: null, count: "9 open,", what: "0 done" });
-  assert.deepEqual(progress(returns, [0, 0, 28, 0]), { done: 28, share: null, count: "0 open,", what: "28 done" });
-  assert.deepEqual(progress(returns, [1, 0, 2, 237]), { done: 2, share: null, count: "1 open,", what: "2 done, 237 expired" });
+  assert.deepEqual(progress(returns, [9, 0, 0, 0]), { done: 0, share: null, count: "9 open", what: "0 done" });
+  assert.deepEqual(progress(returns, [0, 0, 28, 0]), { done: 28, share: null, count: "0 open", what: "28 done" });
+  assert.deepEqual(progress(returns, [1, 0, 2, 237]), { done: 2, share: null, count: "1 open", what: "2 done, 237 expired" });
   assert.deepEqual(details(returns, [9, 2, 0, 0], 0), ["started 2"]);
 });
 
-test("the other columns are shown with their labels", () => {
-  assert.deepEqual(details(COLUMNS, [2, 3, 61_000, 7.5], 73_000), ["last visit 12 s ago", "places left 2", "way 7.50 m"]);
-  assert.deepEqual(details(COLUMNS, [5, 0, null, null], 0), ["last visit none yet", "places left 5", "way –"]);
+test("the other columns are shown with their labels, without the noun of the progress", () => {
+  assert.deepEqual(details(COLUMNS, [2, 3, 61_000, 7.5], 73_000), ["last visit 12 s ago", "left 2", "way 7.50 m"]);
+  assert.deepEqual(details(COLUMNS, [5, 0, null, null], 0), ["last visit none yet", "left 5", "way –"]);
 });
 
 test("numbers have their unit, and a mission may declare a label", () => {

@@ -147,6 +147,12 @@ async function show(source, run) {
   const branch = player && (() => openBranch(model, player));
   if (branch) byId("branch").addEventListener("click", branch);
   const showTab = startTabs(changed);
+  document.querySelector(".skip").addEventListener("click", (event) => {
+    // The part of the address after the # is that of the run.
+    event.preventDefault();
+    if (!isShown("charts")) showTab("charts");
+    byId("charts").focus();
+  });
   const select = (rank) => {
     choices.set({ selected: rank });
     if (rank === null) return;

@@ -251,7 +251,12 @@ fn of_ranks(data: &ComparisonData, ranking: &Ranking) -> String {
     });
     let classes = data.classes().into_iter().filter_map(|class| {
         let leads = leader(&|block| data.blocks[block].faults != class)?;
-        (leads != first).then(|| format!("without {class}, {} is first", data.allocators[leads]))
+        (leads != first).then(|| {
+            format!(
+                "without the faults {class}, {} is first",
+                data.allocators[leads]
+            )
+        })
     });
     let changes: Vec<String> = missions.chain(classes).collect();
     let name = &data.allocators[first];

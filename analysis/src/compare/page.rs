@@ -14,8 +14,8 @@ use super::tables::{LATEX, NamedTable};
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
 use crate::page::{
-    LANDSCAPE, about, choice, choosing, document, drawing, estimate, hinting, number, percent,
-    sorting, table,
+    LANDSCAPE, about, choice, choosing, contents, document, drawing, estimate, heading, hinting,
+    number, percent, sorting, table,
 };
 use crate::shell::shell_quoted;
 use crate::sweep::statistics::Interval;
@@ -57,24 +57,17 @@ impl Page<'_> {
     #[must_use]
     pub fn html(&self) -> String {
         let title = format!("Comparison {}", self.name);
-        let body = html! {
-            h1 { (title) }
-            p.question {
-                (self.question.unwrap_or("Which allocation rule copes best with which faults, and is the difference real?"))
-            }
-            ul.answer { @for sentence in &self.answer.sentences { li { (sentence) } } }
-            dl.facts { @for (heading, text) in overview(self.data, self.analysis, self.runs) { dt { (heading) } dd { (text) } } }
-            @for figure in self.figures.iter().take(1) { (drawing(figure)) }
+        let parts = html! {
             (self.hypotheses())
-            h2 { "Figures" }
+            (heading("Figures"))
             (choice())
             p.note { "Each figure is also a file in several formats, with its numbers. Measures in which all allocators are equal are left out." }
             @for figure in self.figures.iter().skip(1) { (drawing(figure)) }
             @if !self.answer.details.is_empty() {
-                h2 { "Details" }
+                (heading("Details"))
                 ul.answer { @for detail in &self.answer.details { li { (detail) } } }
             }
-            h2 { "All blocks" }
+            (heading("All blocks"))
             p.note {
                 "Means over the seeds with their intervals. Less is better, except for completion, finished work (done) and some missions' own "
                 "figures. Columns in which all allocators are equal are left out. The last columns compare with the best allocator of the block "
@@ -86,6 +79,17 @@ impl Page<'_> {
             (self.downloads())
             (self.repeat())
             (self.definitions())
+        };
+        let body = html! {
+            h1 { (title) }
+            p.question {
+                (self.question.unwrap_or("Which allocation rule copes best with which faults, and is the difference real?"))
+            }
+            ul.answer { @for sentence in &self.answer.sentences { li { (sentence) } } }
+            dl.facts { @for (heading, text) in overview(self.data, self.analysis, self.runs) { dt { (heading) } dd { (text) } } }
+            (contents(&parts))
+            @for figure in self.figures.iter().take(1) { (drawing(figure)) }
+            (parts)
             (sorting())
             (choosing())
             (hinting())
@@ -96,7 +100,7 @@ impl Page<'_> {
     fn hypotheses(&self) -> Markup {
         html! {
             @if !self.verdicts.is_empty() {
-                h2 { "Hypotheses" }
+                (heading("Hypotheses"))
                 @if let Some(claims) = &self.answer.claims { p { (claims) } }
                 p.note {
                     "The plan declared these before the first run. Held: the interval of every part lies within the claim. Failed: the interval of some part, "
@@ -227,7 +231,7 @@ impl Page<'_> {
 
     fn downloads(&self) -> Markup {
         html! {
-            h2 { "All numbers" }
+            (heading("All numbers"))
             ul {
                 li { "runs: one row per run: " a href="results.csv" { "results.csv" } ", " a href="results.parquet" { "results.parquet" } }
                 li { "the table of means for LaTeX: " a href=(LATEX) { (LATEX) } }
@@ -250,7 +254,7 @@ impl Page<'_> {
 
     fn repeat(&self) -> Markup {
         html! {
-            h2 { "Repeat" }
+            (heading("Repeat"))
             p {
                 "Run these commands in the folder of the plan. All runs of a cell (cells.csv lists the numbers): " code { (self.again("cell", 0)) } ". The scenario of one run and the command that runs it: "
                 code { (self.again("scenario", 0)) } ". A copy of the plan: " a href="plan.toml" { "plan.toml" } "."
@@ -260,7 +264,7 @@ impl Page<'_> {
 
     fn definitions(&self) -> Markup {
         html! {
-            h2 { "Definitions" }
+            (heading("Definitions"))
             dl {
                 @for metric in &self.data.metrics {
                     @if !matches!(metric, Metric::MessagesOf(_) | Metric::BytesOf(_)) { dt { (metric.name()) } dd { (metric.meaning()) } }

@@ -29,6 +29,31 @@ pub fn document(title: &str, style: &str, body: &Markup) -> String {
     page.into_string()
 }
 
+/// Returns the heading of a part, which [`contents`] links.
+#[must_use]
+pub fn heading(title: &str) -> Markup {
+    let letters = title
+        .chars()
+        .filter(|letter| !letter.is_ascii_punctuation());
+    let anchor = letters.collect::<String>().to_lowercase().replace(' ', "-");
+    html! { h2 id=(anchor) { (title) } }
+}
+
+/// Returns links to all headings in the `parts` of a page, in their order.
+#[must_use]
+pub fn contents(parts: &Markup) -> Markup {
+    let headings = parts.0.split("<h2 id=\"").skip(1).filter_map(|rest| {
+        let (anchor, rest) = rest.split_once("\">")?;
+        let (title, _) = rest.split_once("</h2>")?;
+        Some((anchor, title))
+    });
+    html! {
+        nav aria-label="Contents" {
+            @for (anchor, title) in headings { a href={ "#" (anchor) } { (PreEscaped(title)) } " " }
+        }
+    }
+}
+
 /// Returns a figure with its caption and links to its files beside the page.
 #[must_use]
 pub fn drawing(figure: &Figure) -> Markup {
@@ -145,6 +170,24 @@ mod tests {
     fn a_zero_has_no_sign() {
         let shown = [-0.0, -0.0004, -0.0006, -12.34].map(number);
         assert_eq!(shown, ["0.000", "0.000", "-0.001", "-12.3"]);
+    }
+
+    #[test]
+    fn the_contents_link_the_headings_of_the_parts() {
+        let parts = html! { (heading("Events: reported")) p { "none" } (heading("A & B")) };
+        let links: Vec<_> = [
+            ("#events-reported", "Events: reported"),
+            ("#a--b", "A &amp; B"),
+        ]
+        .map(|(href, title)| format!("<a href=\"{href}\">{title}</a> "))
+        .into();
+        let nav = format!("<nav aria-label=\"Contents\">{}</nav>", links.concat());
+        assert_eq!(contents(&parts).into_string(), nav);
+        assert!(
+            parts
+                .into_string()
+                .contains("<h2 id=\"a--b\">A &amp; B</h2>")
+        );
     }
 
     #[test]

@@ -1,8 +1,9 @@
-//! The page of two runs: the first difference, then both runs side by side.
+//! The page of two runs: the verdicts and the first difference, then both runs side by side.
 
 use maud::{Markup, html};
 
 use super::page::{InlineFigures, RunSection, definitions, facts, tables, undrawn};
+use super::verdict::verdict;
 use crate::distinct;
 use crate::page::{document, table};
 
@@ -36,12 +37,19 @@ pub fn page_of_two(
         .collect();
     let (first, rest) = pairs.split_at(pairs.len().min(1));
     let title = format!("{} and {}", names[0], names[1]);
-    let [left, right] = [0, 1].map(|side| html! { h2 { (["A", "B"][side]) ": " (names[side]) } });
+    let [left, right] = [0, 1].map(|side| {
+        let part = &parts[side];
+        html! {
+            h2 { (["A", "B"][side]) ": " (names[side]) }
+            ul.answer { @for sentence in verdict(part.run, part.history, part.metrics) { li { (sentence) } } }
+        }
+    });
     let body = html! {
         h1 { "Two runs" }
-        p { @for line in difference.lines() { (line) br; } }
         @if let Some(window) = &a.made.window { p.note { "Figures show the runs " (window) "; tables show the whole runs." } }
         (beside(&left, &right))
+        h2 { "First difference" }
+        p { @for line in difference.lines() { (line) br; } }
         @for pair in first { (pair) }
         (both(a, b))
         @for ((title, left), (_, right)) in tables(a).iter().zip(&tables(b)) {

@@ -15,7 +15,7 @@ use super::metrics::{Metrics, Recurring};
 use super::verdict::verdict;
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
-use crate::page::{document, scrolled, sorting, table};
+use crate::page::{contents, document, heading, scrolled, sorting, table};
 use crate::sweep::execution::counted;
 use crate::table::figure;
 use observation::stints::Loss;
@@ -119,26 +119,7 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
     let sections = tables(part).map(|(title, table)| (title.to_owned(), table));
     let sections = sections.into_iter().chain(links).chain(recurring);
     let sections: Vec<(String, Markup)> = sections.collect();
-    let body = html! {
-        h1 { (title) }
-        p { (scenario.description) }
-        @if let Some(window) = &part.made.window { p.note { "Figures show the run " (window) "; tables show the whole run." } }
-        ul.answer {
-            @for sentence in verdict(part.run, part.history, part.metrics) { li { (sentence) } }
-        }
-        p.note {
-            @match &part.made.page {
-                Some(page) => { a href=(page) { "The page of the run" } " shows each moment; the times of losses, takeovers and faults below open it there." },
-                None => { "After " code { "alliance export RUN --html" } ", a new report links the times of losses, takeovers and faults to the page of the run." },
-            }
-        }
-        nav aria-label="Contents" {
-            @for title in titles(&sections) { a href={ "#" (anchor(title)) } { (title) } " " }
-        }
-        @for figure in first { (figure) }
-        div.wide tabindex="0" { table { tbody {
-            @for (name, value) in facts(part) { tr { td { (name) } td.text { (value) } } }
-        } } }
+    let parts = html! {
         @for (title, content) in &sections {
             (heading(title))
             (content)
@@ -152,6 +133,26 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
             "), and a script that draws them with matplotlib (" code { (SCRIPT) } ")."
         }
         (definitions())
+    };
+    let body = html! {
+        h1 { (title) }
+        p { (scenario.description) }
+        @if let Some(window) = &part.made.window { p.note { "Figures show the run " (window) "; tables show the whole run." } }
+        ul.answer {
+            @for sentence in verdict(part.run, part.history, part.metrics) { li { (sentence) } }
+        }
+        p.note {
+            @match &part.made.page {
+                Some(page) => { a href=(page) { "The page of the run" } " shows each moment; the times of losses, takeovers and faults below open it there." },
+                None => { "After " code { "alliance export RUN --html" } ", a new report links the times of losses, takeovers and faults to the page of the run." },
+            }
+        }
+        (contents(&parts))
+        @for figure in first { (figure) }
+        div.wide tabindex="0" { table { tbody {
+            @for (name, value) in facts(part) { tr { td { (name) } td.text { (value) } } }
+        } } }
+        (parts)
         (sorting())
     };
     (document(&title, "", &body), frames.left_out)
@@ -169,24 +170,6 @@ pub(super) fn undrawn(names: &[String]) -> Markup {
             }
         }
     }
-}
-
-/// Returns the titles of all parts of a page, for its list of contents.
-fn titles(sections: &[(String, Markup)]) -> impl Iterator<Item = &str> {
-    let titles = sections.iter().map(|(title, _)| title.as_str());
-    titles.chain(["Figures", "Definitions"])
-}
-
-/// Returns the id of the part with a title.
-fn anchor(title: &str) -> String {
-    let letters = title
-        .chars()
-        .filter(|letter| !letter.is_ascii_punctuation());
-    letters.collect::<String>().to_lowercase().replace(' ', "-")
-}
-
-fn heading(title: &str) -> Markup {
-    html! { h2 id=(anchor(title)) { (title) } }
 }
 
 pub(super) fn tables(part: &RunSection<'_>) -> [(&'static str, Markup); 6] {

@@ -15,7 +15,8 @@ use crate::columns::{Entry, Table};
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
 use crate::page::{
-    about, choice, choosing, document, drawing, estimate, hinting, number, percent, sorting, table,
+    about, choice, choosing, contents, document, drawing, estimate, heading, hinting, number,
+    percent, sorting, table,
 };
 
 /// The name of the file with the table of [`Page::latex`].
@@ -68,20 +69,8 @@ impl Page<'_> {
             }
         };
         let title = format!("Sweep {}", self.sweep);
-        let body = html! {
-            h1 { (title) }
-            p {
-                (counted(self.overall.runs, "run")) ": " (self.overall.complete) " complete, "
-                (self.overall.runs - self.overall.failed - self.overall.complete) " not complete, "
-                (self.overall.failed) " failed. A row for each is in "
-                a href="results.csv" { "results.csv" } " and " a href="results.parquet" { "results.parquet" } ". "
-                "The table below for LaTeX: " a href=(LATEX) { (LATEX) } ". The figures with matplotlib: "
-                a href=(SCRIPT) { (SCRIPT) } "."
-            }
-            @for sentence in self.answer() { p { (sentence) } }
-            (choice())
-            @for figure in first { (drawing(figure)) }
-            h2 { "By settings" }
+        let parts = html! {
+            (heading("By settings"))
             @if has_best {
                 p.note {
                     "Highlighted, for each class of faults: the best median of the scenario's own measure, if all rows have one; then the most complete runs, and of several such settings the shortest median "
@@ -94,12 +83,12 @@ impl Page<'_> {
                 p.note { (counted(self.conditions.len() - ROWS, "more row")) ": see " a href="summary.csv" { "summary.csv" } "." }
             }
             @if !rest.is_empty() {
-                h2 { "By each further key" }
+                (heading("By each further key"))
                 @for figure in rest { (drawing(figure)) }
             }
             (self.failures())
             (self.faults())
-            h2 { "Definitions" }
+            (heading("Definitions"))
             dl {
                 dt { "share" } dd { "Complete runs divided by runs that did not fail, with Wilson's score interval." }
                 dt { "makespan" } dd { "Median simulated time of complete runs in s, with the bootstrap's percentile interval." }
@@ -108,6 +97,22 @@ impl Page<'_> {
                 }
                 dt { "lateness" } dd { "Median over the runs of the greatest lateness of a recurring task in s, with the same kind of interval. It is left out if some runs have none, because in these the task was perhaps never done." }
             }
+        };
+        let body = html! {
+            h1 { (title) }
+            p {
+                (counted(self.overall.runs, "run")) ": " (self.overall.complete) " complete, "
+                (self.overall.runs - self.overall.failed - self.overall.complete) " not complete, "
+                (self.overall.failed) " failed. A row for each is in "
+                a href="results.csv" { "results.csv" } " and " a href="results.parquet" { "results.parquet" } ". "
+                "The table below for LaTeX: " a href=(LATEX) { (LATEX) } ". The figures with matplotlib: "
+                a href=(SCRIPT) { (SCRIPT) } "."
+            }
+            @for sentence in self.answer() { p { (sentence) } }
+            (contents(&parts))
+            (choice())
+            @for figure in first { (drawing(figure)) }
+            (parts)
             (sorting())
             (choosing())
             (hinting())
@@ -335,7 +340,7 @@ impl Page<'_> {
         let faults = faults_by_kind(self.rows);
         html! {
             @if !faults.is_empty() {
-                h2 { "Faults" }
+                (heading("Faults"))
                 p.note {
                     "Faults of all runs that did not fail. Hit: the fault had an effect; hits: the number of effects. Also in "
                     a href="faults.csv" { "faults.csv" } "."
@@ -358,7 +363,7 @@ impl Page<'_> {
         let failures: Vec<_> = failures.collect();
         html! {
             @if !failures.is_empty() {
-                h2 { "Failed runs" }
+                (heading("Failed runs"))
                 p {
                     @for (place, (reason, runs)) in reasons.iter().enumerate() {
                         @if place > 0 { ", " }

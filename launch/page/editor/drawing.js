@@ -218,7 +218,7 @@ export class Drawing {
     paint.paintBorder(c, p, scenario.room, palette);
     paint.paintScale(c, p, scenario.room, palette);
     paint.paintItems(c, p, view, scenario.body.radius_m, palette);
-    paint.paintMarkLabels(c, p, scenario.room, view.marks, palette);
+    paint.paintMarkLabels(c, paint.findMarkLabels(c, p, scenario.room, view.marks).labels, palette);
     const letters = signs(scenario.robots.map(({ name }) => name));
     view.robots.forEach((robot, rank) => {
       const style = { radius_m: scenario.body.radius_m, least_px: LEAST_PX, color: run.colors.robots[rank], sign: letters[rank], isSelected: false };

@@ -15,15 +15,18 @@ function amount(value, all) {
   return String(all >= 10 ? Math.ceil(value) : Number(value.toFixed(1)));
 }
 
-/** Returns a mark's label with the work that is left: `box 6/12 left`, `p3 dust 4/9 s left` or `✓ box`. */
-export function labelOf(mark) {
+/**
+ * Returns a mark's label with the work that is left, such as `box 6/12 left`, `p3 dust 4/9 s left` or `✓ box`, then a shorter
+ * one for little space. A mark without a name has none.
+ */
+export function labelsOf(mark) {
   const { label, work } = mark;
-  if (!label || !work) return label;
-  if (isDone(mark)) return `✓ ${label}`;
-  if (!work.unit) return label;
+  if (!label) return [];
+  if (isDone(mark)) return [`✓ ${label}`, "✓"];
+  if (!work?.unit) return [label];
   // A label has room for the symbol of a unit, and not for the name of counted things.
   const unit = work.unit.length > 2 ? "" : ` ${work.unit}`;
-  return `${label} ${amount(work.left, work.all)}/${amount(work.all, work.all)}${unit} left`;
+  return [`${label} ${amount(work.left, work.all)}/${amount(work.all, work.all)}${unit} left`, label];
 }
 
 /** Returns a mark with its work in words: `box: 6 of 12 items left`. */

@@ -20,7 +20,7 @@ const canExpire = (columns) => columns.some(({ kind }) => kind === "expired");
 
 /**
  * Returns the progress of the mission as `{done, share, count, what}`, or null if no column counts finished work. The
- * texts are `3 of 24` and `items delivered`, or `9 open,` and `3 done, 2 expired` if work can expire. The share is null
+ * texts are `3 of 24` and `items delivered`, or `9 open` and `3 done, 2 expired` if work can expire. The share is null
  * if the total is not fixed.
  */
 export function progress(columns, values) {
@@ -31,15 +31,20 @@ export function progress(columns, values) {
   const [left, expired] = [sum("left"), sum("expired")];
   const what = labelOf(first);
   if (!canExpire(columns)) return { done, share: done / (done + left || 1), count: `${done} of ${done + left}`, what };
-  return { done, share: null, count: `${left} open,`, what: `${done} ${what}${expired ? `, ${expired} expired` : ""}` };
+  return { done, share: null, count: `${left} open`, what: `${done} ${what}${expired ? `, ${expired} expired` : ""}` };
 }
 
-/** Returns the other columns as texts, times first. `now` is in ms. */
+/**
+ * Returns the other columns as texts, times first. After `3 of 24 items delivered`, `items in spills 21` is `in spills 21`.
+ * `now` is in ms.
+ */
 export function details(columns, values, now) {
+  const [noun, ...others] = labelOf(columns.find(({ kind }) => kind === "done") ?? { name: "" }).split(" ");
+  const shorter = (label) => (others.length > 0 && label.startsWith(`${noun} `) ? label.slice(noun.length + 1) : label);
   const inProgress = canExpire(columns) ? ["done", "left", "expired"] : ["done"];
   const rest = columns.map((column, index) => ({ ...column, value: values[index] })).filter(({ kind }) => !inProgress.includes(kind));
   rest.sort((a, b) => Number(b.kind === "time") - Number(a.kind === "time"));
-  return rest.map((column) => `${labelOf(column)} ${inWords(column, now)}`);
+  return rest.map((column) => `${shorter(labelOf(column))} ${inWords(column, now)}`);
 }
 
 function inWords({ name, kind, value }, now) {

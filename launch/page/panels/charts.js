@@ -45,7 +45,18 @@ export class Charts {
     this.#shown = new Set(model.names.slice(0, INITIAL_ROBOTS));
     this.#buildLegend();
     // A large team has hundreds of check boxes: they are built when the list opens.
-    byId("chart-choice").addEventListener("toggle", () => this.#buildRobots(), { once: true });
+    const choice = byId("chart-choice");
+    choice.addEventListener("toggle", () => this.#buildRobots(), { once: true });
+    // The list lies over the charts, so that it closes like a menu.
+    choice.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape") return;
+      event.stopPropagation();
+      choice.open = false;
+      choice.firstElementChild.focus();
+    });
+    choice.addEventListener("focusout", ({ relatedTarget }) => {
+      if (relatedTarget && !choice.contains(relatedTarget)) choice.open = false;
+    });
     byId("span").addEventListener("change", () => this.draw());
     // In a log these keys seek.
     if (!seek) byId("chart-list").addEventListener("keydown", (event) => this.#move(event));

@@ -10,7 +10,9 @@ export function drawMission(model) {
   if (!view) return;
   const { columns } = run.mission;
   const current = progress(columns, view.mission);
-  text(byId("progress-count"), current ? current.count : "");
+  // Without a bar, the two texts are a list.
+  const comma = current && current.share === null ? "," : "";
+  text(byId("progress-count"), current ? current.count + comma : "");
   text(byId("progress-what"), current ? current.what : "");
   const bar = byId("progress-bar");
   bar.hidden = (current?.share ?? null) === null;
@@ -30,9 +32,8 @@ export function drawState(model, state, isLoading) {
   body.dataset.mode = model.run.mode;
   body.dataset.state = state;
   body.dataset.tick = model.view ? model.view.tick : "";
-  const isSlow = isLoading && model.view !== null;
-  text(byId("state"), isSlow ? "loading" : state);
-  body.toggleAttribute("data-loading", isSlow);
+  text(byId("state"), isLoading ? "loading" : state);
+  body.toggleAttribute("data-loading", isLoading);
   if (model.isLive) {
     const { run } = model.run;
     if (state === "frozen") {

@@ -1,4 +1,5 @@
-// The time slider of a log, with marks of the listed events and the times. Many events are drawn as a density.
+// The time slider of a log, with marks of the listed events and the times. Many events are drawn as a density. The pointer shows
+// the events of a mark, and a click seeks the first one.
 
 import { GROUPS } from "../model/events.js";
 import { themeColor } from "../ui/colors.js";
@@ -15,6 +16,9 @@ const CROWDED_PX = 9;
 const BIN_PX = 4;
 /** The least distance of two times, px. */
 const TIMES_PX = 70;
+/** The largest distance of the pointer from the mark of an event, px, and the number of events in its tooltip. */
+const NEAR_PX = 5;
+const MAX_EVENTS = 8;
 /** Groups whose events are always drawn as marks, above all others. */
 const ALWAYS = ["robots", "faults", "takeovers"];
 
@@ -38,6 +42,40 @@ export class Timeline {
     byId("previous-event").addEventListener("click", () => this.jump(-1));
     byId("next-event").addEventListener("click", () => this.jump(1));
     text(byId("duration"), seconds(model.run.log.duration_ms, 2));
+    const marks = byId("marks");
+    marks.addEventListener("pointermove", (event) => {
+      const near = this.#eventsUnder(event);
+      const lines = near.slice(0, MAX_EVENTS).map((each) => this.#line(each));
+      if (near.length > MAX_EVENTS) lines.push(`and ${near.length - MAX_EVENTS} more`);
+      attribute(marks, "title", lines.join("\n") || null);
+      marks.style.cursor = near.length ? "pointer" : "";
+    });
+    marks.addEventListener("click", (event) => {
+      const [first] = this.#eventsUnder(event);
+      if (first) this.#go(first);
+    });
+  }
+
+  /** Returns the place of a time on the canvas, px. */
+  #place(ms) {
+    return THUMB_PX + (ms / this.#model.run.log.duration_ms) * (byId("marks").clientWidth - 2 * THUMB_PX);
+  }
+
+  /** Returns the listed events at the pointer, those with a mark of their own first. */
+  #eventsUnder({ offsetX }) {
+    const near = this.#model.events.filter((each) => Math.abs(this.#place(each.t_ms) - offsetX) <= NEAR_PX && this.#events.isWanted(each));
+    return near.sort((a, b) => ALWAYS.includes(b.group) - ALWAYS.includes(a.group));
+  }
+
+  /** Returns an event in words, with its time. */
+  #line(event) {
+    return `${seconds(event.t_ms, 2)}: ${[event.robot, eventInWords(event, this.#model.names).what].filter(Boolean).join(" ")}`;
+  }
+
+  /** Seeks an event and names it. */
+  #go(event) {
+    this.#player.seekAfter(event.t_ms);
+    this.#jumped = { t_ms: event.t_ms, place_ms: this.#player.place_ms, line: this.#line(event) };
   }
 
   /** Seeks the next (1) or previous (-1) listed event. */
@@ -47,10 +85,7 @@ export class Timeline {
     const from = this.#jumped?.place_ms === this.#player.place_ms ? this.#jumped.t_ms : this.#player.place_ms;
     const wanted = (event) => (event.t_ms - from) * direction > 0 && this.#events.isWanted(event);
     const found = direction > 0 ? events.find(wanted) : events.findLast(wanted);
-    if (!found) return;
-    this.#player.seekAfter(found.t_ms);
-    const line = [found.robot, eventInWords(found, this.#model.names).what].filter(Boolean).join(" ");
-    this.#jumped = { t_ms: found.t_ms, place_ms: this.#player.place_ms, line: `${seconds(found.t_ms, 2)}: ${line}` };
+    if (found) this.#go(found);
   }
 
   draw() {
@@ -95,7 +130,7 @@ export class Timeline {
       ]),
     );
     const { duration_ms } = this.#model.run.log;
-    const at = (ms) => THUMB_PX + (ms / duration_ms) * (width - 2 * THUMB_PX);
+    const at = (ms) => this.#place(ms);
     const wanted = events.filter((each) => this.#events.isWanted(each));
     const others = wanted.filter(({ group }) => !ALWAYS.includes(group));
     if (others.length * CROWDED_PX > width) drawDensity(c, others.map(({ t_ms }) => at(t_ms)), colors.tasks);

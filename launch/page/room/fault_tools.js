@@ -57,7 +57,7 @@ export class FaultTools {
   hint(tool) {
     const { place, item } = this.#tools.get(tool)?.spec ?? {};
     if (!place) return "";
-    return item ? "Click on an item, then on its new place:" : "Click on the place:";
+    return item ? "Click an item, then its place:" : "Click on the place:";
   }
 
   /**

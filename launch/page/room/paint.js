@@ -1,10 +1,11 @@
 // Draws the room on a canvas. Units are CSS pixels of the canvas; `p` is the projection from meters.
 
-import { isDone, labelOf, shareLeft } from "../model/marks.js";
+import { isDone, labelsOf, shareLeft } from "../model/marks.js";
 import { trail } from "../model/trail.js";
 import { kindColor, themeColor } from "../ui/colors.js";
 import { percent } from "../ui/words.js";
 import { lowerLeft } from "./geometry.js";
+import { grown, overlaps, placeLabel } from "./labels.js";
 
 /** An obstacle up to this penetrability is solid. */
 const SOLID = 0.1;
@@ -102,30 +103,50 @@ function isSmall(p, { outline: { disc } }) {
   return disc && p.scale * disc.radius_m < SMALL_DISC_PX;
 }
 
-/** Draws the labels of marks, within the walls. Returns their extents. */
-export function paintMarkLabels(c, p, room, marks, palette) {
+/** The least distance of two labels of marks, px. */
+const LABEL_GAP_PX = 4;
+
+/**
+ * Finds the labels of marks, within the walls and outside the boxes `avoided`: `{labels, boxes}`. The boxes are those of the
+ * labels, and of marks that no label may cover.
+ */
+export function findMarkLabels(c, p, room, marks, avoided = []) {
   const isCrowded = p.scale ** 2 * room.width_m * room.height_m < LABEL_AREA_PX2 * marks.length;
   // In a crowd a label must not cover small marks, either.
   const isLeftOut = (mark) => isCrowded && isSmall(p, mark);
-  const taken = marks.filter(isLeftOut).map(({ outline }) => discBox(p, outline.disc));
+  const boxes = marks.filter(isLeftOut).map(({ outline }) => discBox(p, outline.disc));
   const walls = visiblePart(c, p, room);
+  const labels = [];
   for (const mark of marks) {
     if (isLeftOut(mark)) continue;
-    const style = { color: isDone(mark) ? palette.ink : palette["ink-2"], bold: isDone(mark) };
+    const bold = isDone(mark);
     const { x, y, align } = labelPlace(p, mark.outline);
     const box = (label) => {
-      const found = labelBox(c, label, x, y - 8, { ...style, align });
+      const found = labelBox(c, label, x, y - 8, { bold, align });
       const isInside = x > walls.left && x < walls.right;
       const shift = isInside ? Math.max(walls.left + 2 - found.left, Math.min(0, walls.right - 2 - found.right)) : 0;
       return { ...found, left: found.left + shift, right: found.right + shift };
     };
-    // Without room for the amount, only the name is drawn.
-    const label = [labelOf(mark), mark.label].find((each) => !taken.some((other) => overlaps(other, box(each))));
-    if (!label) continue;
-    taken.push(box(label));
-    words(c, label, box(label).left, y - 8, { ...style, align: "left", outline: palette.floor });
+    const isFree = (line) => ![...boxes, ...avoided].some((other) => overlaps(other, grown(box(line), LABEL_GAP_PX / 2)));
+    const line = labelsOf(mark).find(isFree);
+    if (!line) continue;
+    boxes.push(box(line));
+    labels.push({ line, x: box(line).left, y: y - 8, bold });
   }
-  return taken;
+  return { labels, boxes };
+}
+
+/** Draws the labels of marks. */
+export function paintMarkLabels(c, labels, palette) {
+  for (const { line, x, y, bold } of labels) {
+    words(c, line, x, y, { color: bold ? palette.ink : palette["ink-2"], bold, align: "left", outline: palette.floor });
+  }
+}
+
+/** Returns the boxes of the marks on the floor. Ranges are outlines around robots. */
+export function markBoxes(c, p, marks) {
+  const boxes = marks.filter(({ role }) => role !== "range").map(({ outline }) => outlined(c, p, outline));
+  return boxes.filter(Boolean).map(({ left, bottom, width, height }) => ({ left, bottom, right: left + width, top: bottom - height }));
 }
 
 /** Returns the box of a disc in pixels. */
@@ -414,60 +435,36 @@ export function paintRadio(c, { a, b }, { count, loss, isCut, expected }, isDist
   if (isCut || loss > 0) badge(c, isCut ? "⊘ cut" : `✗ ${percent(loss)}`, a.x + (b.x - a.x) * 0.4, a.y + (b.y - a.y) * 0.4, palette);
 }
 
-/** The size of labels, px, and the space around a label that was not in the previous frame, so that labels do not flicker. */
+/** The size of labels, px. */
 const LABEL_PX = 11;
-const NEW_LABEL_PX = 3;
 
 /**
- * Draws a label next to a robot, on the first of four sides without another label or body. `texts` are the wanted lines and
- * the shorter ones that may replace them. `side`, the one of the previous frame, has priority, so that labels do not jump;
- * null: there was no label. Without a free side the label is left out, unless it `mustShow`: then it has a plate. Returns the
- * side used, or null.
+ * Finds the place of a robot's label: see placeLabel. `texts` are the wanted lines and the shorter ones that may replace
+ * them. Returns the label with its `lines`, `side` and `box`, or null.
  */
-export function paintLabel(c, p, room, { x, y, gap }, { texts, side, mustShow }, taken, palette) {
-  // Labels stay within the walls, because text across a wall is illegible.
-  const { left: west, right: east, top: north, bottom: south } = visiblePart(c, p, room);
-  const around = side === null ? NEW_LABEL_PX : 0;
-  const sides = [...new Set([side ?? 0, 0, 1, 2, 3])];
-  for (const lines of texts) {
-    const height = lines.length * (LABEL_PX + 2) + 2;
-    const width = Math.max(...lines.map((line, index) => measure(c, line, LABEL_PX, index === 0))) + 6;
-    const inside = Math.max(west, Math.min(x - width / 2, east - width));
-    const corners = [
-      [inside, y + gap],
-      [inside, y - gap - height],
-      [x + gap, y - height / 2],
-      [x - gap - width, y - height / 2],
-    ];
-    const box = (each) => {
-      const [left, top] = corners[each];
-      return { left, top, right: left + width, bottom: top + height };
-    };
-    const isFree = (each) => {
-      const { left, top, right, bottom } = box(each);
-      if (left < west || top < north || right > east || bottom > south) return false;
-      const wanted = { left: left - around, top: top - around, right: right + around, bottom: bottom + around };
-      return !taken.some((other) => overlaps(other, wanted));
-    };
-    const free = sides.find(isFree);
-    const chosen = free ?? (mustShow && lines === texts.at(-1) ? sides[0] : undefined);
-    if (chosen === undefined) continue;
-    const { left, top } = box(chosen);
-    taken.push(box(chosen));
-    if (mustShow) {
-      c.fillStyle = palette.label;
-      c.beginPath();
-      c.roundRect(left, top, width, height, 3);
-      c.fill();
-    }
-    // An outline of the letters hides less than a plate.
-    lines.forEach((line, index) => {
-      const style = { color: palette.ink, bold: index === 0, size: LABEL_PX, outline: palette.floor };
-      words(c, line, left + width / 2, top + 2 + (LABEL_PX + 2) * (index + 0.5), style);
-    });
-    return chosen;
+export function findLabel(c, p, room, at, label, taken, covered) {
+  const sizes = label.texts.map((lines) => ({
+    width: Math.max(...lines.map((line, index) => measure(c, line, LABEL_PX, index === 0))) + 6,
+    height: lines.length * (LABEL_PX + 2) + 2,
+  }));
+  // Text across a wall is illegible.
+  const place = placeLabel(sizes, at, label, visiblePart(c, p, room), taken, covered);
+  return place && { ...label, ...place, lines: label.texts[place.index] };
+}
+
+/** Draws a robot's label at its place. */
+export function paintLabel(c, { lines, box: { left, top, right, bottom }, mustShow }, palette) {
+  if (mustShow) {
+    c.fillStyle = palette.label;
+    c.beginPath();
+    c.roundRect(left, top, right - left, bottom - top, 3);
+    c.fill();
   }
-  return null;
+  // An outline of the letters hides less than a plate.
+  lines.forEach((line, index) => {
+    const style = { color: palette.ink, bold: index === 0, size: LABEL_PX, outline: palette.floor };
+    words(c, line, (left + right) / 2, top + 2 + (LABEL_PX + 2) * (index + 0.5), style);
+  });
 }
 
 /** Draws the rectangle in progress, with its size. */
@@ -523,10 +520,6 @@ function labelBox(c, line, x, y, { bold, align }) {
   const width = measure(c, line, 11, bold);
   const left = align === "left" ? x : x - width / 2;
   return { left, right: left + width, top: y - 7, bottom: y + 7 };
-}
-
-function overlaps(a, b) {
-  return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 }
 
 function badge(c, line, x, y, palette) {

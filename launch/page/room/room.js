@@ -19,6 +19,11 @@ const TRAIL_MS = 60_000;
 const FULL_LABELS = 12;
 /** Above this team size, without magnification, only robots that stand out have a label, and only the selected one a trail. */
 const ALL_LABELS = 60;
+/**
+ * The weights of robots' labels, least first. Known labels, those of the previous picture, and new ones give way to the labels
+ * of marks. Takeovers and lost robots are named in any case, if need be over other bodies.
+ */
+const WEIGHTS = { pointed: 0, takeover: 1, lost: 2, detection: 3, known: 4, other: 5 };
 /** The number of robots in the text alternative of the picture. */
 const MAX_NAMED = 40;
 /** Above this team size only the selected robot's radio lines are drawn. */
@@ -193,9 +198,7 @@ export class Room {
       });
     }
     this.#drawRadio(c);
-    // The extents of labels, which other labels do not cover.
-    const taken = paint.paintMarkLabels(c, p, scenario.room, view.marks, palette);
-    this.#drawRobots(c, taken);
+    this.#drawRobots(c);
     paint.paintScale(c, p, scenario.room, palette);
     if (this.draft) paint.paintDraft(c, p, this.draft, palette);
     if (this.pointer) paint.paintPointer(c, p, this.pointer, palette);
@@ -215,48 +218,72 @@ export class Room {
     }
   }
 
-  #drawRobots(c, taken) {
+  /** Draws robots and all labels. As on a map, a name is written where it has space: the most important ones first. */
+  #drawRobots(c) {
     const { colors, picture: view, run } = this.#model;
-    const { radius_m } = run.scenario.body;
+    const { room, body } = run.scenario;
+    const [p, palette] = [this.#projection, this.#palette];
     const least_px = this.#isCrowded ? CROWDED_PX : LEAST_PX;
-    const shown = view.robots.map((robot, rank) => ({ robot, rank })).filter(({ robot }) => robot.state !== "absent");
+    const reach = Math.max(least_px, p.scale * body.radius_m) + 2;
+    const shown = view.robots
+      .map((robot, rank) => ({ robot, rank, ...this.toScreen(...robot.pose.position) }))
+      .filter(({ robot }) => robot.state !== "absent");
+    const bodies = shown.map(({ x, y }) => ({ left: x - reach, right: x + reach, top: y - reach, bottom: y + reach }));
+    // Text is harder to read on marks and next to their labels.
+    const covered = [...paint.markBoxes(c, p, view.marks), ...paint.findMarkLabels(c, p, room, view.marks).boxes];
+    const taken = [];
+    const find = (wanted) => {
+      const labels = [];
+      for (const { x, y, ...label } of wanted) {
+        const place = (texts, ...boxes) => paint.findLabel(c, p, room, { x, y, gap: reach + 4 }, { ...label, texts }, ...boxes);
+        const isCrucial = label.weight === WEIGHTS.takeover || label.weight === WEIGHTS.lost;
+        const free = place(label.texts, [...bodies, ...taken], covered);
+        const found = free ?? (isCrucial ? place(label.texts.slice(-1), taken, [...bodies, ...covered]) : null);
+        if (!found) continue;
+        labels.push(found);
+        taken.push(found.box);
+      }
+      return labels;
+    };
+    const wanted = this.#wantedLabels(shown);
+    const isUsual = ({ weight }) => weight >= WEIGHTS.known;
+    const urgent = find(wanted.filter((label) => !isUsual(label)));
+    const marks = paint.findMarkLabels(c, p, room, view.marks, taken);
+    taken.push(...marks.boxes);
+    paint.paintMarkLabels(c, marks.labels, palette);
     for (const { robot, rank } of shown) {
-      const style = { radius_m, least_px, color: colors[rank], sign: this.#signs[rank], isSelected: rank === this.#choices.selected };
-      paintBody(c, this.#projection, robot, style, this.#palette);
+      const style = { radius_m: body.radius_m, least_px, color: colors[rank], sign: this.#signs[rank], isSelected: rank === this.#choices.selected };
+      paintBody(c, p, robot, style, palette);
     }
-    const gap = Math.max(least_px, this.#projection.scale * radius_m) + 6;
-    const reach = gap - 4;
-    const places = new Map(shown.map(({ robot, rank }) => [rank, this.toScreen(...robot.pose.position)]));
-    for (const { x, y } of places.values()) taken.push({ left: x - reach, right: x + reach, top: y - reach, bottom: y + reach });
-    // As on a map, a name is written where it has space: first those that matter, then those of the previous picture.
-    const isPointed = (rank) => rank === this.#choices.selected || rank === this.hovered;
-    const takeovers = this.#takeovers();
-    const standsOut = ({ robot, rank }) => isPointed(rank) || robot.state !== "present" || takeovers.has(rank);
-    const weight = (each) => (isPointed(each.rank) ? 0 : standsOut(each) ? 1 : this.#sides.has(each.rank) ? 2 : 3);
-    const labeled = shown.filter((each) => !this.#isCrowded || standsOut(each));
-    const sides = new Map();
-    for (const { rank, robot } of labeled.sort((a, b) => weight(a) - weight(b))) {
-      const texts = this.#texts(robot, rank, takeovers.get(rank) ?? null, isPointed(rank));
-      const label = { texts, side: this.#sides.get(rank) ?? null, mustShow: isPointed(rank) };
-      const side = paint.paintLabel(c, this.#projection, run.scenario.room, { ...places.get(rank), gap }, label, taken, this.#palette);
-      if (side !== null) sides.set(rank, side);
-    }
-    this.#sides = sides;
+    const labels = [...urgent, ...find(wanted.filter(isUsual))];
+    for (const label of labels) paint.paintLabel(c, label, palette);
+    this.#sides = new Map(labels.map(({ rank, side }) => [rank, side]));
   }
 
-  /** Returns the recent takeovers and detections in words, by rank. */
-  #takeovers() {
-    const words = ({ kind, reason }) => (kind === TOOK_OVER ? `◆ took over from ${reason}` : `◇ noticed the loss of ${reason}`);
-    return new Map([...this.#model.recentTakeovers(TAKEOVER_MS)].map(([rank, event]) => [rank, words(event)]));
+  /** Returns the wanted labels of robots, the most important first. In a crowd only robots that stand out have one. */
+  #wantedLabels(shown) {
+    const events = this.#model.recentTakeovers(TAKEOVER_MS);
+    const labels = shown.map(({ robot, rank, x, y }) => {
+      const isPointed = rank === this.#choices.selected || rank === this.hovered;
+      const event = events.get(rank) ?? null;
+      const side = this.#sides.get(rank) ?? null;
+      const isLost = robot.state !== "present";
+      const usual = event ? "detection" : side === null ? "other" : "known";
+      const weight = isPointed ? "pointed" : event?.kind === TOOK_OVER ? "takeover" : isLost ? "lost" : usual;
+      return { rank, x, y, texts: this.#texts(robot, rank, event, isPointed), side, mustShow: isPointed, weight: WEIGHTS[weight] };
+    });
+    return labels.filter(({ weight }) => !this.#isCrowded || weight < WEIGHTS.known).sort((a, b) => a.weight - b.weight);
   }
 
-  /** Returns the lines of a robot's label, then the shorter ones for little space. */
-  #texts(robot, rank, takeover, isPointed) {
+  /** Returns the lines of a robot's label, then the shorter ones for little space. A takeover has no text without it. */
+  #texts(robot, rank, event, isPointed) {
     const { names } = this.#model;
     const name = robot.state === "present" ? names[rank] : `${names[rank]}: ${robot.state}`;
     const doing = names.length <= FULL_LABELS || isPointed ? this.#model.doingInWords(robot) : "";
-    const wanted = [doing === "idle" ? "" : doing, takeover].filter(Boolean);
-    return wanted.length === 0 ? [[name]] : [[name, ...wanted], [name, takeover].filter(Boolean), [name]];
+    const tookOver = event?.kind === TOOK_OVER;
+    const line = event && (tookOver ? `◆ took over from ${event.reason}` : `◇ noticed the loss of ${event.reason}`);
+    const [full, short] = [[name, doing === "idle" ? "" : doing, line], [name, line]].map((lines) => lines.filter(Boolean));
+    return tookOver ? [full, short] : [full, short, [name]];
   }
 
   /** Sets the text alternative of the picture. */
@@ -267,7 +294,7 @@ export class Room {
       return `${names[rank]} ${robot.state === "present" ? this.#model.doingInWords(robot) : robot.state}`;
     });
     if (names.length > MAX_NAMED) robots.push(`and ${names.length - MAX_NAMED} more`);
-    const done = current ? `; ${current.count} ${current.what}` : "";
+    const done = current ? `; ${current.count}${current.share === null ? "," : ""} ${current.what}` : "";
     attribute(this.#canvas, "aria-label", `The room seen from above: ${robots.join(", ")}${done}`);
   }
 }

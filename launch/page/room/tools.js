@@ -11,7 +11,7 @@ const GRID_M = 0.05;
 
 const HINTS = {
   look: "",
-  obstacle: "Drag in the room to draw an obstacle.",
+  obstacle: "Drag in the room:",
   move: "Click the robot's new place.",
 };
 

@@ -4,9 +4,20 @@ import { byId, el } from "./dom.js";
 
 const EDGE_PX = 8;
 
+const CONTROLS = "button, select, input, textarea";
+
 let place = () => {};
 // A menu may grow after a choice in it.
 const observer = new ResizeObserver(() => place());
+
+/** Keeps Tab within the open menu, because the next element of the page is at its other end. Escape leaves the menu. */
+function keepFocus(event) {
+  const controls = [...event.currentTarget.querySelectorAll(CONTROLS)].filter(({ disabled }) => !disabled);
+  const [from, to] = event.shiftKey ? [controls[0], controls.at(-1)] : [controls.at(-1), controls[0]];
+  if (event.key !== "Tab" || event.target !== from) return;
+  event.preventDefault();
+  to.focus();
+}
 
 /** Opens a menu at an element or a point `{x, y}` (CSS pixels of the window). Closes any other menu. */
 export function openMenu(title, at, ...content) {
@@ -25,6 +36,7 @@ export function openMenu(title, at, ...content) {
   };
   place();
   observer.observe(menu);
+  menu.onkeydown = keepFocus;
   menu.querySelector("select, input, .choices button")?.focus();
 }
 

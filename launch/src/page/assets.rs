@@ -66,6 +66,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "room/body.js"
     "room/fault_tools.js"
     "room/geometry.js"
+    "room/labels.js"
     "room/obstacle_menu.js"
     "room/paint.js"
     "room/room.js"

@@ -93,6 +93,10 @@ fn the_live_page_and_the_page_of_a_finished_run_are_accessible() {
         browser.click("#new-fault");
         browser.wait_for("document.querySelector('#menu:popover-open') != null");
         audit.check(&format!("live page, {theme}, new fault"));
+        // The last button of the menu is followed by its first one.
+        browser.eval("[...document.querySelectorAll('#menu button')].at(-1).focus()");
+        browser.press('\u{e004}'); // Tab
+        browser.wait_for("document.activeElement.matches('#menu [aria-label=Close]')");
         browser.press('\u{e00c}'); // Escape
         browser.choose("#chart-kind", "matrix");
         audit.check(&format!("live page, {theme}, matrix"));
@@ -102,6 +106,14 @@ fn the_live_page_and_the_page_of_a_finished_run_are_accessible() {
         audit.check(&format!("live page, {theme}, help"));
         browser.press('\u{e00c}');
         browser.click("#theme");
+    }
+    // The options of a tool cover no part of the room.
+    let bottom = "document.querySelector('#tool-options').getBoundingClientRect().bottom";
+    let top = "document.querySelector('#room').getBoundingClientRect().top";
+    for tool in ["obstacle", "fault-waste", "fault-move-waste"] {
+        browser.click(&format!("[data-tool-button={tool}]"));
+        browser.wait_for("!document.querySelector('#tool-options').hidden");
+        assert_eq!(browser.eval(&format!("{bottom} <= {top}")), true, "{tool}");
     }
     page.control(r#"{"clock": {"speed": null}}"#);
     page.control(r#"{"clock": "resume"}"#);
@@ -116,6 +128,10 @@ fn the_live_page_and_the_page_of_a_finished_run_are_accessible() {
         let (process, page) = watch(&lab, run);
         browser.open(&page.link());
         browser.wait_for("document.body.dataset.mode == 'log' && alliance.view != null");
+        browser.focus(".skip");
+        browser.press('\u{e007}'); // Enter
+        browser.wait_for("document.activeElement.id == 'charts'");
+        assert_eq!(browser.eval("document.body.dataset.mode"), "log");
         browser.press('\u{e010}'); // End
         for tab in ["tasks", "events", "messages", "links", "faults"] {
             browser.click(&format!("#tab-{tab}"));
@@ -194,6 +210,10 @@ fn choose_parts(browser: &Browser, is_sweep: bool) {
         return document.querySelector('output.hint:not([hidden])').value.includes('95 %');
     })()";
     assert_eq!(browser.eval(hint), true, "the hint of a figure");
+    browser.focus("th button");
+    browser.press('\u{e004}'); // Tab
+    let focused = "document.activeElement.matches('th button') && getComputedStyle(document.activeElement).outlineStyle";
+    assert_eq!(browser.eval(focused), "solid", "a heading with the focus");
     let first = "document.querySelector('.drawing svg').viewBox.baseVal.height";
     let whole = browser.eval(first).as_f64();
     for (key, value) in [("faults", "gold-dies"), ("measure", "comple")] {

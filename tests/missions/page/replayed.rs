@@ -50,6 +50,23 @@ fn a_finished_run_can_be_played_and_sought() {
     browser.wait_for("alliance.view.tick >= 2000 && alliance.view.tick <= 2001");
     browser.press('p');
     browser.wait_for("alliance.view.tick < 2000");
+    // The pointer shows the events of a mark on the time line, and a click seeks them.
+    let at_kill = |kind: &str| {
+        let event = "{ clientX: box.left + 8 + (100 / 150) * (box.width - 16), clientY: box.top + 5, bubbles: true }";
+        browser.eval(&format!(
+            "(() => {{
+                const marks = document.querySelector('#marks');
+                const box = marks.getBoundingClientRect();
+                marks.dispatchEvent(new PointerEvent('{kind}', {event}));
+                return marks.title;
+            }})()"
+        ))
+    };
+    let shown = at_kill("pointermove");
+    let is_named = shown.as_str().unwrap().contains(": gold is dead");
+    assert!(is_named, "{shown}");
+    at_kill("click");
+    browser.wait_for("alliance.view.tick >= 2000 && alliance.view.tick <= 2001");
     // The clock plays, and pauses.
     seek(100);
     browser.press(' ');

@@ -310,8 +310,11 @@ fn two_runs_stand_side_by_side() {
     assert_eq!(files(&out), "a b report.html");
     assert_eq!(files(&out.join("a")), FILES.replace(" report.html", ""));
     let page = fs::read_to_string(out.join("report.html")).unwrap();
-    // The setup difference comes first, then the first tick that differs.
+    // The verdicts come first, then the setup difference, then the first tick that differs.
     let cause = page.find("scenario: allocator: ").unwrap();
+    let verdicts: Vec<_> = page.match_indices("<ul class=\"answer\"><li>").collect();
+    assert_eq!(verdicts.len(), 2);
+    assert!(verdicts.iter().all(|(place, _)| *place < cause));
     assert!(cause < page.find("differs first in tick").unwrap());
     assert!(cause < page.find("id=\"a-gantt\"").unwrap());
     assert!(page.find("id=\"a-gantt\"") < page.find("id=\"b-gantt\""));
