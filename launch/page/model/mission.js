@@ -35,7 +35,7 @@ export function progress(columns, values) {
 }
 
 /**
- * Returns the other columns as texts, times first. After `3 of 24 items delivered`, `items in spills 21` is `in spills 21`.
+ * Returns the other columns as texts, times first. After `3 of 24 items delivered`, `items carried 2` is `carried 2`.
  * `now` is in ms.
  */
 export function details(columns, values, now) {
