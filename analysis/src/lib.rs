@@ -107,9 +107,9 @@ fn open_within(folder: &Path, bytes_max: u64) -> anyhow::Result<RunLog> {
     Ok(RunLog::open_within(folder, &vocabulary, bytes_max)?)
 }
 
-/// The size of the tables of every tick up to which they are read to show a run. A report of several hours of a busy team
-/// needs 1 GB of memory then.
-const SHOWN_BYTES_MAX: u64 = 250_000_000;
+/// The size of the tables of every tick up to which they are read to show a run. A report of a simulated day of a small team
+/// needs four to five times as much memory, which stays below 1 GB.
+const SHOWN_BYTES_MAX: u64 = 200_000_000;
 
 /// The size of a log that is read without a word. It takes well below a second.
 const SILENT_BYTES: u64 = 32_000_000;
