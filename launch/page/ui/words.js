@@ -29,9 +29,9 @@ function valueInWords(value) {
   return `${name} ${size.m ?? 0}${size.deg ? ` --deg ${size.deg}` : ""}`;
 }
 
-/** Replaces partitions between two robots in a text by the direction that they cut: `blue → gold cut`. */
+/** Replaces partitions of two groups in a text by the direction that they cut: `blue → gold,red cut`. */
 export function cutsInWords(text) {
-  return text.replace(/\bpartition ([^\s,/]+) \/ ([^\s,/]+)( --one-way)?(?=\s|$)(?! \/)/g, (_, first, second, isOneWay) => {
+  return text.replace(/\bpartition ([^\s/]*[^\s,/]) \/ ([^\s/]*[^\s,/])( --one-way)?(?=\s|$)(?! \/)/g, (_, first, second, isOneWay) => {
     return isOneWay ? `${second} → ${first} cut` : `${first} ↔ ${second} cut`;
   });
 }
