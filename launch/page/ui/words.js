@@ -38,7 +38,7 @@ export function cutsInWords(text) {
 
 /**
  * Formats a fault as on the command line and in the log: `drop --from green --to all --p 0.3`. `kinds` are the faults
- * of every mission, as the run declares them.
+ * of every mission, as the run declares them. A partition of two groups has the words of `cutsInWords`.
  */
 export function faultInWords(fault, kinds) {
   const [[name, content]] = Object.entries(fault);
