@@ -38,8 +38,8 @@ test("a fault is formatted as its declaration states", () => {
   assert.equal(words({ drop }), "drop --from green --to all --p 0.3");
   assert.equal(words({ drop: { ...drop, burst_s: 2.5 } }), "drop --from green --to all --p 0.3 --burst 2.5s");
   const groups = [["blue", "gold"], ["green"]];
-  assert.equal(words({ partition: { groups, one_way: true } }), "partition blue,gold / green --one-way");
-  assert.equal(words({ partition: { groups, one_way: false } }), "partition blue,gold / green");
+  assert.equal(words({ partition: { groups, one_way: true } }), "green → blue,gold cut");
+  assert.equal(words({ partition: { groups, one_way: false } }), "blue,gold ↔ green cut");
   const sensor = (mode) => words({ sensor: { robot: "gold", device: "position", mode } });
   assert.equal(sensor("dead"), "sensor gold position dead");
   assert.equal(sensor({ dropout: 0.25 }), "sensor gold position dropout 0.25");

@@ -70,7 +70,10 @@ fn metrics_and_json_logs_change_no_byte() {
     let [plain, observed] = ["plain", "observed"].map(|run| lab.log(run).run.hash);
     assert_eq!(plain, observed);
     assert_json_lines(&finished.stderr, &["launcher"]);
-    assert_json_lines(&lab.text("observed/logs/world.log"), &["world", "gateway"]);
+    let world = lab.text("observed/logs/world.log");
+    assert_json_lines(&world, &["world", "gateway"]);
+    // The agents left after the end of the run.
+    assert!(!world.contains("agent lost"), "{world}");
     for robot in ["blue", "gold", "green"] {
         assert_json_lines(&lab.text(&format!("observed/logs/{robot}.log")), &[robot]);
     }

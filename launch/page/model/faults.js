@@ -40,6 +40,11 @@ function cutsLink(fault, from, to) {
   return stops && affectsLink(fault, from, to);
 }
 
+/** Tests whether the fault holds back every message that `to` would receive from `from`. */
+function holdsLink(fault, from, to) {
+  return "hold" in fault && affectsLink(fault, from, to);
+}
+
 /** Returns the faults in force. */
 export function inForce(view) {
   return view.faults.filter(({ phase }) => phase === "in-force").map(({ order }) => order.fault);
@@ -47,11 +52,12 @@ export function inForce(view) {
 
 /**
  * Returns the state of a link from the quality of its recent messages, `{count, lost, late}`, and the faults in force:
- * `{count, loss, isCut}`. The messages before a cut say nothing about the link now.
+ * `{count, loss, isCut, isHeld}`. The messages before a cut or a hold say nothing about the link now.
  */
 export function linkState({ count, lost }, faults, from, to) {
   const loss = count ? lost / count : 0;
-  return { count, loss, isCut: loss === 1 || faults.some((fault) => cutsLink(fault, from, to)) };
+  const isCut = loss === 1 || faults.some((fault) => cutsLink(fault, from, to));
+  return { count, loss, isCut, isHeld: !isCut && faults.some((fault) => holdsLink(fault, from, to)) };
 }
 
 /**

@@ -406,10 +406,10 @@ export function paintRays(c, p, robot, scenario, palette) {
 }
 
 /**
- * Draws a radio line. `link` is `{count, loss, isCut, expected}`. A line is fainter the fewer messages are `expected` to
+ * Draws a radio line. `link` is `{count, loss, isCut, isHeld, expected}`. A line is fainter the fewer messages are `expected` to
  * arrive by the scenario. `isDisturbed`: a fault in force may affect it.
  */
-export function paintRadio(c, { a, b }, { count, loss, isCut, expected }, isDisturbed, palette) {
+export function paintRadio(c, { a, b }, { count, loss, isCut, isHeld, expected }, isDisturbed, palette) {
   c.strokeStyle = isCut ? palette.bad : loss > 0 || isDisturbed ? palette.warn : palette["ink-2"];
   c.globalAlpha = (count === 0 && !isDisturbed ? 0.35 : 0.85) * (0.2 + 0.8 * expected);
   c.lineWidth = loss > 0 || isDisturbed ? 2 : 1.2;
@@ -432,7 +432,8 @@ export function paintRadio(c, { a, b }, { count, loss, isCut, expected }, isDist
   c.fill();
   c.restore();
   c.globalAlpha = 1;
-  if (isCut || loss > 0) badge(c, isCut ? "⊘ cut" : `✗ ${percent(loss)}`, a.x + (b.x - a.x) * 0.4, a.y + (b.y - a.y) * 0.4, palette);
+  const sign = isCut ? "⊘ cut" : isHeld ? "◷ held" : `✗ ${percent(loss)}`;
+  if (isCut || isHeld || loss > 0) badge(c, sign, a.x + (b.x - a.x) * 0.4, a.y + (b.y - a.y) * 0.4, palette);
 }
 
 /** The size of labels, px. */

@@ -29,16 +29,16 @@ function valueInWords(value) {
   return `${name} ${size.m ?? 0}${size.deg ? ` --deg ${size.deg}` : ""}`;
 }
 
-/** Replaces partitions between two robots in a text by the direction that they cut: `blue → gold cut`. */
+/** Replaces partitions of two groups in a text by the direction that they cut: `blue → gold,red cut`. */
 export function cutsInWords(text) {
-  return text.replace(/\bpartition ([^\s,/]+) \/ ([^\s,/]+)( --one-way)?(?=\s|$)(?! \/)/g, (_, first, second, isOneWay) => {
+  return text.replace(/\bpartition ([^\s/]*[^\s,/]) \/ ([^\s/]*[^\s,/])( --one-way)?(?=\s|$)(?! \/)/g, (_, first, second, isOneWay) => {
     return isOneWay ? `${second} → ${first} cut` : `${first} ↔ ${second} cut`;
   });
 }
 
 /**
  * Formats a fault as on the command line and in the log: `drop --from green --to all --p 0.3`. `kinds` are the faults
- * of every mission, as the run declares them.
+ * of every mission, as the run declares them. A partition of two groups has the words of `cutsInWords`.
  */
 export function faultInWords(fault, kinds) {
   const [[name, content]] = Object.entries(fault);

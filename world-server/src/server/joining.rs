@@ -194,12 +194,15 @@ impl Server {
             }
             self.simulation.arrive(robot, incarnation);
         } else {
-            tracing::info!(
-                robot = name,
-                incarnation,
-                tick = self.simulation.tick(),
-                "agent lost"
-            );
+            // After the end of the run, every agent leaves.
+            if self.simulation.outcome().is_none() {
+                tracing::info!(
+                    robot = name,
+                    incarnation,
+                    tick = self.simulation.tick(),
+                    "agent lost"
+                );
+            }
             self.simulation.agent_lost(robot, incarnation);
         }
         self.advance();
