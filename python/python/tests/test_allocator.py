@@ -221,7 +221,7 @@ def test_a_failed_allocator_is_reported_in_one_line(controller, expected, cause)
     [
         ({"scenario": "servise"}, "'servise' is neither a built-in scenario nor a file"),
         ({"scenario": "janitorial", "limit": -1}, "limit: invalid value"),
-        ({"scenario": "service", "robots": 10**6}, "robots"),
+        ({"scenario": "service", "robots": 10**6 + 1}, "robots"),
         ({"scenario": "janitorial", "controllers": {"nobody": Greedy}}, "controllers: there is no robot 'nobody'; there are gold, blue, green"),
         ({"scenario": "janitorial", "controllers": {"*": "nearst"}}, "there is no allocator 'nearst'"),
         ({"scenario": "janitorial", "controllers": {"*": 3}}, "controllers: 3 of '*' is neither a class"),
