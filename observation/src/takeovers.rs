@@ -5,21 +5,22 @@ use std::borrow::Borrow;
 use std::fmt;
 
 use proto::event::EventLine;
+use proto::telemetry::Reason;
 use scenario::Setup;
 use scenario::ids::{RobotId, TaskId};
 use scenario::time::SimTime;
 
 use super::stints::{Loss, Span, Stint, StintEnd, StintTracker};
 
-/// The reasons, as in events.csv, with which a robot leaves a task for a teammate's claim or for another task. The other
-/// reasons state that the robot gives the task up, or that it is over.
-const CHANGES_OF_PLAN: [&str; 6] = [
-    "arbitration",
-    "outbid",
-    "claimed",
-    "awarded",
-    "reassigned",
-    "drawn",
+/// The reasons with which a robot leaves a task for a teammate's claim or for another task. The other reasons state that
+/// the robot gives the task up, or that it is over.
+const CHANGES_OF_PLAN: [Reason; 6] = [
+    Reason::Arbitration,
+    Reason::Outbid,
+    Reason::Claimed,
+    Reason::Awarded,
+    Reason::Reassigned,
+    Reason::Drawn,
 ];
 
 /// The activation of an exclusive task that another robot had not finished.
@@ -260,10 +261,13 @@ fn counts(stint: &Stint, stints: &[Stint], step: SimTime, now: SimTime) -> Optio
         return (!may_yield).then_some(true);
     }
     let is_bid = stint.span.length() <= step;
-    let changes_plan = matches!(
-        &stint.end,
-        StintEnd::Left(reason) if CHANGES_OF_PLAN.contains(&reason.as_str())
-    );
+    // None of these reasons names a teammate.
+    let is_change = |reason: &String| {
+        CHANGES_OF_PLAN
+            .iter()
+            .any(|it| it.describe(|_| "") == *reason)
+    };
+    let changes_plan = matches!(&stint.end, StintEnd::Left(reason) if is_change(reason));
     Some(!(is_bid || changes_plan && may_yield))
 }
 
