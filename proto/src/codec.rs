@@ -74,6 +74,13 @@ pub fn encoded_len<T: Serialize>(message: &T) -> Result<usize, CodecError> {
     }
 }
 
+/// Returns the length of an unsigned number's encoding, bytes.
+pub fn number_len(number: u64) -> usize {
+    let mut encoder = Encoder::new(&mut []);
+    encoder.unsigned(number);
+    encoder.length()
+}
+
 /// Writes the part of an encoding that fits to the start of `place`, and returns the length of the whole encoding.
 pub fn encode_to_slice<T: Serialize>(value: &T, place: &mut [u8]) -> Result<usize, CodecError> {
     write(value, place)

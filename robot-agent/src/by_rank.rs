@@ -60,6 +60,11 @@ impl<T> ByRank<T> {
         }
     }
 
+    /// Returns the robot at an index from [`ByRank::place`].
+    pub fn rank_at(&self, place: usize) -> RobotId {
+        self.ranks[place]
+    }
+
     /// Returns the value at an index from [`ByRank::place`].
     pub fn at(&self, place: usize) -> &T {
         &self.values[place]

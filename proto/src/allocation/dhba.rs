@@ -3,15 +3,39 @@
 use serde::{Deserialize, Serialize};
 
 use super::ble::EligibleTask;
+use crate::codec::number_len;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
-/// The largest number of entries of a row. It leaves room for the version in [`PART_WEIGHT_MAX`].
+/// The largest number of entries of a row. A row with as many fits in a message at any time.
 pub const ROW_ENTRIES_MAX: usize = 60;
 
-/// The largest weight of a message: an entry counts once, a row or a version twice. With this weight, a message takes
-/// less than 1,200 bytes.
-pub const PART_WEIGHT_MAX: usize = 64;
+/// The largest sizes in a message in which no time is later than a given one, bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct PartSizes {
+    /// Of an entry.
+    pub entry: usize,
+    /// Of a row without its entries.
+    pub row: usize,
+    /// Of a version.
+    pub version: usize,
+}
+
+impl PartSizes {
+    /// The largest size of a message's rows and versions, so that the message takes at most 1,200 bytes.
+    pub const MAX: usize = 1_190;
+
+    /// Returns the sizes at a time.
+    pub fn at(now: SimTime) -> Self {
+        let (id, time) = (number_len(u32::MAX.into()), number_len(now.0));
+        let version = id + (1 + time) + time;
+        Self {
+            entry: id + time + size_of::<f32>(),
+            row: version + 1,
+            version,
+        }
+    }
+}
 
 /// Rows of the sender's matrix, and the versions of all rows that the sender has.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

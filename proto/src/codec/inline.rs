@@ -72,7 +72,7 @@ impl<'a> Encoder<'a> {
     }
 
     #[inline(always)]
-    fn unsigned(&mut self, value: u64) {
+    pub fn unsigned(&mut self, value: u64) {
         if value <= u64::from(ONE_BYTE_MAX) {
             self.put([value as u8]);
         } else {

@@ -9,7 +9,7 @@ use proto::tick::TaskOffer;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use super::matrix::{Matrix, Row};
+use super::matrix::Matrix;
 use crate::allocator::{SelfState, TaskBrief};
 use crate::allocators::oracle::plan::{Plan, Scale};
 
@@ -34,8 +34,12 @@ pub struct Assignment {
     has_void: bool,
     /// True for the tasks of the group.
     is_of_group: Vec<bool>,
+    /// The places of the rows with entries for tasks of the group.
+    group: Vec<usize>,
     /// The robots of the group with a task in the solution, and their tasks.
     assigned: Vec<(RobotId, TaskId)>,
+    /// For each task, the robot in `assigned` that has it; of several, the one of lowest rank.
+    holders: Vec<Option<RobotId>>,
 }
 
 /// The offers of the robot's group, and the scale of all offers.
@@ -58,7 +62,9 @@ impl Assignment {
             linked: Vec::new(),
             has_void: false,
             is_of_group: vec![false; me.tasks],
+            group: Vec::new(),
             assigned: Vec::new(),
+            holders: vec![None; me.tasks],
         }
     }
 
@@ -94,21 +100,18 @@ impl Assignment {
         }
         let mut offers = std::mem::take(&mut self.next.offers);
         offers.clear();
-        let mut largest = 0.0_f32;
-        for (robot, row) in matrix.rows() {
-            let is_foreign = |entry: &EligibleTask| !self.is_of_group[entry.task.index()];
-            // All entries of a row are for tasks of one group.
-            if !self.has_void && row.entries.first().is_none_or(is_foreign) {
-                largest = largest.max(row.largest);
-                continue;
-            }
-            for entry in row.entries.iter().filter(|entry| self.is_valid(entry)) {
-                largest = largest.max(entry.utility);
-                if !is_foreign(entry) {
-                    offers.push(offer(robot, entry));
-                }
-            }
+        for &place in &self.group {
+            let (robot, entries) = matrix.row(place);
+            let valid = entries.iter().filter(|entry| self.is_valid(entry));
+            offers.extend(valid.map(|entry| offer(robot, entry)));
         }
+        let largest = if self.has_void {
+            let entries = matrix.rows().flat_map(|(_, entries)| entries);
+            let valid = entries.filter(|entry| self.is_valid(entry));
+            valid.fold(0.0, |largest, entry| entry.utility.max(largest))
+        } else {
+            matrix.largest()
+        };
         self.next = Problem {
             offers,
             scale: self.scale.with_largest(f64::from(largest)),
@@ -120,9 +123,18 @@ impl Assignment {
         let Problem { offers, scale } = &self.problem;
         self.plan.compute_part(offers, scale, briefs);
         let assigned = self.plan.assigned(offers);
-        self.assigned.clear();
-        self.assigned
-            .extend(assigned.map(|offer| (offer.robot, offer.task)));
+        for (_, task) in self.assigned.drain(..) {
+            self.holders[task.index()] = None;
+        }
+        for offer in assigned {
+            self.assigned.push((offer.robot, offer.task));
+            self.holders[offer.task.index()].get_or_insert(offer.robot);
+        }
+    }
+
+    /// Returns the holder of a task of the group; of several, the one of lowest rank.
+    pub fn holder(&self, task: TaskId) -> Option<RobotId> {
+        self.holders[task.index()]
     }
 
     /// Returns the robots of the group with a task, and their tasks, by rank.
@@ -139,8 +151,8 @@ impl Assignment {
     fn find_scale(&mut self, matrix: &Matrix, briefs: &[TaskBrief]) {
         let mut scale = Scale::default();
         self.has_void = false;
-        for (robot, row) in matrix.rows() {
-            for entry in &row.entries {
+        for (robot, entries) in matrix.rows() {
+            for entry in entries {
                 if self.is_valid(entry) {
                     scale.add(&offer(robot, entry), briefs);
                 } else {
@@ -158,7 +170,7 @@ impl Assignment {
         self.rounds.fill(SimTime::ZERO);
         self.linked.clear();
         self.linked.extend((0..).take(self.rounds.len()));
-        for (_, Row { entries, .. }) in matrix.rows() {
+        for (_, entries) in matrix.rows() {
             let mut first = None;
             for entry in entries {
                 let at = entry.task.index();
@@ -175,6 +187,15 @@ impl Assignment {
             let root = root(&mut self.linked, task);
             self.is_of_group[task] = self.is_of_group[root];
         }
+        // All entries of a row are for tasks of one group.
+        let is_of_group = |entries: &[EligibleTask]| {
+            let first = entries.first();
+            first.is_some_and(|entry| self.is_of_group[entry.task.index()])
+        };
+        let rows = matrix.rows().enumerate();
+        let group = rows.filter(|(_, (_, entries))| is_of_group(entries));
+        self.group.clear();
+        self.group.extend(group.map(|(place, _)| place));
     }
 }
 

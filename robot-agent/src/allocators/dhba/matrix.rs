@@ -4,9 +4,7 @@
 use std::ops::BitOrAssign;
 
 use proto::allocation::ble::EligibleTask;
-use proto::allocation::dhba::{
-    MatrixPart, MatrixRow, PART_WEIGHT_MAX, ROW_ENTRIES_MAX, RowVersion,
-};
+use proto::allocation::dhba::{MatrixPart, MatrixRow, PartSizes, ROW_ENTRIES_MAX, RowVersion};
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
@@ -17,43 +15,30 @@ use crate::by_rank::ByRank;
 /// lost robots are found earlier. Fewer: fewer messages.
 const REPORTS: usize = 8;
 
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
+/// What is known of a robot's row.
+#[derive(Clone, Debug, Default)]
+struct Row {
     /// The time at which the robot computed the row; `None` while only its existence is known.
-    pub made: Option<SimTime>,
+    made: Option<SimTime>,
     /// The time of the robot's latest message that is known here.
-    pub seen: SimTime,
-    /// Outside of the row, so that the rows of a large team stay in the processor's cache.
-    pub entries: Vec<EligibleTask>,
-    /// The largest utility in `entries`; 0 if there are none.
-    pub largest: f32,
+    seen: SimTime,
+    /// The largest utility in the row; 0 if it is empty.
+    largest: f32,
     /// True if the row must be sent.
     must_send: bool,
     /// True if the robot itself was received since the versions were last requested.
     is_near: bool,
 }
 
-impl Row {
-    /// Replaces the entries. Returns whether the tasks or their rounds differ.
-    fn replace(&mut self, entries: Vec<EligibleTask>) -> bool {
-        let is_within = |entry: &EligibleTask, all: &[EligibleTask]| {
-            let key = |entry: &EligibleTask| (entry.task, entry.round);
-            all.iter().any(|other| key(other) == key(entry))
-        };
-        let is_same = self.entries.len() == entries.len()
-            && entries.iter().all(|new| is_within(new, &self.entries))
-            && self.entries.iter().all(|old| is_within(old, &entries));
-        let utilities = entries.iter().map(|entry| entry.utility);
-        self.largest = utilities.fold(0.0, f32::max);
-        self.entries = entries;
-        !is_same
-    }
-}
-
 #[derive(Clone, Debug, Default)]
 pub struct Matrix {
     rows: ByRank<Row>,
-    /// A number that changes with the tasks and rounds of the rows.
+    /// The entries of each row, apart from `rows`, so that what is read for each received version stays in the
+    /// processor's nearest cache.
+    entries: Vec<Vec<EligibleTask>>,
+    /// Memory for the next received row.
+    next: Vec<EligibleTask>,
+    /// A number that changes with the places, tasks and rounds of the rows.
     structure: u64,
     /// A time before which no sign of life of a teammate in `rows` lies.
     oldest: SimTime,
@@ -87,24 +72,85 @@ impl BitOrAssign for Update {
 }
 
 impl Matrix {
-    /// Returns a number that changes with the tasks and rounds of the rows, but not with the utilities.
+    /// Returns a number that changes with the places, tasks and rounds of the rows, but not with the utilities.
     pub fn structure(&self) -> u64 {
         self.structure
     }
 
-    pub fn rows(&self) -> impl Iterator<Item = (RobotId, &Row)> {
-        self.rows.iter()
+    /// Returns the robots of the rows and their entries, in the order of the places.
+    pub fn rows(&self) -> impl Iterator<Item = (RobotId, &[EligibleTask])> {
+        let robots = self.rows.iter().map(|(robot, _)| robot);
+        robots.zip(self.entries.iter().map(Vec::as_slice))
+    }
+
+    /// Returns the robot of the row at a place, and its entries.
+    pub fn row(&self, place: usize) -> (RobotId, &[EligibleTask]) {
+        (self.rows.rank_at(place), &self.entries[place])
+    }
+
+    /// Returns the largest utility of all entries; 0 if there are none.
+    pub fn largest(&self) -> f32 {
+        let rows = self.rows.iter();
+        rows.fold(0.0, |largest, (_, row)| row.largest.max(largest))
+    }
+
+    /// Returns the time at which a robot computed its row.
+    #[cfg(test)]
+    pub fn made(&self, robot: RobotId) -> Option<SimTime> {
+        let place = self.rows.place(robot).ok()?;
+        self.rows.at(place).made
+    }
+
+    /// Returns the place of a robot's row, and whether it is new.
+    #[inline]
+    fn place_or_insert(&mut self, robot: RobotId) -> (usize, bool) {
+        match self.rows.place(robot) {
+            Ok(place) => (place, false),
+            Err(place) => {
+                self.insert(place, robot);
+                (place, true)
+            }
+        }
+    }
+
+    /// Inserts a row without entries.
+    #[cold]
+    fn insert(&mut self, place: usize, robot: RobotId) {
+        self.rows.insert(place, robot, Row::default());
+        self.entries.insert(place, Vec::new());
+        self.structure += 1;
+    }
+
+    /// Replaces the entries of a row by `next`, at a time at which the robot computed them.
+    fn replace(&mut self, place: usize, made: Option<SimTime>) {
+        let (old, new) = (&mut self.entries[place], &mut self.next);
+        let is_within = |entry: &EligibleTask, all: &[EligibleTask]| {
+            let key = |entry: &EligibleTask| (entry.task, entry.round);
+            all.iter().any(|other| key(other) == key(entry))
+        };
+        let is_same = old.len() == new.len()
+            && new.iter().all(|entry| is_within(entry, old))
+            && old.iter().all(|entry| is_within(entry, new));
+        std::mem::swap(old, new);
+        let row = self.rows.at_mut(place);
+        let utilities = self.entries[place].iter().map(|entry| entry.utility);
+        row.largest = utilities.fold(0.0, f32::max);
+        (row.made, row.must_send) = (made, true);
+        self.structure += u64::from(!is_same);
+        self.has_unsent = true;
     }
 
     /// Replaces the row of the robot that owns the matrix, if it differs. Returns whether it does.
     pub fn set_own(&mut self, me: RobotId, entries: &[EligibleTask], now: SimTime) -> bool {
-        let row = self.rows.get_or_insert_with(me, Row::default);
-        if row.made.is_some() && row.entries.as_slice() == entries {
+        let (place, _) = self.place_or_insert(me);
+        let row = self.rows.at_mut(place);
+        if row.made.is_some() && self.entries[place] == entries {
             return false;
         }
-        (row.made, row.seen, row.must_send) = (Some(now), now, true);
-        self.structure += u64::from(row.replace(entries.into()));
-        self.has_unsent = true;
+        row.seen = now;
+        self.next.clear();
+        self.next.extend_from_slice(entries);
+        self.replace(place, Some(now));
         true
     }
 
@@ -126,14 +172,10 @@ impl Matrix {
     /// Receives a version. Returns the index of its row, and whether the teammate was not known before.
     #[inline]
     fn note_version(&mut self, version: &RowVersion) -> (usize, bool) {
-        let (place, is_newcomer) = match self.rows.place(version.robot) {
-            Ok(place) => (place, false),
-            Err(place) => {
-                self.rows.insert(place, version.robot, Row::default());
-                self.oldest = self.oldest.min(version.seen);
-                (place, true)
-            }
-        };
+        let (place, is_newcomer) = self.place_or_insert(version.robot);
+        if is_newcomer {
+            self.oldest = self.oldest.min(version.seen);
+        }
         let row = self.rows.at_mut(place);
         row.seen = row.seen.max(version.seen);
         if version.made < row.made {
@@ -158,17 +200,16 @@ impl Matrix {
             is_newcomer,
             ..Update::default()
         };
-        let row = self.rows.at_mut(place);
+        let (row, old) = (self.rows.at(place), &self.entries[place]);
         // A message from before the row here may contain an earlier row.
         let is_current = direct.is_some() && direct >= row.made && version.made.is_some();
         if version.made > row.made || is_current {
             let entries = entries.take(ROW_ENTRIES_MAX);
-            if version.made != row.made || !entries.clone().eq(row.entries.iter().copied()) {
-                let entries: Vec<EligibleTask> = entries.collect();
-                update.is_of_concern = concerns(&row.entries, &entries);
-                (row.made, row.must_send) = (version.made, true);
-                self.structure += u64::from(row.replace(entries));
-                self.has_unsent = true;
+            if version.made != row.made || !entries.clone().eq(old.iter().copied()) {
+                self.next.clear();
+                self.next.extend(entries);
+                update.is_of_concern = concerns(old, &self.next);
+                self.replace(place, version.made);
                 update.has_changed = true;
             }
         }
@@ -181,7 +222,7 @@ impl Matrix {
         let Ok(at) = self.rows.place(me) else { return };
         let row = self.rows.at_mut(at);
         let made = received.version.made;
-        let differs = received.entries.as_slice() != row.entries.as_slice();
+        let differs = received.entries != self.entries[at];
         if made <= Some(now) && (made > row.made || (made == row.made && differs)) {
             (row.made, row.must_send) = (Some(now), true);
             self.has_unsent = true;
@@ -211,6 +252,7 @@ impl Matrix {
             }
             if now.since(row.seen) >= tau {
                 self.rows.remove(place);
+                self.entries.remove(place);
                 has_removed = true;
             } else {
                 self.oldest = self.oldest.min(row.seen);
@@ -249,31 +291,38 @@ impl Matrix {
             self.rows.at_mut(at).seen = now;
         }
         let mut part = MatrixPart::default();
-        let mut weight = 0;
+        let sizes = PartSizes::at(now);
+        let mut room = PartSizes::MAX;
         let has_unsent = std::mem::take(&mut self.has_unsent);
         for place in self.rows.places().filter(|_| has_unsent) {
             let (robot, row) = self.rows.entry_mut(place);
-            if row.must_send && weight + 2 + row.entries.len() > PART_WEIGHT_MAX {
-                self.has_unsent = true;
-            } else if row.must_send {
-                weight += 2 + row.entries.len();
-                row.must_send = false;
-                part.rows.push(MatrixRow {
-                    version: version(robot, row),
-                    entries: row.entries.clone(),
-                });
+            if !row.must_send {
+                continue;
             }
+            let entries = &self.entries[place];
+            let size = sizes.row + sizes.entry * entries.len();
+            if size > room {
+                self.has_unsent = true;
+                continue;
+            }
+            room -= size;
+            row.must_send = false;
+            part.rows.push(MatrixRow {
+                version: version(robot, row),
+                entries: entries.clone(),
+            });
         }
         if let Some(from) = self.next_version {
-            let room = PART_WEIGHT_MAX.saturating_sub(weight) / 2;
+            let room = room / sizes.version;
             let (first, parts) = (self.part, self.parts);
             let is_due = |robot: RobotId| (robot.index() + first).is_multiple_of(parts);
+            let rows_left = self.entries.len() - from;
             let rows = self.rows.iter().enumerate().skip(from);
             let mut due = rows.filter(|(_, (robot, _))| is_due(*robot));
             let versions = due.by_ref().take(room);
-            part.versions = versions
-                .map(|(_, (robot, row))| version(robot, row))
-                .collect();
+            part.versions.reserve(room.min(rows_left.div_ceil(parts)));
+            part.versions
+                .extend(versions.map(|(_, (robot, row))| version(robot, row)));
             self.next_version = due.next().map(|(place, _)| place);
         }
         part

@@ -18,7 +18,7 @@ use proto::team::BroadcastContent;
 use proto::telemetry::Reason;
 use scenario::ParameterRange::Above;
 use scenario::ParameterSpec;
-use scenario::ids::{BehaviorId, RobotId, TaskId};
+use scenario::ids::BehaviorId;
 use scenario::time::SimTime;
 use smallvec::SmallVec;
 
@@ -107,7 +107,7 @@ impl Allocator for Dhba {
             let part = self.matrix.next_part(me, input.now);
             decision.say.push(AllocationMessage::Dhba(part));
         }
-        let holder = |task| self.holder(task);
+        let holder = |task| self.assignment.holder(task);
         let under_way = self.unit.under_way();
         under_way.log(&self.me, input, decision, holder);
         self.unit.note_active(before, decision.active, input.now);
@@ -174,13 +174,6 @@ impl Dhba {
         weigh(&mut self.offers, robot, choices, most, utility_of);
     }
 
-    /// Returns the holder of a task; of several, the one of lowest rank.
-    fn holder(&self, task: TaskId) -> Option<RobotId> {
-        let mut all = self.assignment.assigned().iter();
-        all.find(|(_, assigned)| *assigned == task)
-            .map(|&(robot, _)| robot)
-    }
-
     fn behavior(&self) -> Option<BehaviorId> {
         let mut all = self.assignment.assigned().iter();
         let &(_, task) = all.find(|(robot, _)| *robot == self.me.robot)?;
@@ -193,7 +186,7 @@ impl Dhba {
     /// Returns `Outbid` if another robot has the task that the robot leaves.
     fn reason(&self, before: Option<BehaviorId>) -> Reason {
         let left = before.and_then(|before| self.me.task_of(before));
-        let holder = left.and_then(|task| self.holder(task));
+        let holder = left.and_then(|task| self.assignment.holder(task));
         if holder.is_some_and(|robot| robot != self.me.robot) {
             Reason::Outbid
         } else {
