@@ -1,5 +1,7 @@
 //! Altered logs, and pairs of runs with a known first difference.
 
+use std::collections::BTreeMap;
+
 use missions::waste::data::{WasteSection, default_scenario};
 use run_log::{Input, InputLine, MemoryLog};
 use scenario::Scenario;
@@ -61,6 +63,26 @@ fn a_difference_of_long_values_is_a_short_line() {
     let shown = Comparison::Differs(difference).to_string();
     assert_eq!(shown.lines().count(), 1);
     assert!(shown.len() < 1000, "{} bytes", shown.len());
+}
+
+#[test]
+fn programs_of_different_builds_are_named() {
+    let memory = memory();
+    let (mut a, mut b) = (open(&memory).run, open(&memory).run);
+    for run in [&mut a, &mut b] {
+        run.build = "0123456789abcdef".to_owned();
+    }
+    assert_eq!(program_difference(&a, &b), None);
+    b.agent_builds = BTreeMap::from([("blue".to_owned(), "fedcba9876543210".to_owned())]);
+    let agents = "build of the agent of blue: 0123456789abcdef in A, fedcba9876543210 in B";
+    assert_eq!(program_difference(&a, &b).as_deref(), Some(agents));
+    b.build = "0000000000000000".to_owned();
+    let programs = "build of the program: 0123456789abcdef in A, 0000000000000000 in B";
+    assert_eq!(program_difference(&a, &b).as_deref(), Some(programs));
+    // A library's tests have no build.
+    b.build.clear();
+    b.agent_builds.clear();
+    assert_eq!(program_difference(&a, &b), None);
 }
 
 #[test]
