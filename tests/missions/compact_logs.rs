@@ -73,6 +73,15 @@ fn commands_read_both_forms() {
         compact.rows::<MotivationRow>().unwrap(),
         full.rows::<MotivationRow>().unwrap()
     );
+    let size = |run: &str| -> usize {
+        let names = lab.names(run).into_iter();
+        let tables = names.filter(|name| name.ends_with(".csv"));
+        tables
+            .map(|name| lab.bytes(&format!("{run}/{name}")).len())
+            .sum()
+    };
+    let [small, large] = ["compact", "full"].map(size);
+    assert!(4 * small < large, "{small} and {large} bytes");
     for (a, b) in [("compact", "full"), ("full", "compact")] {
         let identical = lab.run(["diff", a, b]).expect(0);
         assert!(
