@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use missions::Registry;
 use missions::waste::data::{WasteSection, default_scenario};
-use run_log::{Input, InputLine, MemoryLog};
+use run_log::{Document, Input, InputLine, MemoryLog};
 use scenario::Scenario;
 use scenario::fault::{Fault, Order};
 
@@ -214,6 +215,85 @@ fn every_value_of_run_json_is_compared() {
         let (_, line) = text.split_once("differs: ").unwrap_or_default();
         assert!(line.contains(key), "{pointer}: {text}");
     }
+}
+
+/// Appends the JSON pointers of all values that contain no others.
+fn leaves(value: &Value, at: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Object(object) if !object.is_empty() => {
+            for (key, value) in object {
+                let key = key.replace('~', "~0").replace('/', "~1");
+                leaves(value, &format!("{at}/{key}"), found);
+            }
+        }
+        Value::Array(list) if !list.is_empty() => {
+            for (index, value) in list.iter().enumerate() {
+                leaves(value, &format!("{at}/{index}"), found);
+            }
+        }
+        _ => found.push(at.to_owned()),
+    }
+}
+
+/// A changed or removed value differs, or the reader refuses the file.
+#[test]
+fn no_value_of_run_json_changes_without_a_difference() {
+    let scenario = Scenario {
+        limit_s: 1.0,
+        ..default_scenario()
+    };
+    let team = Team::new(
+        testkit::setup(scenario),
+        LogLevel::Full,
+        MemoryLog::default(),
+    );
+    let memory = team.unwrap().run().unwrap().1.into_sink();
+    let again = open(&memory);
+    let run: Value = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
+    let mut pointers = Vec::new();
+    leaves(&run, "", &mut pointers);
+    pointers.retain(|pointer| {
+        let mut roots = NOT_REPRODUCED.iter();
+        roots.all(|root| !pointer.starts_with(&format!("/{root}")))
+    });
+    let vocabulary = Registry::built_in().vocabulary();
+    let mut differences = 0;
+    let mut alter = |what: &str, altered: &Value| {
+        let mut memory = memory.clone();
+        memory.documents.insert(Document::Run, altered.to_string());
+        let Ok(log) = RunLog::from_memory(&memory, &vocabulary) else {
+            return;
+        };
+        if let Ok(compared) = compare_files(&log, &again) {
+            assert!(
+                matches!(compared, Comparison::Differs(_)),
+                "{what}: {compared}"
+            );
+            differences += 1;
+        }
+    };
+    for pointer in &pointers {
+        let mut altered = run.clone();
+        let value = altered.pointer_mut(pointer).unwrap();
+        *value = match value {
+            Value::Bool(flag) => (!*flag).into(),
+            Value::Number(number) if number.as_f64() == Some(0.0) => 1.into(),
+            Value::Number(_) => 0.into(),
+            Value::String(text) => format!("{text}x").into(),
+            _ => 1.into(),
+        };
+        alter(pointer, &altered);
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        let mut altered = run.clone();
+        // An absent value has the meaning of null.
+        if let Some(Value::Object(object)) = altered.pointer_mut(parent)
+            && object.remove(key).is_some_and(|value| !value.is_null())
+        {
+            alter(&format!("without {pointer}"), &altered);
+        }
+    }
+    assert!(pointers.len() > 100, "{} values", pointers.len());
+    assert!(differences > 50, "{differences} differences");
 }
 
 /// Runs the scenario for a short time, optionally with an operator's order.
