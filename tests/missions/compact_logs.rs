@@ -115,3 +115,15 @@ fn commands_read_both_forms() {
     assert!(figures("full").len() > 10);
     assert!(figures("compact") == figures("full"));
 }
+
+/// Commands that need the tables of a summary run the mission again. This one takes some seconds of processor time.
+#[test]
+fn a_report_of_a_summary_says_that_it_runs_the_mission_again() {
+    let lab = Lab::new();
+    let run = "run foraging --in-process --log summary --limit 1200 --out run";
+    lab.run(run).expect(1);
+    let report = lab.run("report run").expect(0);
+    let first = report.stderr.lines().next().unwrap();
+    let announcement = "the log is a summary: running it again";
+    assert!(first.starts_with(announcement), "{}", report.stderr);
+}
