@@ -246,6 +246,29 @@ fn every_allocator_states_its_use_of_the_properties_of_points() {
     }
 }
 
+#[test]
+fn all_documents_state_the_same_duration_of_the_small_comparison() {
+    let plan = "campaigns/allocators-small.toml";
+    let text = fs::read_to_string(in_repository(plan)).unwrap();
+    let stated = text
+        .split("runs in ")
+        .nth(1)
+        .and_then(|rest| rest.split('.').next());
+    let stated = stated.unwrap();
+    let mut others = 0;
+    for document in documents(&in_repository("")) {
+        let text = fs::read_to_string(&document).unwrap();
+        let lines = text
+            .lines()
+            .filter(|line| line.contains(&format!("compare {plan}")));
+        for line in lines.filter(|line| line.contains("minute")) {
+            assert!(line.contains(stated), "{}: {line}", document.display());
+            others += 1;
+        }
+    }
+    assert!(others >= 2, "{others} documents state the duration");
+}
+
 /// No rule is exactly as published. Its page states its source, and apart from it what this project decided. The rule
 /// `learned` has no publication, and ALLIANCE's page is its specification.
 #[test]
