@@ -7,6 +7,7 @@ use std::os::fd::{AsRawFd, OwnedFd};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD as STANDARD;
 use nix::sys::memfd::{MFdFlags, memfd_create};
+use nix::sys::signal::{SigSet, Signal};
 
 use crate::keyring::Keyring;
 use crate::member::Login;
@@ -17,8 +18,11 @@ use terminal::panics;
 const RUNTIME: &str = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))";
 
 /// Prepares a process of a run. Call it first in `main`, before the process opens a session or starts a thread. It sets
-/// zenoh's runtime and makes every uncaught panic end the process ([`panics`]).
+/// zenoh's runtime and makes every uncaught panic end the process ([`panics`]). A write above the limit of file sizes
+/// (`ulimit -f`) returns an error, as on a full disk, because its signal is blocked in all threads.
 pub fn prepare_process() {
+    // It fails only for an invalid set.
+    let _ = SigSet::from(Signal::SIGXFSZ).thread_block();
     // SAFETY: no other thread exists yet that could read the environment at the same time.
     #[allow(unsafe_code)]
     unsafe {

@@ -65,8 +65,8 @@ pub enum StartError {
     },
     /// An external controller without a source of its answers.
     #[error(
-        "the controller '{controller}' of {robot} is an external program and needs a run with processes; use \
-         `alliance run SCENARIO --controller {controller}=COMMAND`"
+        "the controller '{controller}' of {robot} is an external program and needs a run with processes; leave \
+         --in-process out and give its command as --controller {controller}=COMMAND"
     )]
     ExternalController { robot: String, controller: String },
 }

@@ -23,8 +23,10 @@ pub fn is_other(other: &str) -> bool {
     differ(get(), other)
 }
 
-fn differ(own: &str, other: &str) -> bool {
-    !own.is_empty() && !other.is_empty() && own != other
+/// Returns whether two identities are of different builds. An unknown identity differs from no other.
+#[must_use]
+pub fn differ(a: &str, b: &str) -> bool {
+    !a.is_empty() && !b.is_empty() && a != b
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@ use std::process::Command;
 
 use alliance_tests::harness::{Arguments, Finished, Lab, join, wait_until};
 
+use crate::style::files;
+
 /// A scenario of 5 s.
 const SHORT: &str = "limit_s = 5.0\n";
 
@@ -104,16 +106,16 @@ impl Advice {
     }
 }
 
-/// Returns whether a text is a command without placeholders. An error starts with the command and a colon.
+/// Returns whether a text is a command. An error starts with the command and a colon.
 fn is_command(text: &str) -> bool {
-    let mut words = text.split(' ');
-    let is_placeholder = |word: &str| {
-        let word = word.trim_matches(|letter: char| !letter.is_alphabetic());
-        word.len() > 1 && word.chars().all(|letter| letter.is_ascii_uppercase())
-    };
-    words.next() == Some("alliance")
-        && !text.split(' ').take(4).any(|word| word.ends_with(':'))
-        && !words.any(is_placeholder)
+    text.starts_with("alliance ") && !text.split(' ').take(4).any(|word| word.ends_with(':'))
+}
+
+/// Returns whether a text contains a word in capitals in place of a value.
+fn has_placeholder(text: &str) -> bool {
+    let is_capital = |letter: char| letter.is_ascii_uppercase();
+    let mut words = text.split(|letter: char| !letter.is_alphabetic());
+    words.any(|word| word.len() > 1 && word.chars().all(is_capital))
 }
 
 /// Splits a command as a shell does.
@@ -123,6 +125,23 @@ fn words(command: &str) -> Vec<String> {
     assert!(output.status.success(), "{command}: {output:?}");
     let text = String::from_utf8(output.stdout).unwrap();
     text.split_terminator('\0').map(str::to_owned).collect()
+}
+
+/// Waits that take several machines or seconds, pages and errors contain commands, too. So the sources are checked.
+#[test]
+fn no_printed_command_has_a_placeholder() {
+    for text in files("*.rs") {
+        let is_code = |line: &&str| !line.trim().starts_with("//");
+        let code: Vec<&str> = text.lines().filter(is_code).collect();
+        let code = code.join("\n").replace("code { \"", "code { \"`");
+        for (_, rest) in code
+            .match_indices("`alliance ")
+            .map(|(at, _)| code.split_at(at + 1))
+        {
+            let command = rest.split(['`', '"']).next().unwrap_or_default();
+            assert!(!has_placeholder(command), "{command}");
+        }
+    }
 }
 
 #[test]

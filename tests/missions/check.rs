@@ -176,6 +176,20 @@ fn check_prints_a_table_for_people_and_json_for_programs() {
     assert_eq!(warnings[0]["robots"].as_array().unwrap().len(), 3);
 }
 
+/// The work of a check grows with the number of points, not with its square: 4,000 points would then take longer than a
+/// test waits.
+#[test]
+fn many_points_are_checked() {
+    let lab = Lab::new();
+    let points = "limit_s = 100000.0\nroom = { width_m = 300.0, height_m = 300.0 }\n\
+         [service]\n[[service.kinds]]\nname = 'k'\nwork_s = { min = 1.0, max = 2.0 }\n\
+         [[service.random]]\nn = 4000\nkind = 'k'\n";
+    lab.write("points.toml", points);
+    let finished = lab.run("check points.toml").expect(0);
+    let last = format!("{}{}", finished.stdout, finished.stderr);
+    assert!(last.contains("serve(p3999)"), "{last}");
+}
+
 #[test]
 fn mistakes_give_one_line() {
     let lab = Lab::new();

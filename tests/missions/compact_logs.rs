@@ -73,6 +73,15 @@ fn commands_read_both_forms() {
         compact.rows::<MotivationRow>().unwrap(),
         full.rows::<MotivationRow>().unwrap()
     );
+    let size = |run: &str| -> usize {
+        let names = lab.names(run).into_iter();
+        let tables = names.filter(|name| name.ends_with(".csv"));
+        tables
+            .map(|name| lab.bytes(&format!("{run}/{name}")).len())
+            .sum()
+    };
+    let [small, large] = ["compact", "full"].map(size);
+    assert!(4 * small < large, "{small} and {large} bytes");
     for (a, b) in [("compact", "full"), ("full", "compact")] {
         let identical = lab.run(["diff", a, b]).expect(0);
         assert!(
@@ -105,4 +114,16 @@ fn commands_read_both_forms() {
     };
     assert!(figures("full").len() > 10);
     assert!(figures("compact") == figures("full"));
+}
+
+/// Commands that need the tables of a summary run the mission again. This one takes some seconds of processor time.
+#[test]
+fn a_report_of_a_summary_says_that_it_runs_the_mission_again() {
+    let lab = Lab::new();
+    let run = "run foraging --in-process --log summary --limit 1200 --out run";
+    lab.run(run).expect(1);
+    let report = lab.run("report run").expect(0);
+    let first = report.stderr.lines().next().unwrap();
+    let announcement = "the log is a summary: running it again";
+    assert!(first.starts_with(announcement), "{}", report.stderr);
 }

@@ -193,6 +193,19 @@ fn the_tables_match_the_runs_and_a_cell_can_be_repeated() {
 }
 
 #[test]
+fn a_dry_run_states_the_number_of_runs_and_the_power_and_creates_no_folder() {
+    let lab = Lab::new();
+    let plan = "seeds = 2\nlimit_s = 5.0\n[grid]\nallocator = ['cbba', 'nearest']\n";
+    lab.write("two.toml", plan);
+    lab.run("compare two.toml --dry-run")
+        .expect(0)
+        .shows("compare two: 4 runs, about ")
+        .shows(", estimated from 4 runs")
+        .shows("note: with 2 seeds no difference between 2 allocators can be significant");
+    assert!(!lab.exists("comparisons"));
+}
+
+#[test]
 fn mistakes_give_one_line_before_any_run() {
     let lab = lab();
     let grid = "[grid]\nallocator = ['alliance', 'nearest']\n";

@@ -247,6 +247,54 @@ fn every_allocator_states_its_use_of_the_properties_of_points() {
 }
 
 #[test]
+fn all_documents_state_the_same_duration_of_the_small_comparison() {
+    let plan = "campaigns/allocators-small.toml";
+    let text = fs::read_to_string(in_repository(plan)).unwrap();
+    let stated = text
+        .split("runs in ")
+        .nth(1)
+        .and_then(|rest| rest.split('.').next());
+    let stated = stated.unwrap();
+    let mut others = 0;
+    for document in documents(&in_repository("")) {
+        let text = fs::read_to_string(&document).unwrap();
+        let lines = text
+            .lines()
+            .filter(|line| line.contains(&format!("compare {plan}")));
+        for line in lines.filter(|line| line.contains("minute")) {
+            assert!(line.contains(stated), "{}: {line}", document.display());
+            others += 1;
+        }
+    }
+    assert!(others >= 2, "{others} documents state the duration");
+}
+
+/// No rule is exactly as published. Its page states its source, and apart from it what this project decided. The rule
+/// `learned` has no publication, and ALLIANCE's page is its specification.
+#[test]
+fn every_rule_separates_its_publication_from_the_decisions_of_this_project() {
+    for page in documents(&in_repository("docs/allocators")) {
+        if page.ends_with("learned.md") {
+            continue;
+        }
+        let text = fs::read_to_string(&page).unwrap();
+        for heading in ["Published", "Decisions of this project"] {
+            let section = text.split(&format!("\n## {heading}\n")).nth(1);
+            let section = section.and_then(|rest| rest.split("\n## ").next());
+            let is_stated = section.is_some_and(|section| section.trim().len() > 50);
+            assert!(is_stated, "{}: {heading}", page.display());
+        }
+    }
+    let alliance = fs::read_to_string(in_repository("docs/ALLIANCE.md")).unwrap();
+    assert!(alliance.contains("Decisions that the formulas leave open"));
+    for document in ["README.md", "CHANGELOG.md", "docs/ALLOCATORS.md"] {
+        let text = fs::read_to_string(in_repository(document)).unwrap();
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(!text.contains("as published"), "{document}");
+    }
+}
+
+#[test]
 fn relative_links_lead_to_existing_files() {
     let mut wrong = String::new();
     for document in documents(&in_repository("")) {

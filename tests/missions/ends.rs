@@ -1,6 +1,8 @@
 //! Processes that end unexpectedly, and the state of the run afterwards.
 
-use alliance_tests::harness::{Lab, command_line, wait_until};
+use std::process::Command;
+
+use alliance_tests::harness::{Lab, alliance, command_line, wait_until};
 use alliance_tests::team::Team;
 use alliance_tests::testkit::{ROBOTS, assert_whole_up_to_a_tick};
 use nix::sys::signal::Signal;
@@ -40,6 +42,32 @@ fn a_run_that_ends_within_a_tick_is_repeated() {
         }
         team.launcher().signal(Signal::SIGTERM);
         team.wait().expect(130);
+        lab.assert_repeated("run");
+    }
+}
+
+/// A write above the limit of file sizes fails as on a full disk, in place of a signal that ends the process.
+#[test]
+fn a_log_above_the_limit_of_file_sizes_ends_the_run_with_one_line() {
+    for mode in ["--in-process", "--no-page"] {
+        let lab = Lab::new();
+        std::fs::create_dir(lab.path("runtime")).unwrap();
+        let script = "ulimit -f 128; exec \"$0\" run --out run \"$1\"";
+        let output = Command::new("sh")
+            .args(["-c", script])
+            .arg(alliance())
+            .arg(mode)
+            .current_dir(lab.path(""))
+            .env("XDG_RUNTIME_DIR", lab.path("runtime"))
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(3), "{mode}: {stderr}");
+        let lines = stderr.lines().filter(|line| line.contains("cannot write"));
+        let lines: Vec<&str> = lines.collect();
+        let is_one = matches!(lines[..], [line] if line.contains("File too large"));
+        assert!(is_one, "{mode}: {stderr}");
+        assert_whole_up_to_a_tick(&lab.log("run"));
         lab.assert_repeated("run");
     }
 }

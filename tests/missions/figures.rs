@@ -1,17 +1,19 @@
 //! Compares every figure of run.json and of the report's tables with the independent calculation of
 //! `alliance_tests::figures`, in random runs with faults.
 
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use alliance_tests::fault_fuzzer::{self, Coverage, Fuzz};
 use alliance_tests::figures;
-use alliance_tests::runs::{log_of, run, setup, vocabulary};
+use alliance_tests::runs::{builtin, log_of, play, run, setup, vocabulary};
 use analysis::random_mission::faults::RandomFaults;
 use analysis::random_mission::{CountRange, LengthRange, RandomMission};
 use analysis::report::{History, Metrics};
+use missions::observe::data::ObserveSection;
 use missions::service::data::ServiceSection;
 use observation::takeovers::{Takeover, TakeoverCause};
-use run_log::{LogLevel, RunFile, RunLog};
+use run_log::{EventRow, LogLevel, PoseRow, RunFile, RunLog, TargetRow};
 use scenario::Scenario;
 use scenario::mission::{FigureValue, MissionFigures};
 
@@ -120,6 +122,64 @@ fn every_figure_of_a_thousand_runs_agrees_with_the_tables() {
 }
 
 /// The comparison must detect errors, otherwise it proves nothing.
+/// Returns the log of a built-in scenario up to a limit, and its poses by time.
+fn log_and_poses(name: &str, limit_s: f64) -> (RunLog, BTreeMap<u64, Vec<PoseRow>>) {
+    let mut scenario = builtin(name);
+    scenario.limit_s = limit_s;
+    let log = play(scenario, 1).1;
+    let mut poses: BTreeMap<u64, Vec<PoseRow>> = BTreeMap::new();
+    for row in log.rows::<PoseRow>().unwrap() {
+        poses.entry(row.t_ms.0).or_default().push(row);
+    }
+    (log, poses)
+}
+
+/// docs/GUARANTEES.md, "Instants": the poses of the same instant are those of the next tick.
+#[test]
+fn poses_are_of_the_start_of_a_step_and_targets_and_events_of_its_end() {
+    let (log, poses) = log_and_poses("cmommt", 60.0);
+    let scenario = &log.run.setup.scenario;
+    let range_m = f64::from(ObserveSection::from_scenario(scenario).range_m);
+    let step_ms = scenario.step_ms;
+    let mut others = 0;
+    for row in log.rows::<TargetRow>().unwrap() {
+        let seen_at = |t_ms: u64| {
+            let distances = poses.get(&t_ms)?.iter().map(|pose| {
+                let x_m = f64::from(pose.x_m) - f64::from(row.x_m);
+                let y_m = f64::from(pose.y_m) - f64::from(row.y_m);
+                x_m.hypot(y_m)
+            });
+            Some(
+                distances
+                    .filter(|distance_m| *distance_m <= range_m)
+                    .count() as u32,
+            )
+        };
+        // The last step has no next one.
+        let Some(at_end) = seen_at(row.t_ms.0 + step_ms) else {
+            continue;
+        };
+        assert_eq!(row.observers, at_end, "{row:?}");
+        others += u32::from(seen_at(row.t_ms.0) != Some(at_end));
+    }
+    assert!(others > 0, "the poses of both instants agree everywhere");
+
+    let (log, poses) = log_and_poses("waste-cleanup", 120.0);
+    let step_ms = log.run.setup.scenario.step_ms;
+    let mut picks = log.rows::<EventRow>().unwrap();
+    picks.retain(|event| event.kind == "picked");
+    assert!(!picks.is_empty());
+    for event in picks {
+        let carries_at = |t_ms: u64| {
+            let mut bodies = poses[&t_ms].iter();
+            let body = bodies.find(|body| body.robot == event.robot);
+            body.unwrap().carrying
+        };
+        let carries = [0, step_ms].map(|after_ms| carries_at(event.t_ms.0 + after_ms));
+        assert_eq!(carries, [false, true], "{event:?}");
+    }
+}
+
 #[test]
 fn a_wrong_figure_is_detected() {
     type Change = fn(&mut RunFile);

@@ -10,6 +10,7 @@ mod by_command;
 mod by_hand;
 mod campaign;
 mod check;
+mod ci;
 mod closed_loop;
 mod compact_logs;
 mod compare;

@@ -5,13 +5,14 @@ use std::fs::{read_to_string, remove_file};
 use alliance_tests::harness::{Lab, command_line, wait_until};
 use alliance_tests::runs::{self, vocabulary};
 use alliance_tests::ten_missions::{error, mission, ten, wrong_by};
-use alliance_tests::testkit::{KILL, RESTART};
+use alliance_tests::testkit::{KILL, RESTART, in_repository};
 use in_process::Team;
+use missions::service::data::ServiceSection;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use proto::tick::Outcome;
 use run_log::{LogLevel, MemoryLog};
-use scenario::{LearnedTimes, Profile, Setup};
+use scenario::{LearnedTimes, Profile, Scenario, Setup};
 
 use crate::allocators::scenario;
 
@@ -160,4 +161,56 @@ fn wrong_estimates_converge_within_ten_missions() {
             assert!(took_s[9] < took_s[0], "{took_s:?}");
         }
     }
+}
+
+/// Returns the least makespan of all assignments of the points to robots with the skill, s.
+fn least_makespan_s(scenario: &Scenario) -> f64 {
+    let section = ServiceSection::of(scenario);
+    let mut all: Vec<Vec<f64>> = vec![vec![0.0; scenario.robots.len()]];
+    for kind in section.kinds_of_points() {
+        let kind = &section.kinds[kind];
+        let with_point = all.iter().flat_map(|loads_s| {
+            let robots = scenario.robots.iter().enumerate();
+            robots.filter_map(move |(rank, robot)| {
+                let mut loads_s = loads_s.clone();
+                let skill = robot.skill(&kind.name).filter(|skill| *skill > 0.0)?;
+                loads_s[rank] += kind.work_s.max / skill;
+                Some(loads_s)
+            })
+        });
+        all = with_point.collect();
+    }
+    let makespans_s = all
+        .iter()
+        .map(|loads_s| loads_s.iter().copied().fold(0.0, f64::max));
+    makespans_s.fold(f64::INFINITY, f64::min)
+}
+
+/// The scenario and its page state the ratios to the optimum here, beside the published ones.
+#[test]
+fn the_abstract_study_states_its_own_ratios_to_the_optimum() {
+    let text = vocabulary().builtin("l-alliance-abstract").unwrap().text;
+    let optimum_s = least_makespan_s(&runs::parse(text));
+    let mut missions = vec![mission(text, 1, Profile::default())];
+    for before in 0..4 {
+        let profile = missions[before].learned.clone();
+        missions.push(mission(text, 1, profile));
+    }
+    let ratio = |mission: usize| format!("{:.2}", missions[mission].took_s / optimum_s);
+    let (first, later) = (ratio(0), ratio(3));
+    assert_eq!(later, ratio(4), "the ratio stays");
+    let took = format!("{:.1} s", missions[0].took_s);
+    let stated = format!("{first} times the optimum of {optimum_s:.1} s");
+    let page = read_to_string(in_repository("docs/missions/service.md")).unwrap();
+    for (document, text) in [("scenario", text), ("page", page.as_str())] {
+        let words: Vec<&str> = text
+            .split_whitespace()
+            .filter(|word| *word != "#")
+            .collect();
+        let words = words.join(" ");
+        for expected in [&took, &stated, &format!("{later} times")] {
+            assert!(words.contains(expected), "{document}: {expected}");
+        }
+    }
+    assert!(text.contains("1.20 times the optimum"));
 }

@@ -29,7 +29,7 @@ fn words(text: &str) -> Vec<&str> {
 }
 
 /// Returns the tracked files with that ending, without the tests if they are sources.
-fn files(ending: &str) -> Vec<String> {
+pub fn files(ending: &str) -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let output = Command::new("git")
         .args(["ls-files", ending])

@@ -72,6 +72,35 @@ fn mean_par2_s(lab: &Lab, scenario: &str) -> f64 {
     par2.sum::<f64>() / 4.0
 }
 
+/// Checks that page and scenario mark a found value of the impatience within 2 % of a bound, on the logarithmic scale
+/// from 1 to 200.
+#[track_caller]
+fn assert_bounds_are_marked(page: &str, tuned: &str, is_better: bool) {
+    let head = "<td class=\"text\">alliance.defaults.fast_impatience</td>";
+    let (_, cells) = page.split_once(head).unwrap();
+    let cells = cells.split("<td>").skip(1).take(2);
+    let cells: Vec<&str> = cells.filter_map(|cell| cell.split('<').next()).collect();
+    for cell in cells.iter().copied() {
+        let (value, mark) = cell.split_once(", ").unwrap_or((cell, ""));
+        let share = value.parse::<f64>().unwrap().ln() / 200_f64.ln();
+        let expected = match share {
+            share if share <= 0.02 => "at its lower bound",
+            share if share >= 0.98 => "at its upper bound",
+            _ => "",
+        };
+        assert_eq!(mark, expected, "{value}");
+        if is_better && !mark.is_empty() && tuned.contains(&format!("impatience = {value},")) {
+            let line = format!("impatience = {value}, of 1 to 200, logarithmic, {mark}\n");
+            assert!(tuned.contains(&line), "{tuned}");
+        }
+    }
+    // Large values are the best ones in this mission, so that the test sees a mark.
+    assert!(
+        cells.iter().any(|cell| cell.contains(", at its ")),
+        "{cells:?}"
+    );
+}
+
 #[test]
 fn the_tuned_scenario_gives_the_figures_of_the_table() {
     let lab = lab();
@@ -114,6 +143,7 @@ fn the_tuned_scenario_gives_the_figures_of_the_table() {
     let page = lab.text("out/tuning.html");
     assert!(page.find("How impatient should the robots be?") < page.find("<svg "));
     assert_eq!(page.matches("<svg ").count(), 4);
+    assert_bounds_are_marked(&page, &tuned, written == "tuned");
     assert!(!page.contains("<script") && !page.contains("<link"));
 }
 

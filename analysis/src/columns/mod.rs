@@ -13,6 +13,9 @@ use crate::new_file::write_atomically;
 /// A function that returns the value in a row; `None` if it is missing.
 type Value<R> = Box<dyn for<'r> Fn(&'r R) -> Option<CellValue<'r>>>;
 
+/// The number of significant digits of a computed number. Rounding errors change only later digits.
+const DIGITS: usize = 12;
+
 /// A column with its type and the source of its values.
 pub struct Column<R> {
     pub name: String,
@@ -60,6 +63,13 @@ pub fn of_mission(declared: &'static [columns::Column]) -> Vec<Column<MissionRow
     [time].into_iter().chain(columns).collect()
 }
 
+/// Rounds to a number of significant digits, through text so that 0.1 stays 0.1.
+#[must_use]
+pub fn rounded(value: f64, digits: usize) -> f64 {
+    let text = format!("{value:.*e}", digits - 1);
+    text.parse().unwrap_or(value)
+}
+
 /// Rows of results. All rows have the same columns.
 #[derive(Default)]
 pub struct Table {
@@ -87,20 +97,26 @@ impl Entry {
         Self::Number(number.map(|number| number + 0.0))
     }
 
+    /// Returns a computed number without the digits of rounding errors, such as 0.15 for 0.15000000000000002.
+    pub fn computed(number: impl Into<Option<f64>>) -> Self {
+        let number: Option<f64> = number.into();
+        Self::number(number.map(|number| rounded(number, DIGITS)))
+    }
+
     /// Returns a count, which is far below 2^63.
     #[must_use]
     pub fn count(count: usize) -> Self {
         Self::Whole(Some(count as i64))
     }
 
-    /// Returns a value and the ends of its interval.
+    /// Returns a computed value and the ends of its interval.
     #[must_use]
     pub fn with_interval(found: Option<(f64, (f64, f64))>) -> [Self; 3] {
         let [value, from, to] = match found {
             Some((value, (from, to))) => [value, from, to].map(Some),
             None => [None; 3],
         };
-        [value, from, to].map(Self::number)
+        [value, from, to].map(Self::computed)
     }
 
     /// Returns the value for a column of that type.
@@ -223,5 +239,26 @@ mod tests {
         let [mean, from, to] = Entry::with_interval(Some((-0.0, (-0.5, -0.0))));
         let texts = [mean, from, to, Entry::number(-0.0)].map(|entry| entry.csv());
         assert_eq!(texts, ["0", "-0.5", "0", "0"]);
+    }
+
+    #[test]
+    fn computed_numbers_have_no_digits_of_rounding_errors() {
+        let numbers = [
+            (349.3 - 327.25, "22.05"),
+            (0.1 + 0.05, "0.15"),
+            (-34.800_000_000_000_01, "-34.8"),
+            (1.0 / 3.0, "0.333333333333"),
+            (123_456_789.0, "123456789"),
+            (-0.0, "0"),
+        ];
+        for (number, text) in numbers {
+            assert_eq!(Entry::computed(number).csv(), text);
+        }
+        assert_eq!(Entry::computed(None::<f64>).csv(), "");
+        let [mean, from, to] = Entry::with_interval(Some((0.1 + 0.2, (0.1 + 0.05, 1.1 * 3.0))));
+        assert_eq!(
+            [mean, from, to].map(|entry| entry.csv()),
+            ["0.3", "0.15", "3.3"]
+        );
     }
 }

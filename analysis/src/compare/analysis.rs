@@ -296,14 +296,20 @@ fn pairs(data: &ComparisonData, block: &Block, metric: &Metric) -> Vec<Pair> {
         (0..count).flat_map(|first| (first + 1..count).map(move |second| (first, second)));
     let members: Vec<(usize, usize)> = members.collect();
     let both = members.iter();
+    // In steps of the metric's grid, differences are exact.
+    let steps = |values: Vec<f64>| -> Vec<f64> {
+        values.iter().map(|value| metric.steps(*value)).collect()
+    };
     let both: Vec<(Vec<f64>, Vec<f64>)> = both
         .map(|&(first, second)| block.cells[first].paired(&block.cells[second], place))
+        .map(|(first, second)| (steps(first), steps(second)))
         .collect();
     let differences = both
         .iter()
-        .map(|(first, second)| metric.differences(second, first));
+        .map(|(first, second)| second.iter().zip(first).map(|(b, a)| b - a).collect());
     let differences: Vec<Vec<f64>> = differences.collect();
     let scale = metric.steps_per_unit();
+    let scaled = |(from, to): Interval| (from / scale, to / scale);
     let of_means = means(&differences);
     let is_share = *metric == Metric::Completion;
     // Medians of zeros and ones are not informative.
@@ -330,10 +336,11 @@ fn pairs(data: &ComparisonData, block: &Block, metric: &Metric) -> Vec<Pair> {
             first,
             second,
             n: differences.len(),
-            mean: mean.zip(interval.map(|(from, to)| (from / scale, to / scale))),
+            mean: mean.zip(interval.map(scaled)),
             median: of_medians.get(number).and_then(|resampled| {
                 let (first, second) = &both[number];
-                Some((median(second)? - median(first)?, resampled.interval(LEVEL)?))
+                let difference = (median(second)? - median(first)?) / scale;
+                Some((difference, scaled(resampled.interval(LEVEL)?)))
             }),
             effect,
             p: Some(p).filter(|_| !differences.is_empty() && !is_exact),

@@ -109,7 +109,7 @@ fn cells(data: &ComparisonData, analysis: &Analysis) -> Table {
             for (place, metric) in data.metrics.iter().enumerate() {
                 let summary = found.summaries[rival][place].as_ref();
                 let quantile =
-                    |at: usize| Entry::number(summary.map(|summary| summary.quantiles[at]));
+                    |at: usize| Entry::computed(summary.map(|summary| summary.quantiles[at]));
                 let [mean, from, to] =
                     Entry::with_interval(summary.map(|summary| (summary.mean, summary.interval)));
                 let row = [
@@ -157,9 +157,9 @@ fn pairs(data: &ComparisonData, analysis: &Analysis) -> Table {
                     ("median_difference", median),
                     ("median_from", median_from),
                     ("median_to", median_to),
-                    ("effect", Entry::number(pair.effect)),
-                    ("p", Entry::number(pair.p)),
-                    ("p_holm", Entry::number(pair.adjusted)),
+                    ("effect", Entry::computed(pair.effect)),
+                    ("p", Entry::computed(pair.p)),
+                    ("p_holm", Entry::computed(pair.adjusted)),
                     ("differ", Entry::Flag(pair.is_significant())),
                 ];
                 table.add(settings(data, block).chain(row));
@@ -178,18 +178,21 @@ fn ranks(data: &ComparisonData, analysis: &Analysis) -> Table {
                 ("allocator", Entry::text(&data.allocators[place])),
                 (
                     "mean_rank",
-                    Entry::number(ranking.friedman.mean_ranks[place]),
+                    Entry::computed(ranking.friedman.mean_ranks[place]),
                 ),
                 ("blocks", Entry::count(ranking.friedman.blocks)),
                 (
                     "blocks_left_out",
                     Entry::count(ranking.omitted_blocks.len()),
                 ),
-                ("chi_squared", Entry::number(ranking.friedman.statistic)),
-                ("p", Entry::number(ranking.friedman.p)),
-                ("critical_difference", Entry::number(ranking.critical)),
-                ("mean_rank_from", Entry::number(ranking.intervals[place].0)),
-                ("mean_rank_to", Entry::number(ranking.intervals[place].1)),
+                ("chi_squared", Entry::computed(ranking.friedman.statistic)),
+                ("p", Entry::computed(ranking.friedman.p)),
+                ("critical_difference", Entry::computed(ranking.critical)),
+                (
+                    "mean_rank_from",
+                    Entry::computed(ranking.intervals[place].0),
+                ),
+                ("mean_rank_to", Entry::computed(ranking.intervals[place].1)),
             ]);
         }
     }
@@ -207,8 +210,11 @@ fn differences(data: &ComparisonData, analysis: &Analysis) -> Table {
                     ("metric", Entry::text(&ranking.name)),
                     ("first", Entry::text(&data.allocators[*first])),
                     ("second", Entry::text(&data.allocators[*second])),
-                    ("difference", Entry::number(ranks[*second] - ranks[*first])),
-                    ("p", Entry::number(ranking.p(*first, *second))),
+                    (
+                        "difference",
+                        Entry::computed(ranks[*second] - ranks[*first]),
+                    ),
+                    ("p", Entry::computed(ranking.p(*first, *second))),
                 ]);
             }
         }

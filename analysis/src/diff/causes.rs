@@ -3,10 +3,29 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
+use proto::program_build;
 use run_log::{Branch, Input, InputLine, ReadError, RunFile, RunLog};
 use scenario::ids::Tick;
+use scenario::shortened;
 use scenario::time::SimTime;
 use serde_json::Value;
+use terminal::in_one_line;
+
+/// Returns the first difference between the programs of two runs in words. Programs of different builds can decide
+/// differently with equal setups and inputs.
+pub fn program_difference(a: &RunFile, b: &RunFile) -> Option<String> {
+    let differ = |what: &str, a: &str, b: &str| {
+        let [a, b] = [a, b].map(|build| in_one_line(&shortened(build)).into_owned());
+        format!("build of {what}: {a} in A, {b} in B")
+    };
+    if program_build::differ(&a.build, &b.build) {
+        return Some(differ("the program", &a.build, &b.build));
+    }
+    let mut robots = a.agent_builds.keys().chain(b.agent_builds.keys());
+    let robot = robots.find(|robot| a.agent_builds.get(*robot) != b.agent_builds.get(*robot))?;
+    let [a, b] = [a, b].map(|run| run.agent_builds.get(robot).unwrap_or(&run.build));
+    Some(differ(&format!("the agent of {robot}"), a, b))
+}
 
 /// Returns the first difference in seed, scenario or version, in words.
 pub fn setup_difference(a: &RunLog, b: &RunLog) -> Option<String> {

@@ -16,11 +16,14 @@ use anyhow::bail;
 use clap::Args;
 use run_log::{LogLevel, RUN_SECTION, ReadError, RunLog, Table, TickRow};
 use serde_json::Value;
+use terminal::stderr_line;
 
 pub use difference::{Comparison, Difference};
 
 use crate::{LATEST, exit_status, open};
-use causes::{ValueDifference, input_difference, setup_difference, values_that_differ};
+use causes::{
+    ValueDifference, input_difference, program_difference, setup_difference, values_that_differ,
+};
 use sections::sections_of;
 use tables::{
     damage_difference, difference_of_tick, row_difference, table_difference, torn_difference,
@@ -56,6 +59,9 @@ impl DiffCommand {
                 self.a.display(),
                 self.b.display()
             );
+        }
+        if let Some(programs) = program_difference(&a.run, &b.run) {
+            stderr_line!("{programs}");
         }
         Ok(compare(&a, &b)?)
     }

@@ -1,7 +1,10 @@
 //! Altered logs, and pairs of runs with a known first difference.
 
+use std::collections::BTreeMap;
+
+use missions::Registry;
 use missions::waste::data::{WasteSection, default_scenario};
-use run_log::{Input, InputLine, MemoryLog};
+use run_log::{Document, Input, InputLine, MemoryLog};
 use scenario::Scenario;
 use scenario::fault::{Fault, Order};
 
@@ -61,6 +64,26 @@ fn a_difference_of_long_values_is_a_short_line() {
     let shown = Comparison::Differs(difference).to_string();
     assert_eq!(shown.lines().count(), 1);
     assert!(shown.len() < 1000, "{} bytes", shown.len());
+}
+
+#[test]
+fn programs_of_different_builds_are_named() {
+    let memory = memory();
+    let (mut a, mut b) = (open(&memory).run, open(&memory).run);
+    for run in [&mut a, &mut b] {
+        run.build = "0123456789abcdef".to_owned();
+    }
+    assert_eq!(program_difference(&a, &b), None);
+    b.agent_builds = BTreeMap::from([("blue".to_owned(), "fedcba9876543210".to_owned())]);
+    let agents = "build of the agent of blue: 0123456789abcdef in A, fedcba9876543210 in B";
+    assert_eq!(program_difference(&a, &b).as_deref(), Some(agents));
+    b.build = "0000000000000000".to_owned();
+    let programs = "build of the program: 0123456789abcdef in A, 0000000000000000 in B";
+    assert_eq!(program_difference(&a, &b).as_deref(), Some(programs));
+    // A library's tests have no build.
+    b.build.clear();
+    b.agent_builds.clear();
+    assert_eq!(program_difference(&a, &b), None);
 }
 
 #[test]
@@ -192,6 +215,85 @@ fn every_value_of_run_json_is_compared() {
         let (_, line) = text.split_once("differs: ").unwrap_or_default();
         assert!(line.contains(key), "{pointer}: {text}");
     }
+}
+
+/// Appends the JSON pointers of all values that contain no others.
+fn leaves(value: &Value, at: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Object(object) if !object.is_empty() => {
+            for (key, value) in object {
+                let key = key.replace('~', "~0").replace('/', "~1");
+                leaves(value, &format!("{at}/{key}"), found);
+            }
+        }
+        Value::Array(list) if !list.is_empty() => {
+            for (index, value) in list.iter().enumerate() {
+                leaves(value, &format!("{at}/{index}"), found);
+            }
+        }
+        _ => found.push(at.to_owned()),
+    }
+}
+
+/// A changed or removed value differs, or the reader refuses the file.
+#[test]
+fn no_value_of_run_json_changes_without_a_difference() {
+    let scenario = Scenario {
+        limit_s: 1.0,
+        ..default_scenario()
+    };
+    let team = Team::new(
+        testkit::setup(scenario),
+        LogLevel::Full,
+        MemoryLog::default(),
+    );
+    let memory = team.unwrap().run().unwrap().1.into_sink();
+    let again = open(&memory);
+    let run: Value = serde_json::from_str(&memory.documents[&Document::Run]).unwrap();
+    let mut pointers = Vec::new();
+    leaves(&run, "", &mut pointers);
+    pointers.retain(|pointer| {
+        let mut roots = NOT_REPRODUCED.iter();
+        roots.all(|root| !pointer.starts_with(&format!("/{root}")))
+    });
+    let vocabulary = Registry::built_in().vocabulary();
+    let mut differences = 0;
+    let mut alter = |what: &str, altered: &Value| {
+        let mut memory = memory.clone();
+        memory.documents.insert(Document::Run, altered.to_string());
+        let Ok(log) = RunLog::from_memory(&memory, &vocabulary) else {
+            return;
+        };
+        if let Ok(compared) = compare_files(&log, &again) {
+            assert!(
+                matches!(compared, Comparison::Differs(_)),
+                "{what}: {compared}"
+            );
+            differences += 1;
+        }
+    };
+    for pointer in &pointers {
+        let mut altered = run.clone();
+        let value = altered.pointer_mut(pointer).unwrap();
+        *value = match value {
+            Value::Bool(flag) => (!*flag).into(),
+            Value::Number(number) if number.as_f64() == Some(0.0) => 1.into(),
+            Value::Number(_) => 0.into(),
+            Value::String(text) => format!("{text}x").into(),
+            _ => 1.into(),
+        };
+        alter(pointer, &altered);
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        let mut altered = run.clone();
+        // An absent value has the meaning of null.
+        if let Some(Value::Object(object)) = altered.pointer_mut(parent)
+            && object.remove(key).is_some_and(|value| !value.is_null())
+        {
+            alter(&format!("without {pointer}"), &altered);
+        }
+    }
+    assert!(pointers.len() > 100, "{} values", pointers.len());
+    assert!(differences > 50, "{differences} differences");
 }
 
 /// Runs the scenario for a short time, optionally with an operator's order.

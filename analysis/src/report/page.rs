@@ -144,7 +144,7 @@ pub fn page(part: &RunSection<'_>) -> (String, usize) {
         p.note {
             @match &part.made.page {
                 Some(page) => { a href=(page) { "The page of the run" } " shows each moment; the times of losses, takeovers and faults below open it there." },
-                None => { "After " code { "alliance export RUN --html" } ", a new report links the times of losses, takeovers and faults to the page of the run." },
+                None => { "After an export with " code { "--html" } ", a new report links the times of losses, takeovers and faults to the page of the run." },
             }
         }
         (contents(&parts))
@@ -164,7 +164,7 @@ pub(super) fn undrawn(names: &[String]) -> Markup {
         @if !names.is_empty() {
             details {
                 summary {
-                    (counted(names.len(), "more figure")) " on request: " code { "alliance report RUN --only NAME,…" }
+                    (counted(names.len(), "more figure")) " on request, by " code { "--only" }
                 }
                 p.note { @for name in names { code { (name) } " " } }
             }

@@ -64,7 +64,7 @@ pub fn results_table(design: &Design, rows: &[Row]) -> Table {
             let value = figures.map_or(FigureValue::None, |figures| figures.mission.get(name));
             let cell = match value {
                 FigureValue::Count(count) => self::whole(Some(count)),
-                other => Entry::number(other.number()),
+                other => Entry::computed(other.number()),
             };
             (name, cell)
         }));
@@ -85,7 +85,7 @@ pub fn results_table(design: &Design, rows: &[Row]) -> Table {
         cells.extend(measure_names.iter().enumerate().map(|(place, name)| {
             (
                 *name,
-                Entry::number(values.and_then(|values| values[place].1)),
+                Entry::computed(values.and_then(|values| values[place].1)),
             )
         }));
         for (kind, messages, bytes) in &kinds {

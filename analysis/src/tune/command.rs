@@ -362,9 +362,9 @@ fn candidates(results: &[AllocatorResult<'_>]) -> Table {
             ("generation", Entry::count(candidate.generation)),
             ("runs", Entry::count(candidate.own_runs)),
             ("dropped", Entry::Flag(candidate.dropped)),
-            ("score", Entry::number(candidate.score)),
-            ("log_metric_ratio", Entry::number(candidate.metric)),
-            ("log_bytes_ratio", Entry::number(candidate.bytes)),
+            ("score", Entry::computed(candidate.score)),
+            ("log_metric_ratio", Entry::computed(candidate.metric)),
+            ("log_bytes_ratio", Entry::computed(candidate.bytes)),
         ];
         row.into_iter().chain(parameters)
     }))
@@ -383,15 +383,18 @@ fn tests(results: &[AllocatorResult<'_>]) -> Table {
                     ("method", Entry::text(method.as_str())),
                     ("condition", Entry::text(&verdict.condition)),
                     ("n", Entry::count(verdict.n)),
-                    ("default", Entry::number(verdict.means.map(|means| means.0))),
-                    ("tuned", Entry::number(verdict.means.map(|means| means.1))),
+                    (
+                        "default",
+                        Entry::computed(verdict.means.map(|means| means.0)),
+                    ),
+                    ("tuned", Entry::computed(verdict.means.map(|means| means.1))),
                     ("difference", difference),
                     ("difference_from", from),
                     ("difference_to", to),
                     ("percent", percent),
                     ("percent_from", percent_from),
                     ("percent_to", percent_to),
-                    ("bytes_percent", Entry::number(verdict.bytes_percent)),
+                    ("bytes_percent", Entry::computed(verdict.bytes_percent)),
                 ]);
             }
         }

@@ -1,5 +1,6 @@
 //! The commands of the program: their number, their examples, manual pages and completions.
 
+use std::collections::BTreeMap;
 use std::process::Command as Process;
 
 use clap::{Command, FromArgMatches};
@@ -124,6 +125,20 @@ fn each_fault_of_a_mission_has_its_own_description() {
         let first = help.lines().next().unwrap();
         assert!(first.to_lowercase().contains(about), "{name}: {first}");
     }
+}
+
+#[test]
+fn no_two_commands_have_the_same_description() {
+    let command = full_command();
+    let commands = all(&command, "");
+    let mut abouts = BTreeMap::new();
+    for (name, command) in commands.iter().skip(1) {
+        let about = command.get_about().map(ToString::to_string);
+        if let Some(other) = abouts.insert(about.unwrap(), name) {
+            panic!("{name} and {other} have the same description");
+        }
+    }
+    assert!(commands.len() > 40, "{}", commands.len());
 }
 
 #[test]

@@ -272,3 +272,50 @@ pub fn die_with_launcher() -> anyhow::Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn process(log: PathBuf, ending: Option<Ending>) -> Process {
+        Process {
+            name: "r1".to_owned(),
+            pid: Pid::this(),
+            log,
+            has_group: true,
+            stopped: false,
+            ending,
+            is_trimmed: false,
+        }
+    }
+
+    #[test]
+    fn a_log_that_grows_without_a_bound_is_trimmed_and_reported_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("r1.log");
+        let file = File::create(&log).unwrap();
+        let mut process = process(log.clone(), None);
+        file.set_len(LOG_MAX).unwrap();
+        assert!(!process.trim_log());
+        for is_first in [true, false] {
+            file.set_len(3 * LOG_MAX).unwrap();
+            assert_eq!(process.trim_log(), is_first);
+            let left = file.metadata().unwrap().len();
+            assert_eq!(left, LOG_MAX / 2 + TRIMMED.len() as u64);
+        }
+        let line = format!(
+            "r1 writes much output: {} keeps only the first 32 MB and the newest",
+            log.display()
+        );
+        assert_eq!(process.trimmed(), line);
+    }
+
+    #[test]
+    fn an_empty_log_of_a_killed_process_does_not_suggest_a_full_disk() {
+        let log = PathBuf::from("nowhere/world.log");
+        let output = |ending| process(log.clone(), Some(ending)).failure_output();
+        let killed = output(Ending::Signal(9));
+        assert_eq!(killed, "its log nowhere/world.log is empty");
+        assert!(output(Ending::Exit(1)).ends_with("check whether the disk is full"));
+    }
+}

@@ -30,8 +30,7 @@ pub struct ProgressDisplay {
     names: Vec<String>,
     catalog: Arc<Catalog>,
     columns: &'static [Column],
-    /// Wall-clock and simulated time, s, of the point from which the speed is measured, and of the one that replaces it.
-    speed_points: Option<[(Instant, f64); 2]>,
+    speed: SpeedMeter,
     /// The robots for which the clock waits, as last printed.
     waits_for: Option<String>,
     style: Style,
@@ -83,7 +82,7 @@ impl ProgressDisplay {
             names,
             catalog: Arc::clone(&setup.catalog),
             columns: setup.catalog.mission.vocabulary().columns,
-            speed_points: None,
+            speed: SpeedMeter::default(),
             waits_for: None,
             style,
         }
@@ -105,17 +104,14 @@ impl ProgressDisplay {
             }
         }
         let sim = view.now.as_secs_f64();
-        let points = self.speed_points.get_or_insert([(now, sim); 2]);
-        if now.duration_since(points[1].0) >= SPEED_INTERVAL {
-            *points = [points[1], (now, sim)];
-        }
-        let (since, from) = points[0];
-        let real = now.duration_since(since).as_secs_f64();
-        // The speed is unknown until enough time has passed since the first view.
-        let clock = if real < 0.05 {
-            format!("{sim:.1} s simulated")
-        } else {
-            format!("{sim:.1} s simulated, {:.0}x", (sim - from) / real)
+        let clock = view.clock.as_ref();
+        let is_paused = clock.is_some_and(|clock| clock.paused && clock.steps_left == 0);
+        let is_held = is_paused || clock.is_some_and(|clock| clock.waits_for.is_some());
+        let speed = self.speed.update(now, sim, is_held);
+        let clock = match speed {
+            Some(speed) => format!("{sim:.1} s simulated, {}", speed_text(speed)),
+            None if is_paused => format!("{sim:.1} s simulated, paused"),
+            None => format!("{sim:.1} s simulated"),
         };
         let robots = self.names.iter().zip(&view.robots).take(ROBOTS_SHOWN);
         let mut doing: Vec<String> = robots
@@ -186,6 +182,37 @@ impl ProgressDisplay {
     }
 }
 
+/// The speed of the clock relative to real time. Times at which the clock was held do not count.
+#[derive(Default)]
+struct SpeedMeter {
+    /// Wall-clock and simulated time, s, of the point from which the speed is measured, and of the one that replaces it.
+    points: Option<[(Instant, f64); 2]>,
+}
+
+impl SpeedMeter {
+    /// Returns the speed at a simulated time, s. It is unknown while the clock is held, and until enough time has
+    /// passed since then.
+    fn update(&mut self, now: Instant, sim: f64, is_held: bool) -> Option<f64> {
+        if is_held {
+            self.points = None;
+            return None;
+        }
+        let points = self.points.get_or_insert([(now, sim); 2]);
+        if now.duration_since(points[1].0) >= SPEED_INTERVAL {
+            *points = [points[1], (now, sim)];
+        }
+        let (since, from) = points[0];
+        let real = now.duration_since(since).as_secs_f64();
+        (real >= 0.05 && sim > from).then(|| (sim - from) / real)
+    }
+}
+
+/// Formats a speed above 0 with at least two significant digits.
+fn speed_text(speed: f64) -> String {
+    let digits = (1.0 - speed.log10().floor()).max(0.0) as usize;
+    format!("{speed:.digits$}x")
+}
+
 /// Appends entries to a line as far as they fit into [`LINE_WIDTH`], then the number of the entries that do not, and of `others`.
 fn bounded_line(mut line: String, entries: &[String], others: usize) -> String {
     let width = |text: &str| text.chars().count();
@@ -214,6 +241,24 @@ fn template(text: &str) -> ProgressStyle {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_speed_leaves_out_the_time_of_a_pause() {
+        let mut meter = SpeedMeter::default();
+        let start = Instant::now();
+        let mut update = |real_s: u64, sim: f64, is_held: bool| {
+            meter.update(start + Duration::from_secs(real_s), sim, is_held)
+        };
+        assert_eq!(update(0, 0.0, false), None);
+        assert_eq!(update(2, 10.0, false), Some(5.0));
+        for second in 3..600 {
+            assert_eq!(update(second, 10.0, true), None);
+        }
+        assert_eq!(update(600, 10.0, false), None);
+        assert_eq!(update(601, 15.0, false), Some(5.0));
+        let texts = [120.4, 20.3, 5.0, 0.52, 0.0041].map(speed_text);
+        assert_eq!(texts, ["120x", "20x", "5.0x", "0.52x", "0.0041x"]);
+    }
 
     #[test]
     fn a_line_has_at_most_80_columns_and_counts_the_other_robots() {

@@ -102,7 +102,7 @@ fn a_host_that_is_not_connected_is_named() {
     };
     let mut run = machines.up("--limit 5");
     run.launcher.wait_for_stderr(
-        "host h2 (gold, green) to connect; start `alliance cluster host --name h2 --connect LOCATOR --keys DIR` there",
+        "host h2 (gold, green) to connect; start the daemon of h2 there, with this world's address and the keys of host-h2",
     );
     let daemon = machines.daemon("h2", "h2", &AWAY);
     run.end();

@@ -88,16 +88,20 @@ impl Server {
             by_host.entry(host).or_default().push(name);
         }
         let mut remedies = Vec::new();
-        let waits = by_host.iter().map(|(host, robots)| {
-            let robots = listed(robots, NAMES);
+        let waits = by_host.iter().map(|(host, missing)| {
+            let robots = listed(missing, NAMES);
             if *host == LAUNCHER_HOST {
-                remedies.push("`alliance cluster agent --robot NAME` starts an agent".to_owned());
+                let (robot, run) = (missing[0], &self.run);
+                remedies.push(format!(
+                    "`alliance cluster agent --robot {robot} --run {run}` starts the agent of {robot}"
+                ));
                 format!("{robots} to join")
             } else if self.connected_hosts.contains(*host) {
                 format!("{robots} of host {host} to join")
             } else {
+                // The folder of the keys there, and with a wildcard the address, are unknown here.
                 remedies.push(format!(
-                    "start `alliance cluster host --name {host} --connect LOCATOR --keys DIR` there"
+                    "start the daemon of {host} there, with this world's address and the keys of host-{host}"
                 ));
                 format!("host {host} ({robots}) to connect")
             }

@@ -261,6 +261,24 @@ mod tests {
     }
 
     #[test]
+    fn outer_beams_count_from_the_line_that_touches_the_body_and_a_stop_is_1_mm_before_a_solid() {
+        let assert_ahead = |solid: Outline, index: usize, expected_m: f32| {
+            let hit = cast(&[solid]).ahead[index].unwrap();
+            let error_m = (hit.distance_m - expected_m).abs();
+            assert!(error_m < 1e-4, "{hit:?} instead of {expected_m}");
+        };
+        for (index, expected_m) in [(0, 0.3), (1, 0.299), (2, 0.3)] {
+            assert_ahead(wall(0.0, 0.5), index, expected_m);
+        }
+        // The edge of the body at the left beam is 0.49 m away.
+        let post = Outline::Disc {
+            center: Vec2::new(0.5, RADIUS_M),
+            radius_m: 0.01,
+        };
+        assert_ahead(post, 0, 0.29);
+    }
+
+    #[test]
     fn a_gap_for_the_body_stays_free_and_a_smaller_one_does_not() {
         let ahead = |half_gap_m: f32| {
             let posts = [-half_gap_m, half_gap_m].map(|y| Outline::Disc {

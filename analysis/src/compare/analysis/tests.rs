@@ -56,6 +56,16 @@ fn pairs_means_and_ranks() {
 }
 
 #[test]
+fn differences_of_medians_have_no_rounding_errors() {
+    // 349.3 - 327.25 = 22.05000000000001 in floating point.
+    let seconds = |_: usize, rival: usize, _: usize| Some([327.25, 327.25, 349.3][rival]);
+    let data = data(seconds, 6);
+    let pair = Analysis::new(&data, JOBS).pair(0, &Metric::Par2, 0, 2);
+    let expected = Some((22.05, (22.05, 22.05)));
+    assert_eq!(pair.unwrap().median, expected);
+}
+
+#[test]
 fn the_number_of_workers_does_not_change_the_result() {
     let data = sample();
     let pairs = |jobs| {

@@ -38,7 +38,8 @@ fn numbers(data: &ComparisonData, analysis: &Analysis, blocks: &[usize]) -> Tabl
             let summary = metrics[place].as_ref();
             let estimate = summary.map(|summary| (summary.mean, summary.interval));
             let [mean, from, to] = Entry::with_interval(estimate);
-            let quantile = |at: usize| Entry::number(summary.map(|summary| summary.quantiles[at]));
+            let quantile =
+                |at: usize| Entry::computed(summary.map(|summary| summary.quantiles[at]));
             table.add([
                 ("mission", Entry::text(&block.mission)),
                 ("faults", Entry::text(&block.faults)),

@@ -67,8 +67,8 @@ fn numbers(data: &ComparisonData, ranking: &Ranking) -> Table {
     Table::of_rows(ranks.map(|(name, rank)| {
         [
             ("allocator", Entry::text(name)),
-            ("mean_rank", Entry::number(*rank)),
-            ("critical_difference", Entry::number(ranking.critical)),
+            ("mean_rank", Entry::computed(*rank)),
+            ("critical_difference", Entry::computed(ranking.critical)),
         ]
     }))
 }

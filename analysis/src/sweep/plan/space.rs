@@ -4,10 +4,11 @@ use scenario::Problem;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
+use crate::columns::rounded;
 use crate::sweep::design::Change;
 
 /// The number of significant digits of a value, so that a scenario file contains exactly the tried value.
-const DIGITS: i32 = 4;
+const DIGITS: usize = 4;
 
 /// The share of a parameter's range within which a value counts as at a bound.
 const BOUND_SHARE: f64 = 0.02;
@@ -131,7 +132,7 @@ pub fn values(parameters: &[Parameter], point: &[f64]) -> Vec<f64> {
         values.push(if parameter.whole {
             value.round()
         } else {
-            rounded(value)
+            rounded(value, DIGITS)
         });
     }
     values
@@ -149,12 +150,6 @@ pub fn changes(parameters: &[Parameter], values: &[f64]) -> Vec<Change> {
         },
     })
     .collect()
-}
-
-/// Rounds to [`DIGITS`] significant digits, through text so that 0.1 stays 0.1.
-fn rounded(value: f64) -> f64 {
-    let text = format!("{value:.*e}", DIGITS as usize - 1);
-    text.parse().unwrap_or(value)
 }
 
 /// Reflects a coordinate at the bounds until it lies inside, so that an unbounded search respects them.
