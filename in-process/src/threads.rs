@@ -1,11 +1,26 @@
 //! Threads that share the work of a tick.
 
-use std::sync::{Mutex, PoisonError};
+use std::hint::spin_loop;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::yield_now;
 
+use crossbeam_utils::CachePadded;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
+/// How often a thread without work looks for more before it sleeps. This takes about 2 ms, longer than the serial part of a
+/// tick. To wake a sleeping thread would take much of a tick.
+const LOOKS: u32 = 4_000;
+
+/// The pauses between two looks, so that they disturb no other thread.
+const PAUSES: u32 = 20;
+
 /// The calling thread and a pool of further threads.
-pub(super) struct Threads(ThreadPool);
+pub(super) struct Threads {
+    pool: ThreadPool,
+    /// The number of calls of [`Threads::share`], in a cache line of its own.
+    shared: Arc<CachePadded<AtomicU64>>,
+}
 
 impl Threads {
     /// Starts `count - 1` threads, at least one, because the calling thread works, too.
@@ -15,7 +30,10 @@ impl Threads {
     pub fn new(count: usize) -> Result<Self, ThreadPoolBuildError> {
         let builder = ThreadPoolBuilder::new().num_threads(count.saturating_sub(1).max(1));
         let builder = builder.thread_name(|index| format!("team-{}", index + 1));
-        builder.build().map(Self)
+        Ok(Self {
+            pool: builder.build()?,
+            shared: Arc::default(),
+        })
     }
 
     /// Passes each item to `work` on some thread, and returns after the last one. A state is used by one thread at a time, so
@@ -38,11 +56,32 @@ impl Threads {
             return;
         };
         let run = &run;
-        self.0.in_place_scope(|scope| {
-            for state in others {
+        self.pool.in_place_scope(|scope| {
+            for state in &mut *others {
                 scope.spawn(move |_| run(state));
             }
+            self.shared.fetch_add(1, Ordering::Release);
             run(own);
+        });
+        for _ in others {
+            self.stay_awake();
+        }
+    }
+
+    /// Keeps a thread awake until the next call of [`Threads::share`], or for a while.
+    fn stay_awake(&self) {
+        let shared = Arc::clone(&self.shared);
+        let before = shared.load(Ordering::Acquire);
+        self.pool.spawn(move || {
+            for _ in 0..LOOKS {
+                if shared.load(Ordering::Acquire) != before {
+                    break;
+                }
+                for _ in 0..PAUSES {
+                    spin_loop();
+                }
+                yield_now();
+            }
         });
     }
 }
@@ -63,6 +102,17 @@ mod tests {
             });
             assert_eq!(states.iter().sum::<u64>(), 1_000);
             assert!(items.iter().copied().eq((0..1_000).map(|item| 2 * item)));
+            // Once while the threads look for work, and once while they sleep.
+            for pause_ms in [0, 50] {
+                std::thread::sleep(std::time::Duration::from_millis(pause_ms));
+                threads.share(&mut states, items.iter_mut(), |_, item| *item += 1);
+            }
+            assert!(
+                items
+                    .iter()
+                    .copied()
+                    .eq((0..1_000).map(|item| 2 * item + 2))
+            );
         }
     }
 
