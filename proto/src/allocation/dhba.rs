@@ -10,14 +10,14 @@ use scenario::time::SimTime;
 /// The largest number of entries of a row. A row with as many fits in a message at any time.
 pub const ROW_ENTRIES_MAX: usize = 60;
 
-/// The largest sizes in a message in which no time is later than a given one, bytes.
+/// The largest sizes of the parts of a message in which no time is later than a given one, bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct PartSizes {
-    /// Of an entry.
+    /// The size of an entry.
     pub entry: usize,
-    /// Of a row without its entries.
+    /// The size of a row without its entries.
     pub row: usize,
-    /// Of a version.
+    /// The size of a version.
     pub version: usize,
 }
 
