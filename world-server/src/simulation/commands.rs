@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-use glam::Vec2;
 use proto::control::{Armed, Cleared, FaultStatus, Phase};
 use run_log::{Branch, Input};
 use scenario::fault::{Fault, Order};
@@ -12,6 +11,7 @@ use scenario::{Problem, Setup};
 
 use super::Simulation;
 use crate::barrier::Presence;
+use crate::faults::in_vain::refuse_place;
 use crate::faults::schedule::Schedule;
 use crate::interruption::Interruption;
 use crate::world::Places;
@@ -152,14 +152,8 @@ impl Simulation {
     /// earlier orders need.
     fn refusal_at_any_time(&self, order: &Order) -> Option<Problem> {
         let scenario = &self.setup.scenario;
+        let places = Places::of(scenario);
         match &order.fault {
-            Fault::MoveRobot(to) => {
-                let can_stand = Places::of(scenario).can_stand(Vec2::new(to.x_m, to.y_m));
-                (!can_stand).then(|| {
-                    let what = "the place is outside the border or on an obstacle of the scenario";
-                    Problem::at(["fault", order.fault.name()], what, "choose another place")
-                })
-            }
             Fault::Mission(fault) => {
                 let times =
                     |order: &Order, due| order.times(due, scenario.limit_s, scenario.step_ms);
@@ -177,11 +171,10 @@ impl Simulation {
                 let (_, now) = self.next_beginning();
                 let due = order.at().unwrap_or(now).max(now);
                 let times = times(order, order.when.is_none().then_some(due));
-                let places = Places::of(scenario);
                 let mission = self.world.mission();
                 mission.refuse_order(fault, times, &ordered, &places)
             }
-            _ => None,
+            fault => refuse_place(fault, &places),
         }
     }
 

@@ -70,7 +70,7 @@ fn times(scenario: &Scenario, order: &Order) -> u64 {
 
 /// Returns a problem for each point of the timeline at a place where no robot can work, and for more points than
 /// reserved tasks.
-pub(super) fn warnings(scenario: &Scenario) -> Vec<Problem> {
+pub(super) fn in_vain(scenario: &Scenario) -> Vec<Problem> {
     let section = ServiceSection::of(scenario);
     let places = Places::of(scenario);
     let at = KeyPath::new(["faults", "timeline"]);

@@ -327,7 +327,7 @@ fn faults_that_add_points_in_vain_give_a_warning() {
              {}[faults]\ntimeline = [{timeline}]\n",
             point("t", 1.0, 1.0)
         );
-        let warnings = SERVICE.warnings(&parse(&text), &[Vec2::new(1.0, 2.0)]);
+        let warnings = SERVICE.faults_in_vain(&parse(&text));
         let lines: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         lines.join("\n")
     };
