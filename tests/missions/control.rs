@@ -111,12 +111,13 @@ fn orders_that_cannot_take_effect_are_refused() {
     for (order, expected) in [
         (
             point(6.5, 6.5),
-            "fault.point: no robot can work at (6.5, 6.5)",
+            "fault.point: no robot can work at (6.5, 6.5); choose a place away from walls and obstacles",
         ),
         (point(3.0, 3.0), "armed"),
         (
             point(5.0, 3.0),
-            "fault.point: all 1 tasks of service.spare are in use",
+            "fault.point: 1 to add and 1 in use or reserved by earlier orders are more than service.spare, 1; \
+             clear an order, or increase service.spare",
         ),
         (babble(59.9), "armed"),
         (
@@ -152,7 +153,7 @@ fn later_orders_that_must_fail_are_refused_at_once() {
     let walled = "fault.point: no robot can work at (6.5, 6.5); choose a place away from walls and obstacles";
     let taken = |points: &str| {
         format!(
-            "fault.point: {points} reserved by earlier orders are more than service.spare, 2; clear an order, or increase service.spare"
+            "fault.point: {points} in use or reserved by earlier orders are more than service.spare, 2; clear an order, or increase service.spare"
         )
     };
     let mut order = |order: Value| {
@@ -172,12 +173,12 @@ fn later_orders_that_must_fail_are_refused_at_once() {
     assert_eq!(order(at), "first");
     // At 40 and 50 s: the run ends before 60 s.
     let repeated = order(json!({"fault": point(3.0, 4.0), "at_s": 40.0, "every_s": 10.0}));
-    assert_eq!(repeated, taken("2 to add, 0 in use and 1"));
+    assert_eq!(repeated, taken("2 to add and 1"));
     let when = json!({"fault": point(3.0, 5.0), "when": "any begins p0", "id": "second"});
     assert_eq!(order(when), "second");
     // A point now would take the task of an order that was acknowledged.
     let now = json!({"fault": point(5.0, 3.0), "id": "third"});
-    assert_eq!(order(now.clone()), taken("1 to add, 0 in use and 2"));
+    assert_eq!(order(now.clone()), taken("1 to add and 2"));
     team.clear(Some("first")).unwrap();
     let answer = team.order(serde_json::from_value(now).unwrap());
     assert_eq!(answer.map(|armed| armed.id), Ok("third".to_owned()));

@@ -114,8 +114,8 @@ impl Simulation {
         if order.check(scenario, catalog).is_err() {
             return None;
         }
-        self.refusal_now(order)
-            .or_else(|| self.refusal_at_any_time(order))
+        self.refusal_at_any_time(order)
+            .or_else(|| self.refusal_now(order))
     }
 
     /// Returns the reason why an order has no effect if it takes effect at once: its change of the world is tried on a

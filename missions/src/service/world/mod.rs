@@ -535,10 +535,10 @@ impl MissionWorld for Service {
         if section.tasks == TaskGranularity::Kinds || needed <= free {
             return None;
         }
-        let spare = section.spare;
-        let used = u64::from(spare).saturating_sub(free);
+        let spare = u64::from(section.spare);
+        let taken = spare.saturating_sub(free).saturating_add(reserved);
         let what = format!(
-            "{times} to add, {used} in use and {reserved} reserved by earlier orders are more than service.spare, {spare}"
+            "{times} to add and {taken} in use or reserved by earlier orders are more than service.spare, {spare}"
         );
         let remedy = "clear an order, or increase service.spare";
         Some(Problem::at(["fault", POINT], what, remedy))
