@@ -21,8 +21,9 @@ use scenario::fault::{Faults, Order};
 use scenario::ids::Tick;
 use scenario::limits::TIME_OR_ZERO;
 use scenario::time::{SimTime, seconds};
-use scenario::{KeyPath, Problem, Setup, TomlFile, Vocabulary, decode_text};
+use scenario::{KeyPath, Problem, Scenario, Setup, TomlFile, Vocabulary, decode_text};
 use serde::{Deserialize, Serialize};
+use world_server::faults::in_vain::in_vain;
 use world_server::simulation::Simulation;
 
 use crate::open;
@@ -231,9 +232,6 @@ fn read_faults(name: &str, setup: &Setup, tick: Tick) -> anyhow::Result<Vec<Orde
             let remedy = "use a later time, or branch earlier";
             bail!(file.error_at(at.key("at_s"), what, remedy));
         }
-        if let Some(problem) = order.beyond_limit(setup.scenario.limit_s, step) {
-            bail!(file.locate(problem.under(&at)));
-        }
         if let Some(id) = &order.id
             && !ids.insert(id)
         {
@@ -241,7 +239,14 @@ fn read_faults(name: &str, setup: &Setup, tick: Tick) -> anyhow::Result<Vec<Orde
             bail!(file.error_at(at.key("id"), what, "give each its own id"));
         }
     }
-    Ok(faults.timeline)
+    let scenario = Scenario {
+        faults,
+        ..setup.scenario.clone()
+    };
+    match in_vain(&scenario).into_iter().next() {
+        Some(problem) => bail!(file.locate(problem)),
+        None => Ok(scenario.faults.timeline),
+    }
 }
 
 impl BranchRequest {

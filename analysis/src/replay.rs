@@ -16,6 +16,7 @@ use terminal::stderr_line;
 use world_server::simulation::Simulation;
 
 use crate::diff::{Comparison, Difference, compare_files, compare_parts};
+use crate::new_file::write_atomically;
 use crate::progress::Progress;
 use crate::{LATEST, exit_status, open};
 use in_process::{AnswerError, AnswerSource, LoggedAnswers, Team, TickError};
@@ -266,10 +267,10 @@ fn write(memory: &MemoryLog, out: &Path) -> anyhow::Result<()> {
     let at = || out.display().to_string();
     std::fs::create_dir_all(out).with_context(at)?;
     for (table, bytes) in &memory.tables {
-        std::fs::write(out.join(table.file_name()), bytes).with_context(at)?;
+        write_atomically(&out.join(table.file_name()), bytes)?;
     }
     for (document, text) in &memory.documents {
-        std::fs::write(out.join(document.file_name()), text).with_context(at)?;
+        write_atomically(&out.join(document.file_name()), text.as_bytes())?;
     }
     Ok(())
 }

@@ -111,12 +111,13 @@ fn orders_that_cannot_take_effect_are_refused() {
     for (order, expected) in [
         (
             point(6.5, 6.5),
-            "fault.point: no robot can work at (6.5, 6.5)",
+            "fault.point: no robot can work at (6.5, 6.5); choose a place away from walls and obstacles",
         ),
         (point(3.0, 3.0), "armed"),
         (
             point(5.0, 3.0),
-            "fault.point: all 1 tasks of service.spare are in use",
+            "fault.point: 1 to add and 1 in use or reserved by earlier orders are more than service.spare, 1; \
+             clear an order, or increase service.spare",
         ),
         (babble(59.9), "armed"),
         (
@@ -136,6 +137,51 @@ fn orders_that_cannot_take_effect_are_refused() {
         let answer = answer.map_or_else(|problem| problem.to_string(), |_| "armed".to_owned());
         assert_eq!(answer, expected, "{order}");
     }
+}
+
+/// Orders for later are refused at once if no state of the world can make them possible. Each armed point reserves a task
+/// of `spare`, and a cleared one frees it.
+#[test]
+fn later_orders_that_must_fail_are_refused_at_once() {
+    let text = "limit_s = 60\nroom = { width_m = 8, height_m = 8 }\n\
+         obstacles = [{ x_m = 6, y_m = 6, width_m = 1, height_m = 1 }]\n\
+         [service]\nspare = 2\n[[service.kinds]]\nname = 't'\nwork_s = { min = 5, max = 5 }\n\
+         [[service.points]]\nkind = 't'\nx_m = 4\ny_m = 2\n[[robots]]\nname = 'a'\n";
+    let mut team = runs::team(runs::setup(runs::parse(text), 1), LogLevel::Off);
+    let point = |x_m: f32, y_m: f32| json!({"point": {"x_m": x_m, "y_m": y_m}});
+    let jump = json!({"move-robot": {"robot": "a", "x_m": 6.5, "y_m": 6.5}});
+    let walled = "fault.point: no robot can work at (6.5, 6.5); choose a place away from walls and obstacles";
+    let taken = |points: &str| {
+        format!(
+            "fault.point: {points} in use or reserved by earlier orders are more than service.spare, 2; clear an order, or increase service.spare"
+        )
+    };
+    let mut order = |order: Value| {
+        let answer = team.order(serde_json::from_value(order).unwrap());
+        answer.map_or_else(|problem| problem.to_string(), |armed| armed.id)
+    };
+    for (trigger, value) in [("at_s", json!(30.0)), ("when", json!("any begins p0"))] {
+        let inside = order(json!({"fault": point(6.5, 6.5), trigger: value}));
+        assert_eq!(inside, walled, "{trigger}");
+    }
+    let inside = order(json!({"fault": jump, "at_s": 30.0}));
+    let place = "the place is outside the border or on an obstacle of the scenario";
+    let expected = format!("fault.move-robot: {place}; choose another place");
+    assert_eq!(inside, expected);
+
+    let at = json!({"fault": point(3.0, 3.0), "at_s": 30.0, "id": "first"});
+    assert_eq!(order(at), "first");
+    // At 40 and 50 s: the run ends before 60 s.
+    let repeated = order(json!({"fault": point(3.0, 4.0), "at_s": 40.0, "every_s": 10.0}));
+    assert_eq!(repeated, taken("2 to add and 1"));
+    let when = json!({"fault": point(3.0, 5.0), "when": "any begins p0", "id": "second"});
+    assert_eq!(order(when), "second");
+    // A point now would take the task of an order that was acknowledged.
+    let now = json!({"fault": point(5.0, 3.0), "id": "third"});
+    assert_eq!(order(now.clone()), taken("1 to add and 2"));
+    team.clear(Some("first")).unwrap();
+    let answer = team.order(serde_json::from_value(now).unwrap());
+    assert_eq!(answer.map(|armed| armed.id), Ok("third".to_owned()));
 }
 
 /// Orders take effect in the very tick of a paused clock, in the order in which they are given.

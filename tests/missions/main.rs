@@ -36,6 +36,7 @@ mod import;
 mod in_process;
 mod killed;
 mod kubernetes;
+mod large_logs;
 mod learning;
 mod liars;
 mod machines;

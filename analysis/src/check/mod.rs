@@ -18,6 +18,7 @@ use glam::Vec2;
 use missions::Registry;
 use scenario::{Scenario, Setup, StepOrder};
 use terminal::stderr_line;
+use world_server::faults::in_vain::in_vain;
 use world_server::mission_args::{Known, MissionArgs};
 use world_server::size::SizeArgs;
 
@@ -94,11 +95,9 @@ const NOTES: usize = 3;
 
 /// Returns values of the scenario that contradict each other or its time limit, and work to which no way leads.
 fn contradictions(scenario: &Scenario, starts: &[Vec2]) -> Vec<String> {
-    let late = scenario
-        .faults
-        .beyond_limit(scenario.limit_s, scenario.step_ms);
     let of_mission = scenario.mission().warnings(scenario, starts);
-    late.into_iter()
+    in_vain(scenario)
+        .into_iter()
         .chain(of_mission)
         .map(|problem| problem.to_string())
         .collect()

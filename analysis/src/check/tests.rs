@@ -1,7 +1,13 @@
 //! Forecasts and warnings against values calculated by hand.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use missions::waste::data::{BehaviorKind, default_setup};
-use scenario::Setup;
+use scenario::mission::data::{BehaviorProperties, MissionData, MissionVocabulary};
+use scenario::mission::registry::{Mission, read_section};
+use scenario::mission::section::Section;
+use scenario::{BehaviorSpec, Problem, Scenario, Setup, UntypedTable};
 
 use super::forecast::{Forecast, rise_time_s};
 use super::warnings::WarningKind::{self, *};
@@ -253,4 +259,49 @@ fn a_single_robot_has_no_takeovers() {
     let mut forecasts = check.forecasts.iter();
     assert!(forecasts.all(|forecast| forecast.takeovers.is_empty()));
     assert!(show::text(&setup, &check).contains('-'));
+}
+
+/// A mission of recurring tasks that counts the calls for properties.
+#[derive(Debug)]
+struct Counted(AtomicUsize);
+
+static COUNTED: Counted = Counted(AtomicUsize::new(0));
+
+impl MissionData for Counted {
+    fn section(&self, text: UntypedTable<'_>) -> Result<Box<dyn Section>, Problem> {
+        read_section::<()>(text)
+    }
+
+    fn vocabulary(&self) -> MissionVocabulary {
+        MissionVocabulary::NONE
+    }
+
+    fn catalog(&self, _: &Scenario) -> (Vec<String>, Vec<BehaviorSpec>) {
+        (Vec::new(), Vec::new())
+    }
+
+    fn behavior_properties(&self, _: &Scenario, _: &BehaviorSpec) -> BehaviorProperties {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        BehaviorProperties {
+            recurrence_s: Some(1e6),
+            ..BehaviorProperties::default()
+        }
+    }
+}
+
+/// The work of a check grows with the number of recurring tasks, not with its square.
+#[test]
+fn each_set_is_compared_with_continuing_tasks_once() {
+    let mut setup = setup(
+        "limit_s = 100000.0\n[service]\n[[service.kinds]]\nname = 'k'\n\
+         work_s = { min = 1.0, max = 2.0 }\n[[service.random]]\nn = 100\nkind = 'k'\n",
+    );
+    Arc::make_mut(&mut setup.catalog).mission =
+        Mission::new("counted", "tasks that count calls", &COUNTED);
+    let forecasts = forecasts(&setup);
+    let sets = setup.catalog.sets.len();
+    assert_eq!(sets, 100);
+    warnings(&setup, &forecasts);
+    let calls = COUNTED.0.load(Ordering::Relaxed);
+    assert_eq!(calls, sets + forecasts.len());
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use scenario::{BehaviorParams, Setup};
+use scenario::{BehaviorParams, BehaviorSpec, Setup};
 use serde::Serialize;
 
 use super::forecast::Forecast;
@@ -41,13 +41,17 @@ pub fn warnings(setup: &Setup, forecasts: &[Forecast]) -> Vec<Warning> {
     let places: HashMap<&str, usize> = sets
         .map(|(place, set)| (set.name.as_str(), place))
         .collect();
+    let recurring = Recurring::new(setup);
     let mut found: BTreeMap<(usize, WarningKind, String), Vec<String>> = BTreeMap::new();
     for forecast in forecasts {
-        let place = places.get(forecast.set.as_str()).copied();
-        for (kind, text) in of_set(setup, forecast) {
-            let robots = found
-                .entry((place.unwrap_or_default(), kind, text))
-                .or_default();
+        let Some(&place) = places.get(forecast.set.as_str()) else {
+            continue;
+        };
+        let mut texts = of_set(setup, forecast);
+        let late = recurring.lateness(forecast, &catalog.sets[place]);
+        texts.extend(late.map(|text| (WarningKind::ReportsLate, text)));
+        for (kind, text) in texts {
+            let robots = found.entry((place, kind, text)).or_default();
             robots.push(forecast.robot.clone());
         }
     }
@@ -110,9 +114,6 @@ fn of_set(setup: &Setup, forecast: &Forecast) -> Vec<(WarningKind, String)> {
         );
         warn(WarningKind::SilenceTooShort, text);
     }
-    if let Some(text) = report_period(setup, forecast) {
-        warn(WarningKind::ReportsLate, text);
-    }
     found
 }
 
@@ -131,44 +132,68 @@ fn heartbeat_period_s(setup: &Setup, params: &BehaviorParams) -> f64 {
     (1.0 / params.broadcast_rate_hz / step_s - 1e-9).ceil() * step_s
 }
 
-/// Warns if a recurring task must be late: because it takes too long, or because all robots may be at continuing tasks when it
-/// becomes due.
-fn report_period(setup: &Setup, forecast: &Forecast) -> Option<String> {
-    let scenario = &setup.scenario;
-    let catalog = &setup.catalog;
-    let set = catalog.find_behavior(&forecast.set)?;
-    let mission = catalog.mission;
-    let behavior = &catalog.sets[set.index()];
-    let period_s = mission
-        .behavior_properties(scenario, behavior)
-        .recurrence_s?;
-    let takes_s = forecast.activates_s + forecast.work_s;
-    if takes_s > period_s {
-        return Some(format!(
-            "the task takes about {takes_s:.0} s after it becomes due, more than its period of {period_s} s"
-        ));
+/// The check of recurring tasks against continuing ones.
+struct Recurring<'s> {
+    setup: &'s Setup,
+    /// The behavior sets of continuing tasks. They are collected once: a search for each forecast would be quadratic in
+    /// the number of tasks.
+    continuing: Vec<&'s BehaviorSpec>,
+    /// The number of robots that may execute continuing tasks at once.
+    places: u64,
+}
+
+impl<'s> Recurring<'s> {
+    fn new(setup: &'s Setup) -> Self {
+        let (scenario, catalog) = (&setup.scenario, &setup.catalog);
+        let mission = catalog.mission;
+        let is_continuing = |set: &&BehaviorSpec| {
+            let properties = mission.behavior_properties(scenario, set);
+            properties.is_long_running
+        };
+        let continuing: Vec<_> = catalog.sets.iter().filter(is_continuing).collect();
+        let places = continuing
+            .iter()
+            .map(|set| u64::from(catalog.tasks[set.task.index()].max_robots))
+            .sum();
+        Self {
+            setup,
+            continuing,
+            places,
+        }
     }
-    let moving = || {
-        let sets = catalog.sets.iter();
-        sets.filter(move |set| mission.behavior_properties(scenario, set).is_long_running)
-    };
-    let places: u64 = moving()
-        .map(|set| u64::from(catalog.tasks[set.task.index()].max_robots))
-        .sum();
-    if places < scenario.robots.len() as u64 {
-        return None;
+
+    /// Returns a text if a recurring task must be late: because it takes too long, or because all robots may be at
+    /// continuing tasks when it becomes due.
+    fn lateness(&self, forecast: &Forecast, behavior: &BehaviorSpec) -> Option<String> {
+        let scenario = &self.setup.scenario;
+        let mission = self.setup.catalog.mission;
+        let period_s = mission
+            .behavior_properties(scenario, behavior)
+            .recurrence_s?;
+        let takes_s = forecast.activates_s + forecast.work_s;
+        if takes_s > period_s {
+            return Some(format!(
+                "the task takes about {takes_s:.0} s after it becomes due, more than its period of {period_s} s"
+            ));
+        }
+        if self.places < scenario.robots.len() as u64 {
+            return None;
+        }
+        let sets = &self.setup.alliance.robots[&forecast.robot].sets;
+        let longest = |of: fn(&BehaviorParams) -> f64| {
+            let continuing = self.continuing.iter();
+            continuing
+                .map(|set| of(&sets[&set.name]))
+                .fold(0.0, f64::max)
+        };
+        let lambda_s = longest(|params| params.before_giving_up_s);
+        let psi_s = longest(|params| params.before_yielding_s);
+        (lambda_s > period_s).then(|| {
+            format!(
+                "all robots may be at other tasks when the task becomes due, every {period_s} s; this robot continues until psi = {} s if a teammate requests its task, otherwise until lambda = {} s",
+                rounded(psi_s),
+                rounded(lambda_s)
+            )
+        })
     }
-    let sets = &setup.alliance.robots[&forecast.robot].sets;
-    let longest = |of: fn(&BehaviorParams) -> f64| {
-        moving().map(|set| of(&sets[&set.name])).fold(0.0, f64::max)
-    };
-    let lambda_s = longest(|params| params.before_giving_up_s);
-    let psi_s = longest(|params| params.before_yielding_s);
-    (lambda_s > period_s).then(|| {
-        format!(
-            "all robots may be at other tasks when the task becomes due, every {period_s} s; this robot continues until psi = {} s if a teammate requests its task, otherwise until lambda = {} s",
-            rounded(psi_s),
-            rounded(lambda_s)
-        )
-    })
 }

@@ -38,7 +38,7 @@ use terminal::stderr_line;
 
 use crate::instance::from_scenario::{Extracted, readable};
 use crate::instance::result::of_run;
-use crate::new_file::{NewFile, write_atomically};
+use crate::new_file::{NewFile, without_repetition, write_atomically};
 use crate::picture::command::{Moments, PictureOptions, Wanted};
 use crate::{LATEST, exit_status, open_undamaged, optional};
 
@@ -216,14 +216,14 @@ impl ExportCommand {
         }
         if let Some(path) = html {
             let mut file = NewFile::create(&path)?;
-            write_html(&self.folder, &mut file.writer())
-                .with_context(|| path.display().to_string())?;
+            let at = || path.display().to_string();
+            file.write(|output| write_html(&self.folder, output).with_context(at))?;
             file.put_in_place()?;
             let bytes = fs::metadata(&path).map_or(0, |file| file.len());
             stderr_line!("html    {} ({:.1} MB)", path.display(), bytes as f64 / 1e6);
         }
         if let Some(folder) = &bag {
-            rosbag::write(&log, folder)?;
+            rosbag::write(&log, folder).map_err(without_repetition)?;
             stderr_line!("rosbag  {}", folder.display());
         }
         self.pictures.write(&log, &self.folder, &wanted)
@@ -270,7 +270,8 @@ fn mcap_file(folder: &Path) -> PathBuf {
 
 fn write_mcap(log: &RunLog, path: &Path) -> anyhow::Result<()> {
     let mut file = NewFile::create(path)?;
-    mcap::write(log, file.writer()).with_context(|| path.display().to_string())?;
+    let at = || path.display().to_string();
+    file.write(|output| mcap::write(log, output).with_context(at))?;
     file.put_in_place()?;
     stderr_line!("mcap    {}", path.display());
     Ok(())

@@ -3,12 +3,12 @@
 //! Numbers keep their exact values: times and counts are 64-bit integers, positions are single and motivations double
 //! floats. Flags are booleans. Missing numbers are null, and missing texts are empty.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::Path;
 
 use ::parquet::file::metadata::KeyValue;
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, bail};
 use run_log::{
     AllocationMessageRow, AllocationRow, DeclaredRow, EventRow, HitRow, MessageRow, MissionRow,
     MotivationRow, PoseRow, RunLog, SentRow, Table, TableRow, TargetRow, TickRow,
@@ -17,12 +17,13 @@ use run_log::{
 use super::facts;
 use crate::columns::parquet::{create, write_group};
 use crate::columns::{Column, declared, of_mission};
-use crate::new_file::NewFile;
+use crate::new_file::{NewFile, Output};
 
 /// Rows per group, which are in memory at once.
 const GROUP_ROWS: usize = 1 << 16;
 
-type WriteTable = fn(&RunLog, &mut NewFile) -> anyhow::Result<()>;
+type TableFile<'f> = Output<&'f mut File>;
+type WriteTable = fn(&RunLog, &mut TableFile<'_>) -> anyhow::Result<()>;
 
 /// Writes the log's tables into a folder. Returns the tables that the log level excludes. Files of excluded tables from
 /// an older export are removed, because they would seem to belong to this run.
@@ -64,9 +65,7 @@ pub fn write(log: &RunLog, folder: &Path) -> anyhow::Result<Vec<&'static str>> {
     for (table, write) in kept {
         let path = path(table);
         let mut file = NewFile::create(&path)?;
-        write(log, &mut file)
-            // The intermediate errors repeat the same text.
-            .map_err(|error| anyhow!("{}: {}", path.display(), error.root_cause()))?;
+        file.write(|output| write(log, output))?;
         files.push(file);
     }
     for file in files {
@@ -99,7 +98,7 @@ fn name(table: Table) -> &'static str {
     table.file_name().trim_end_matches(".csv")
 }
 
-fn write_mission(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
+fn write_mission(log: &RunLog, file: &mut TableFile<'_>) -> anyhow::Result<()> {
     let declared = log.run.setup.catalog.mission.vocabulary().columns;
     write_table(log, &of_mission(declared), file)
 }
@@ -107,13 +106,13 @@ fn write_mission(log: &RunLog, file: &mut NewFile) -> anyhow::Result<()> {
 fn write_table<R: TableRow>(
     log: &RunLog,
     columns: &[Column<R>],
-    file: &mut NewFile,
+    file: &mut TableFile<'_>,
 ) -> anyhow::Result<()> {
     let facts = facts(log).into_iter();
     let facts = facts
         .map(|(key, value)| KeyValue::new(key, value))
         .collect();
-    let mut writer = create(file.writer(), name(R::TABLE), columns, Some(facts))?;
+    let mut writer = create(file, name(R::TABLE), columns, Some(facts))?;
     let mut rows = log.each_row::<R>();
     loop {
         let group: Vec<R> = rows.by_ref().take(GROUP_ROWS).collect::<Result<_, _>>()?;
@@ -128,7 +127,6 @@ fn write_table<R: TableRow>(
 
 #[cfg(test)]
 mod tests {
-    use std::fs::File;
     use std::path::Path;
 
     use ::parquet::file::reader::{FileReader, SerializedFileReader};
@@ -144,7 +142,7 @@ mod tests {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("mission.parquet");
         let mut file = NewFile::create(&path).unwrap();
-        write_mission(&log, &mut file).unwrap();
+        file.write(|output| write_mission(&log, output)).unwrap();
         file.put_in_place().unwrap();
         let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
         let rows = reader.get_row_iter(None).unwrap();

@@ -268,7 +268,7 @@ impl Film<'_> {
     ) -> anyhow::Result<()> {
         let certain = [WHITE, FLOOR, WALL, ITEM, TROUBLE, PROGRESS];
         let certain = [&certain[..], drawing.colors()].concat();
-        film::write(svgs, self.rate, self.format, &certain, file.writer())?;
+        file.write(|output| film::write(svgs, self.rate, self.format, &certain, output))?;
         file.put_in_place()?;
         let frames = svgs.len();
         let seconds = frames as f64 / f64::from(self.rate);

@@ -68,6 +68,26 @@ impl Order {
         Some(Problem::at(["at_s"], what, "choose an earlier time"))
     }
 
+    /// Returns the number of times that the fault takes effect in a run with this limit, s. `due` is the first time; without
+    /// one, the fault waits for an event and takes effect once at most.
+    #[must_use]
+    pub fn times(&self, due: Option<SimTime>, limit_s: f64, step_ms: u64) -> u64 {
+        let Some(due) = due else {
+            return 1;
+        };
+        // A fault that is due between two steps takes effect at the later one.
+        let at_step = |time: SimTime| time.0.div_ceil(step_ms).saturating_mul(step_ms);
+        let limit = SimTime::from_secs_f64(limit_s);
+        let left_ms = limit.0.saturating_sub(at_step(due));
+        match self.every_s {
+            None => u64::from(left_ms > 0),
+            Some(every_s) => {
+                let every = SimTime::from_secs_f64(every_s).max(SimTime(1));
+                left_ms.div_ceil(at_step(every))
+            }
+        }
+    }
+
     /// Returns the duration of the fault, if it is limited.
     #[must_use]
     pub fn duration(&self) -> Option<SimTime> {

@@ -4,6 +4,7 @@ use super::*;
 use crate::testkit::{
     bincode_round_trip, default_scenario, entry, examples_of, one_of_each, vocabulary,
 };
+use crate::time::SimTime;
 use crate::{Catalog, Robot, Scenario};
 
 #[test]
@@ -246,4 +247,23 @@ fn the_control_page_shows_the_declarations() {
             "run with INSTA_UPDATE=always and review the difference"
         );
     }
+}
+
+/// The run ends before its limit, and a repetition begins with a step.
+#[test]
+fn the_number_of_times_follows_from_limit_and_steps() {
+    let times = |due_ms: Option<u64>, every_s: Option<f64>| {
+        let order = Order {
+            every_s,
+            ..Order::now(Fault::Mute("blue".to_owned()))
+        };
+        order.times(due_ms.map(SimTime), 100.0, 50)
+    };
+    assert_eq!(times(None, None), 1);
+    assert_eq!(times(Some(99_950), None), 1);
+    assert_eq!(times(Some(99_951), None), 0);
+    assert_eq!(times(Some(0), Some(50.0)), 2);
+    assert_eq!(times(Some(0), Some(49.9)), 3);
+    // Every 0.1 s instead of 0.07 s.
+    assert_eq!(times(Some(99_000), Some(0.07)), 10);
 }

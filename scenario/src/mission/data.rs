@@ -228,6 +228,12 @@ pub trait MissionData: Debug + Send + Sync + 'static {
         Vec::new()
     }
 
+    /// Returns a problem for each fault of the mission in the scenario's timeline that cannot take effect, such as work at a
+    /// place that no robot reaches. The scenario is checked.
+    fn faults_in_vain(&self, _scenario: &Scenario) -> Vec<Problem> {
+        Vec::new()
+    }
+
     /// Checks the places that the mission's section states, against the border and the obstacles. All ranges are
     /// checked by then.
     ///

@@ -1,6 +1,8 @@
 //! An export that is impossible is refused in one line and changes no file.
 
-use alliance_tests::harness::Lab;
+use std::process::Command;
+
+use alliance_tests::harness::{Lab, alliance};
 use scenario::testkit::entry;
 
 #[test]
@@ -82,4 +84,45 @@ fn a_run_whose_recording_cannot_be_written_fails_at_its_end() {
     // The run folder is complete.
     assert!(finished.stderr.contains("time-limit: "));
     assert!(lab.log("run").run.hash.is_some());
+}
+
+/// Without room for a byte, each format ends with one line that names the file and the cause. Older files stay, and no
+/// temporary file is left.
+#[test]
+fn a_file_that_does_not_fit_is_named_once() {
+    let lab = Lab::new();
+    let mission = "l-alliance-abstract --limit 2 --log compact --in-process";
+    lab.mission("run", mission).expect(1);
+    lab.write("old.gif", "old");
+    std::fs::create_dir(lab.path("new")).unwrap();
+    for (command, path) in [
+        ("export run --mcap=new/a.mcap", "new/a.mcap"),
+        ("export run --rosbag=new/bag", "new/bag"),
+        ("export run --parquet=new", "new/motivations.parquet"),
+        ("export run --scenario=new/a.toml", "new/a.toml"),
+        ("export run --html=new/a.html", "new/a.html"),
+        ("export run --instance=new/a.json", "new/a.json"),
+        ("export run --svg --out new", "new/room-at-2s.svg"),
+        ("export run --png --out new", "new/room-at-2s.png"),
+        ("export run --video new/a.webp --fps 1", "new/a.webp"),
+        ("export run --video old.gif --fps 1", "old.gif"),
+        ("replay run --out new", "new/motivations.csv"),
+        ("report run --out new", "new/robots.csv"),
+    ] {
+        let output = Command::new("sh")
+            .args(["-c", "ulimit -f 0; exec \"$0\" \"$@\""])
+            .arg(alliance())
+            .args(command.split(' '))
+            .current_dir(lab.path(""))
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{command}: {stderr}");
+        let lines = stderr.lines().filter(|line| line.contains("too large"));
+        let name = command.split(' ').next().unwrap_or_default();
+        let line = format!("alliance {name}: cannot write {path}: File too large (os error 27)");
+        assert_eq!(lines.collect::<Vec<_>>(), [line], "{command}");
+        assert_eq!(lab.names("new"), [""; 0], "{command}");
+    }
+    assert_eq!(lab.text("old.gif"), "old");
 }

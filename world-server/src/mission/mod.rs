@@ -29,14 +29,14 @@ use scenario::fault::MissionFault;
 use scenario::ids::{ItemId, RobotId, TaskId};
 use scenario::mission::registry::Mission;
 use scenario::time::SimTime;
-use scenario::{Scenario, Setup};
+use scenario::{Problem, Scenario, Setup};
 use serde::Serialize;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::world::change::ChangeError;
 use crate::world::floor::Floor;
 use crate::world::start::{StartError, start_poses};
-use crate::world::{Bar, Push};
+use crate::world::{Bar, Places, Push};
 
 pub use crate::world::step_events::StepEvents;
 pub use scenario::mission::{FigureValue, MissionFigures, Target, TeamFigures};
@@ -248,6 +248,19 @@ pub trait MissionWorld: CloneWorld + Any + Send + Sync {
         _fault: &MissionFault,
         _floor: &mut Floor,
     ) -> Option<Result<String, ChangeError>> {
+        None
+    }
+
+    /// Returns the reason why an order of a fault must fail at any time, with a remedy. The fault takes effect `times`
+    /// times. `ordered` are the faults of the mission that have not taken effect, each with its number of times. `places`
+    /// are free of the border and the scenario's obstacles, which never change. By default no reason is known.
+    fn refuse_order(
+        &self,
+        _fault: &MissionFault,
+        _times: u64,
+        _ordered: &[(&MissionFault, u64)],
+        _places: &Places,
+    ) -> Option<Problem> {
         None
     }
 

@@ -7,9 +7,9 @@ pub use proto::view::{ItemView, Mark, MarkOutline, MarkRole, View, Work};
 pub use scenario::fault::MissionFault;
 pub use scenario::ids::{ItemId, RobotId};
 pub use scenario::time::SimTime;
-pub use scenario::{Scenario, Setup};
+pub use scenario::{Problem, Scenario, Setup};
 
 pub use super::{
     FigureValue, MissionWorld, StepEvents, TeamFigures, Validity, WorldKind, hash_state,
 };
-pub use crate::world::{Bar, ChangeError, Floor, Push};
+pub use crate::world::{Bar, ChangeError, Floor, Places, Push};

@@ -11,7 +11,10 @@ use scenario::{Problem, Setup};
 
 use super::Simulation;
 use crate::barrier::Presence;
+use crate::faults::in_vain::refuse_place;
+use crate::faults::schedule::Schedule;
 use crate::interruption::Interruption;
+use crate::world::Places;
 use run_log::recorder::FaultEvent;
 
 /// A command that waits for the next tick.
@@ -102,23 +105,29 @@ impl Simulation {
         }
     }
 
-    /// Returns the reason why an operator's order has no effect if it takes effect at once: its change of the world is
-    /// tried on a copy, after the orders that wait for the same tick. A replay does not call it, because the world may
-    /// change between an order and its effect.
+    /// Returns the reason why an operator's order has no effect. A replay does not call it, because the world may change
+    /// between an order and its effect.
     fn refusal(&self, order: &Order) -> Option<Problem> {
         let Setup {
-            scenario,
-            catalog,
-            roster,
-            ..
+            scenario, catalog, ..
         } = &self.setup;
+        if order.check(scenario, catalog).is_err() {
+            return None;
+        }
+        self.refusal_at_any_time(order)
+            .or_else(|| self.refusal_now(order))
+    }
+
+    /// Returns the reason why an order has no effect if it takes effect at once: its change of the world is tried on a
+    /// copy, after the orders that wait for the same tick.
+    fn refusal_now(&self, order: &Order) -> Option<Problem> {
+        let roster = &self.setup.roster;
         let (_, now) = self.next_beginning();
         let is_now = |order: &Order| {
             let is_due = order.at().is_none_or(|at| at <= now);
             is_due && order.every_s.is_none() && order.when.is_none()
         };
-        let may_fail = is_now(order) && Interruption::may_fail(&order.fault);
-        if !may_fail || order.check(scenario, catalog).is_err() {
+        if !is_now(order) || !Interruption::may_fail(&order.fault) {
             return None;
         }
         let mut world = self.world.clone();
@@ -137,6 +146,36 @@ impl Simulation {
         let why = tried.err()?;
         let at = ["fault", order.fault.name()];
         Some(Problem::at(at, why.to_string(), ""))
+    }
+
+    /// Returns the reason why an order has no effect at any time: the border, the scenario's obstacles, and tasks that
+    /// earlier orders need.
+    fn refusal_at_any_time(&self, order: &Order) -> Option<Problem> {
+        let scenario = &self.setup.scenario;
+        let places = Places::of(scenario);
+        match &order.fault {
+            Fault::Mission(fault) => {
+                let times =
+                    |order: &Order, due| order.times(due, scenario.limit_s, scenario.step_ms);
+                let schedule = self.schedule_after_commands();
+                let of_mission = |index| {
+                    let FaultStatus { order, phase, .. } = schedule.status(index);
+                    match &order.fault {
+                        Fault::Mission(fault) if *phase == Phase::Armed => {
+                            Some((fault, times(order, schedule.due(index))))
+                        }
+                        _ => None,
+                    }
+                };
+                let ordered: Vec<_> = schedule.all().filter_map(of_mission).collect();
+                let (_, now) = self.next_beginning();
+                let due = order.at().unwrap_or(now).max(now);
+                let times = times(order, order.when.is_none().then_some(due));
+                let mission = self.world.mission();
+                mission.refuse_order(fault, times, &ordered, &places)
+            }
+            fault => refuse_place(fault, &places),
+        }
     }
 
     /// Clears the fault with the given id, or all faults, for an operator.
@@ -218,6 +257,11 @@ impl Simulation {
     /// Returns all faults of the run, in the order of arming. Waiting commands count as executed.
     #[must_use]
     pub fn faults(&self) -> Vec<FaultStatus> {
+        self.schedule_after_commands().statuses().cloned().collect()
+    }
+
+    /// Returns the schedule after the waiting commands.
+    fn schedule_after_commands(&self) -> Cow<'_, Schedule> {
         let (_, now) = self.next_beginning();
         let mut schedule = Cow::Borrowed(&self.schedule);
         for command in &self.commands {
@@ -235,7 +279,7 @@ impl Simulation {
                 }
             }
         }
-        schedule.statuses().cloned().collect()
+        schedule
     }
 
     fn refuse_if_over(&self) -> Result<(), Problem> {

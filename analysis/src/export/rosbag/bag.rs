@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use ::mcap::records::{MessageHeader, Metadata};
@@ -12,10 +12,11 @@ use ros::{definition, type_hash};
 use tempfile::TempDir;
 
 use super::metadata::{self, BagFacts, TopicFacts};
+use crate::new_file::Output;
 use crate::ros_messages::{Destination, TopicSpec};
 
 pub struct Bag {
-    writer: Writer<BufWriter<File>>,
+    writer: Writer<Output<File>>,
     topics: Vec<TopicFacts>,
     /// The channels of the topics in the file.
     channels: Vec<u16>,
@@ -47,7 +48,7 @@ impl Bag {
             .compression(Some(Compression::Lz4))
             .profile("ros2");
         Ok(Self {
-            writer: options.create(BufWriter::new(file))?,
+            writer: options.create(Output::new(file, target))?,
             topics: Vec::new(),
             channels: Vec::new(),
             span_ns: None,
@@ -69,7 +70,7 @@ impl Bag {
             metadata: details,
         })?;
         self.writer.finish()?;
-        self.writer.into_inner().flush().with_context(at)?;
+        self.writer.into_inner().flush()?;
         let text = metadata::text(&BagFacts {
             file: &file_name(&self.target),
             span_ns: self.span_ns.unwrap_or_default(),

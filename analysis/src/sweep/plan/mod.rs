@@ -33,6 +33,7 @@ use hypothesis::Hypothesis;
 use leaves::{leaves, path};
 use several::missions;
 use tuning::SearchSettings;
+use world_server::faults::in_vain::in_vain;
 use world_server::weights::include_weights;
 
 /// The largest number of runs. Memory holds one row per run.
@@ -181,10 +182,7 @@ impl Plan {
         disjoint(&file, &columns)?;
         let mut notes = Vec::new();
         let mut note = |at: String, scenario: &Scenario| {
-            let late = scenario
-                .faults
-                .beyond_limit(scenario.limit_s, scenario.step_ms);
-            for problem in late {
+            for problem in in_vain(scenario) {
                 let text = format!("{at}: {problem}");
                 if !notes.contains(&text) {
                     notes.push(text);

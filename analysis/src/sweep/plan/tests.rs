@@ -265,6 +265,25 @@ fn faults_after_the_end_of_a_run_give_a_note() {
 }
 
 #[test]
+fn a_robot_that_a_fault_moves_into_an_obstacle_gives_a_note() {
+    let to = |x_m: f32| {
+        let text = format!(
+            "[scenario]\nobstacles = [{{ x_m = 6.0, y_m = 4.0, width_m = 0.5, height_m = 0.5 }}]\n[faults.jump]\n\
+             timeline = [{{ fault.move-robot = {{ robot = 'gold', x_m = {x_m}, y_m = 4.2 }}, at_s = 1.0 }}]\n"
+        );
+        parse(&text).unwrap().notes
+    };
+    let place = "the place is outside the border or on an obstacle of the scenario";
+    assert_eq!(
+        to(6.2),
+        [format!(
+            "plan.toml:3: faults.timeline[0].fault.move-robot: {place}; choose another place"
+        )]
+    );
+    assert_eq!(to(7.2), [""; 0]);
+}
+
+#[test]
 fn missions_with_their_faults_keep_file_order() {
     let plan = parse(
         "limit_s = 5.0\nseeds = [7]\n[grid]\nallocator = ['nearest', 'static']\n\

@@ -2,6 +2,7 @@
 
 use glam::Vec2;
 use scenario::fault::{EventTrigger, Fault, FaultArgument, FaultRange, FaultSpec, Order};
+use scenario::time::SimTime;
 use scenario::{KeyPath, Problem, Scenario};
 use world_server::world::Places;
 
@@ -39,8 +40,8 @@ pub(super) fn check(scenario: &Scenario, order: &Order) -> Result<(), Problem> {
         let remedy = "set service.spare to the number of points that faults add";
         return Err(Problem::at(["fault", POINT], what, remedy));
     }
-    let times = times(scenario.limit_s, order);
-    if times <= f64::from(spare) {
+    let times = times(scenario, order);
+    if times <= u64::from(spare) {
         return Ok(());
     }
     let what = format!("{times} points until limit_s are more than service.spare, {spare}");
@@ -60,23 +61,21 @@ pub(super) fn check_trigger(scenario: &Scenario, when: &EventTrigger) -> Result<
     when.check_object(exists, format!("name a point from p0 to p{last}"))
 }
 
-/// Returns the number of times that a fault with a time takes effect before the run ends.
-fn times(limit_s: f64, order: &Order) -> f64 {
-    let left_s = limit_s - order.at_s.unwrap_or_default();
-    match order.every_s {
-        Some(every_s) => (left_s / every_s).max(0.0).floor() + 1.0,
-        None => f64::from(u8::from(left_s > 0.0)),
-    }
+/// Returns the number of times that an order of a scenario takes effect before the run ends.
+fn times(scenario: &Scenario, order: &Order) -> u64 {
+    let at = order.at().unwrap_or(SimTime::ZERO);
+    let due = order.when.is_none().then_some(at);
+    order.times(due, scenario.limit_s, scenario.step_ms)
 }
 
 /// Returns a problem for each point of the timeline at a place where no robot can work, and for more points than
 /// reserved tasks.
-pub(super) fn warnings(scenario: &Scenario) -> Vec<Problem> {
+pub(super) fn in_vain(scenario: &Scenario) -> Vec<Problem> {
     let section = ServiceSection::of(scenario);
     let places = Places::of(scenario);
     let at = KeyPath::new(["faults", "timeline"]);
     let mut found = Vec::new();
-    let mut added = 0.0;
+    let mut added = 0;
     for (index, order) in scenario.faults.timeline.iter().enumerate() {
         let Fault::Mission(fault) = &order.fault else {
             continue;
@@ -85,7 +84,7 @@ pub(super) fn warnings(scenario: &Scenario) -> Vec<Problem> {
         let Some((x_m, y_m)) = place.filter(|_| fault.name == POINT) else {
             continue;
         };
-        added += times(scenario.limit_s, order);
+        added += times(scenario, order);
         if !places.can_be_worked_on(Vec2::new(x_m as f32, y_m as f32), section.reach_m) {
             let what = format!("no robot can work at ({x_m}, {y_m})");
             let remedy = "move the point away from walls and obstacles";
@@ -93,7 +92,7 @@ pub(super) fn warnings(scenario: &Scenario) -> Vec<Problem> {
         }
     }
     let spare = section.spare;
-    if section.tasks == TaskGranularity::Points && added > f64::from(spare) {
+    if section.tasks == TaskGranularity::Points && added > u64::from(spare) {
         let what = format!("the faults add {added} points, more than service.spare, {spare}");
         found.push(Problem::at(at, what, "increase service.spare"));
     }

@@ -281,6 +281,10 @@ impl MissionData for Service {
         warnings::warnings(scenario, starts)
     }
 
+    fn faults_in_vain(&self, scenario: &Scenario) -> Vec<Problem> {
+        faults::in_vain(scenario)
+    }
+
     fn check_places(&self, scenario: &Scenario) -> Result<(), Problem> {
         check::check_places(scenario)
     }

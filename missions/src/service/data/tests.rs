@@ -307,11 +307,12 @@ fn orders_for_points_without_a_task_are_refused() {
         checked.map_err(|error| error.to_string())
     };
     assert_eq!(check(1, "dust", None), Ok(()));
-    assert_eq!(check(3, "dust", Some(50.0)), Ok(()));
+    // At 0 and 50 s: the run ends before 100 s.
+    assert_eq!(check(2, "dust", Some(50.0)), Ok(()));
     let refused = [
         (1, "dusk", None),
         (0, "dust", None),
-        (2, "dust", Some(50.0)),
+        (2, "dust", Some(40.0)),
     ]
     .map(|(spare, kind, every_s)| check(spare, kind, every_s).unwrap_err());
     insta::assert_snapshot!(refused.join("\n"));
@@ -326,7 +327,7 @@ fn faults_that_add_points_in_vain_give_a_warning() {
              {}[faults]\ntimeline = [{timeline}]\n",
             point("t", 1.0, 1.0)
         );
-        let warnings = SERVICE.warnings(&parse(&text), &[Vec2::new(1.0, 2.0)]);
+        let warnings = SERVICE.faults_in_vain(&parse(&text));
         let lines: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         lines.join("\n")
     };

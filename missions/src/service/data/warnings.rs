@@ -5,10 +5,9 @@ use scenario::{KeyPath, Problem, Scenario};
 
 use super::check::beyond_the_team;
 use super::ways::{Ways, skill};
-use super::{Kind, Point, ServiceSection};
-use super::{faults, loads};
+use super::{Kind, Point, ServiceSection, loads};
 
-/// Returns a problem for each point or kind whose work cannot be done in the run, and for faults without effect.
+/// Returns a problem for each point or kind whose work cannot be done in the run.
 pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
     let section = ServiceSection::of(scenario);
     let at = KeyPath::new(["service"]);
@@ -70,7 +69,6 @@ pub(super) fn warnings(scenario: &Scenario, starts: &[Vec2]) -> Vec<Problem> {
             found.push(Problem::at(at.key("rate_hz"), what, remedy));
         }
     }
-    found.extend(faults::warnings(scenario));
     found.extend(loads::too_much(scenario));
     if section.uncovered {
         found.extend(beyond_the_team(scenario));

@@ -23,19 +23,21 @@ use proto::mission::{Action as AnyAction, SensorReading as AnyReading};
 use proto::tick::Outcome;
 use proto::view::View;
 use rand_chacha::ChaCha8Rng;
-use scenario::Setup;
 use scenario::fault::MissionFault;
 use scenario::ids::{RobotId, TaskId};
 use scenario::rng::{Purpose, robot_stream};
 use scenario::time::SimTime;
+use scenario::{Problem, Setup};
 use serde::Serialize;
 use world_server::mission::{
     FigureValue, MissionWorld, StepEvents, TeamFigures, Validity, hash_state,
 };
-use world_server::world::{ChangeError, Floor};
+use world_server::world::{ChangeError, Floor, Places};
 
 use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
-use super::data::{self, DEADLOCKS, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
+use super::data::{
+    self, DEADLOCKS, KnowledgeSource, POINT, PointSpec, ServiceSection, TaskGranularity,
+};
 use board::{Board, BoardFilter};
 use charging::Stations;
 use crews::{Crews, Gathered, Gathering, Member};
@@ -504,6 +506,42 @@ impl MissionWorld for Service {
         let point = self.points.add(spec);
         self.workers_on.push(0);
         Some(Ok(format!("p{point} {} {}", at.x, at.y)))
+    }
+
+    /// Refuses points at places where no robot can ever work, and points for which `spare` leaves no task. Each ordered
+    /// point reserves one.
+    fn refuse_order(
+        &self,
+        fault: &MissionFault,
+        times: u64,
+        ordered: &[(&MissionFault, u64)],
+        places: &Places,
+    ) -> Option<Problem> {
+        if fault.name != POINT {
+            return None;
+        }
+        let section = &self.constants.section;
+        let number = |key| fault.get(key).unwrap_or(0.0) as f32;
+        let at = Vec2::new(number("x_m"), number("y_m"));
+        if !places.can_be_worked_on(at, section.reach_m) {
+            let what = format!("no robot can work at ({}, {})", at.x, at.y);
+            let remedy = "choose a place away from walls and obstacles";
+            return Some(Problem::at(["fault", POINT], what, remedy));
+        }
+        let points = ordered.iter().filter(|(fault, _)| fault.name == POINT);
+        let reserved = points.fold(0_u64, |sum, (_, times)| sum.saturating_add(*times));
+        let free = section.max_points().saturating_sub(self.points.len()) as u64;
+        let needed = reserved.saturating_add(times);
+        if section.tasks == TaskGranularity::Kinds || needed <= free {
+            return None;
+        }
+        let spare = u64::from(section.spare);
+        let taken = spare.saturating_sub(free).saturating_add(reserved);
+        let what = format!(
+            "{times} to add and {taken} in use or reserved by earlier orders are more than service.spare, {spare}"
+        );
+        let remedy = "clear an order, or increase service.spare";
+        Some(Problem::at(["fault", POINT], what, remedy))
     }
 
     fn copy_device(&self, device: &str, from: &AnyReading, to: &mut AnyReading) {
