@@ -63,7 +63,8 @@ fn its_faults_are_complete() {
     // The clean-up has no skills.
     let common = Fault::COMMON_NAMES.into_iter();
     let common = common.filter(|name| *name != "skill");
-    assert_eq!(names, common.chain(own).collect());
+    let expected: BTreeSet<&str> = common.chain(own).collect();
+    assert_eq!(names, expected, "reference.toml shows each fault");
     assert_eq!(faults.random, Some(RandomFaults::default()));
 }
 
