@@ -301,7 +301,7 @@ fn each_set_is_compared_with_continuing_tasks_once() {
     let forecasts = forecasts(&setup);
     let sets = setup.catalog.sets.len();
     assert_eq!(sets, 100);
-    warnings(&setup, &forecasts);
+    let _ = warnings(&setup, &forecasts);
     let calls = COUNTED.0.load(Ordering::Relaxed);
     assert_eq!(calls, sets + forecasts.len());
 }

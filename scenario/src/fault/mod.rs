@@ -34,10 +34,7 @@ use crate::names::ALL;
 
 pub use campaign::{FaultMix, RandomFaults};
 pub use device::Device;
-pub use kinds::{
-    ActuatorFault, ActuatorMode, Corruption, Delay, Fault, LinkQuality, Loss, MoveRobot, Partition,
-    RadioQuality, RangeFault, SensorError, SensorFault, SensorMode, Side, SkillFault,
-};
+pub use kinds::*;
 pub use mission::{FaultValue, MissionFault};
 pub use order::{Faults, Order};
 pub use spec::{
