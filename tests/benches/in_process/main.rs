@@ -19,12 +19,17 @@ use std::thread::available_parallelism;
 use std::time::Duration;
 
 use alliance_tests::runs::allocators;
+use mimalloc::MiMalloc;
 use missions::service::data::CostMeasure;
 use run_log::LogLevel;
 use scenario::Scenario;
 
 use figures::{Figures, print};
 use subject::{Run, World, setup};
+
+/// The allocator of the program.
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;
 
 /// Team sizes. Each team has two spills for every three robots.
 const ROBOTS: [usize; 5] = [3, 10, 100, 1_000, 10_000];
