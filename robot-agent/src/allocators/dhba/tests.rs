@@ -299,6 +299,27 @@ fn check_parts(latest: SimTime) {
     assert_eq!((rows, versions), (200, 200));
 }
 
+/// Between two messages with versions, so many rows can be removed that none is left to send.
+#[test]
+fn versions_end_after_most_rows_are_removed() {
+    let (me, early, late) = (RobotId(0), SimTime(50), SimTime(10_000));
+    let mut matrix = Matrix::default();
+    for robot in 0..200 {
+        matrix.receive_version(&RowVersion {
+            robot: RobotId(robot),
+            made: None,
+            seen: early,
+        });
+    }
+    matrix.repeat(me, 0);
+    assert!(matrix.next_part(me, early).versions.len() > 1);
+    assert!(matrix.must_send());
+    assert!(matrix.remove_silent(me, late, SimTime(5_000)));
+    assert_eq!(matrix.rows().count(), 1);
+    assert_eq!(matrix.next_part(me, late), MatrixPart::default());
+    assert!(!matrix.must_send());
+}
+
 /// An older row and a version without a row change nothing.
 #[test]
 fn a_later_row_replaces_an_earlier_one() {
