@@ -22,9 +22,10 @@ pub fn program_difference(a: &RunFile, b: &RunFile) -> Option<String> {
         return Some(differ("the program", &a.build, &b.build));
     }
     let mut robots = a.agent_builds.keys().chain(b.agent_builds.keys());
-    let robot = robots.find(|robot| a.agent_builds.get(*robot) != b.agent_builds.get(*robot))?;
-    let [a, b] = [a, b].map(|run| run.agent_builds.get(robot).unwrap_or(&run.build));
-    Some(differ(&format!("the agent of {robot}"), a, b))
+    robots.find_map(|robot| {
+        let [a, b] = [a, b].map(|run| run.agent_builds.get(robot).unwrap_or(&run.build));
+        program_build::differ(a, b).then(|| differ(&format!("the agent of {robot}"), a, b))
+    })
 }
 
 /// Returns the first difference in seed, scenario or version, in words.

@@ -82,8 +82,13 @@ fn programs_of_different_builds_are_named() {
     assert_eq!(program_difference(&a, &b).as_deref(), Some(programs));
     // A library's tests have no build.
     b.build.clear();
-    b.agent_builds.clear();
-    assert_eq!(program_difference(&a, &b), None);
+    for agents in [
+        BTreeMap::new(),
+        BTreeMap::from([("blue".to_owned(), a.build.clone())]),
+    ] {
+        b.agent_builds = agents;
+        assert_eq!(program_difference(&a, &b), None);
+    }
 }
 
 #[test]
