@@ -176,8 +176,6 @@ fn check_prints_a_table_for_people_and_json_for_programs() {
     assert_eq!(warnings[0]["robots"].as_array().unwrap().len(), 3);
 }
 
-/// The work of a check grows with the number of points, not with its square: 4,000 points would then take longer than a
-/// test waits.
 #[test]
 fn many_points_are_checked() {
     let lab = Lab::new();

@@ -121,7 +121,6 @@ fn every_figure_of_a_thousand_runs_agrees_with_the_tables() {
     assert_figures_agree((0..1000).chain(seeds_with_properties().take(300)));
 }
 
-/// The comparison must detect errors, otherwise it proves nothing.
 /// Returns the log of a built-in scenario up to a limit, and its poses by time.
 fn log_and_poses(name: &str, limit_s: f64) -> (RunLog, BTreeMap<u64, Vec<PoseRow>>) {
     let mut scenario = builtin(name);
@@ -180,6 +179,7 @@ fn poses_are_of_the_start_of_a_step_and_targets_and_events_of_its_end() {
     }
 }
 
+/// The comparison must detect errors, otherwise it proves nothing.
 #[test]
 fn a_wrong_figure_is_detected() {
     type Change = fn(&mut RunFile);

@@ -1,4 +1,4 @@
-//! Faults that cannot take effect, whatever happens in the run.
+//! Faults that cannot take effect in any course of the run.
 
 use glam::Vec2;
 use scenario::fault::Fault;

@@ -15,7 +15,7 @@ use crate::by_rank::ByRank;
 /// lost robots are found earlier. Fewer: fewer messages.
 const REPORTS: usize = 8;
 
-/// What is known of a robot's row.
+/// The version and the state of a robot's row.
 #[derive(Clone, Debug, Default)]
 struct Row {
     /// The time at which the robot computed the row; `None` while only its existence is known.
@@ -33,10 +33,10 @@ struct Row {
 #[derive(Clone, Debug, Default)]
 pub struct Matrix {
     rows: ByRank<Row>,
-    /// The entries of each row, apart from `rows`, so that what is read for each received version stays in the
+    /// The entries of each row, apart from `rows`, so that the data read for each received version stay in the
     /// processor's nearest cache.
     entries: Vec<Vec<EligibleTask>>,
-    /// Memory for the next received row.
+    /// Memory for the entries of the next row.
     next: Vec<EligibleTask>,
     /// A number that changes with the places, tasks and rounds of the rows.
     structure: u64,
@@ -121,7 +121,7 @@ impl Matrix {
         self.structure += 1;
     }
 
-    /// Replaces the entries of a row by `next`, at a time at which the robot computed them.
+    /// Replaces the entries of a row by `next`. `made` is the time at which the robot computed them.
     fn replace(&mut self, place: usize, made: Option<SimTime>) {
         let (old, new) = (&mut self.entries[place], &mut self.next);
         let is_within = |entry: &EligibleTask, all: &[EligibleTask]| {
