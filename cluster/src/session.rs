@@ -21,7 +21,7 @@ const RUNTIME: &str = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),n
 /// zenoh's runtime and makes every uncaught panic end the process ([`panics`]). A write above the limit of file sizes
 /// (`ulimit -f`) returns an error, as on a full disk, because its signal is blocked in all threads.
 pub fn prepare_process() {
-    // It fails only for an invalid set.
+    // The call fails only for an invalid set.
     let _ = SigSet::from(Signal::SIGXFSZ).thread_block();
     // SAFETY: no other thread exists yet that could read the environment at the same time.
     #[allow(unsafe_code)]
