@@ -294,27 +294,30 @@ fn work_that_cannot_be_done_in_time_gives_a_warning() {
 
 #[test]
 fn orders_for_points_without_a_task_are_refused() {
-    let check = |spare: usize, kind: &str, every_s: Option<f64>| {
+    let check = |spare: usize, kind: &str, at_s: Option<f64>, every_s: Option<f64>| {
         let section = format!("limit_s = 100\n[service]\nspare = {spare}");
         let text = TWO_KINDS.replace("[service]", &section);
         let scenario = parse(&format!("{text}[[service.random]]\nn = 1\n"));
         let fault = MissionFault::new(POINT, &[("x_m", 1.0), ("y_m", 1.0)]);
         let order = Order {
+            at_s,
             every_s,
             ..Order::now(Fault::Mission(fault.with_name("kind", kind)))
         };
         let checked = order.check(&scenario, &Catalog::new(&scenario));
         checked.map_err(|error| error.to_string())
     };
-    assert_eq!(check(1, "dust", None), Ok(()));
+    assert_eq!(check(1, "dust", None, None), Ok(()));
     // At 0 and 50 s: the run ends before 100 s.
-    assert_eq!(check(2, "dust", Some(50.0)), Ok(()));
+    assert_eq!(check(2, "dust", Some(0.0), Some(50.0)), Ok(()));
+    // From now on, of which only the run has the time.
+    assert_eq!(check(2, "dust", None, Some(40.0)), Ok(()));
     let refused = [
-        (1, "dusk", None),
-        (0, "dust", None),
-        (2, "dust", Some(40.0)),
+        (1, "dusk", None, None),
+        (0, "dust", None, None),
+        (2, "dust", Some(0.0), Some(40.0)),
     ]
-    .map(|(spare, kind, every_s)| check(spare, kind, every_s).unwrap_err());
+    .map(|(spare, kind, at_s, every_s)| check(spare, kind, at_s, every_s).unwrap_err());
     insta::assert_snapshot!(refused.join("\n"));
 }
 
