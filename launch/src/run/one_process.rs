@@ -68,7 +68,7 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool, jobs: NonZeroUsize) -> an
     };
     let threads = threads_for(plan.setup.scenario.robots.len(), jobs.get());
     team.use_threads(threads)?;
-    let mut team = team.into_background(threads > 1)?;
+    let mut team = team.into_background(jobs.get() > 1)?;
     let mut violation = violation.map(anyhow::Error::from);
     let mut news = RunNews::new(&plan.setup);
     let robots = plan.setup.scenario.robots.len() as u64;
