@@ -72,6 +72,18 @@ fn a_log_above_the_limit_of_file_sizes_ends_the_run_with_one_line() {
     }
 }
 
+/// A tick of a large team takes long. Smaller teams check for signals in each tick, too.
+#[test]
+fn a_large_team_in_one_process_ends_in_the_tick_of_a_signal() {
+    let lab = Lab::new();
+    let mut run = lab.start("run --robots 1000 --in-process --no-page --log summary --out run");
+    run.wait_for_stderr("in one process");
+    run.signal(Signal::SIGTERM);
+    run.wait().expect(130);
+    let ticks = lab.json("run/run.json")["result"]["ticks"].as_u64();
+    assert!((1..60).contains(&ticks.unwrap()), "{ticks:?}");
+}
+
 /// Checks that the log of a killed world replays, and that a change of any kind is a difference.
 #[track_caller]
 fn assert_changes_are_found(lab: &Lab) {

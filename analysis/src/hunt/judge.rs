@@ -22,8 +22,8 @@ use crate::invariants::termination::is_calm;
 use crate::invariants::{Invariants, WorldState, replayed};
 use crate::sweep::execution::counted;
 
-/// The number of ticks between two looks at the coverage, the remaining work and the stop condition. More ticks save
-/// time, but miss faults that last for less.
+/// The number of ticks between two looks at the coverage and the remaining work. More ticks save time, but miss faults
+/// that last for less.
 const TICKS_PER_LOOK: u64 = 10;
 
 /// Runs a case and judges it. Returns `None` if `stops` returned true. If a slow run is a violation and the makespan
@@ -107,7 +107,7 @@ fn simulate(
         if let Some(outcome) = outcome {
             break outcome;
         }
-        if team.simulation().tick().is_multiple_of(TICKS_PER_LOOK) && stops() {
+        if stops() {
             return Ok(None);
         }
     };

@@ -22,9 +22,6 @@ use crate::invariants::{Invariants, replayed};
 use crate::sweep::comparison::OwnFigure;
 use in_process::Team;
 
-/// The number of ticks between two checks of the stop condition.
-const TICKS_PER_LOOK: u64 = 64;
-
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     pub run: usize,
@@ -165,7 +162,7 @@ fn simulate(
         if let Some(outcome) = outcome {
             break outcome;
         }
-        if team.simulation().tick().is_multiple_of(TICKS_PER_LOOK) && stops() {
+        if stops() {
             return Ok(None);
         }
     };

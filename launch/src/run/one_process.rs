@@ -30,8 +30,8 @@ use super::summary;
 /// The interval between updates of the progress display.
 const INTERVAL: Duration = Duration::from_millis(200);
 
-/// The number of ticks between two readings of the clock. A reading costs as much as a small tick.
-const TICKS_PER_CLOCK_READING: u64 = 64;
+/// The number of steps of robots between two readings of the clock, which costs as much as some of them.
+const STEPS_PER_CLOCK_READING: u64 = 200;
 
 /// Runs the mission on at most `jobs` threads to its end or to the first violated invariant. Returns the exit status.
 pub fn run(plan: &RunPlan, log: LogLevel, check: bool, jobs: NonZeroUsize) -> anyhow::Result<u8> {
@@ -68,9 +68,11 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool, jobs: NonZeroUsize) -> an
     };
     let threads = threads_for(plan.setup.scenario.robots.len(), jobs.get());
     team.use_threads(threads)?;
-    let mut team = team.into_background(threads > 1)?;
+    let mut team = team.into_background(jobs.get() > 1)?;
     let mut violation = violation.map(anyhow::Error::from);
     let mut news = RunNews::new(&plan.setup);
+    let robots = plan.setup.scenario.robots.len() as u64;
+    let ticks_per_reading = (STEPS_PER_CLOCK_READING / robots.max(1)).max(1);
     let outcome = loop {
         let outcome = team.tick()?;
         for line in news_of(&mut team, &mut news) {
@@ -85,18 +87,13 @@ pub fn run(plan: &RunPlan, log: LogLevel, check: bool, jobs: NonZeroUsize) -> an
         if let Some(outcome) = outcome {
             break outcome;
         }
-        if team
-            .simulation()
-            .tick()
-            .is_multiple_of(TICKS_PER_CLOCK_READING)
-        {
-            if interrupted.is_set() {
-                break Outcome::Interrupted;
-            }
-            if shown.elapsed() >= INTERVAL {
-                shown = Instant::now();
-                progress.show(&team.view());
-            }
+        if interrupted.is_set() {
+            break Outcome::Interrupted;
+        }
+        let is_due = team.simulation().tick().is_multiple_of(ticks_per_reading);
+        if is_due && shown.elapsed() >= INTERVAL {
+            shown = Instant::now();
+            progress.show(&team.view());
         }
     };
     for line in news.see(&team.view()).into_iter().chain(news.finish()) {
