@@ -261,14 +261,9 @@ fn counts(stint: &Stint, stints: &[Stint], step: SimTime, now: SimTime) -> Optio
         return (!may_yield).then_some(true);
     }
     let is_bid = stint.span.length() <= step;
-    // None of these reasons names a teammate.
-    let is_change = |reason: &String| {
-        CHANGES_OF_PLAN
-            .iter()
-            .any(|it| it.describe(|_| "") == *reason)
-    };
-    let changes_plan = matches!(&stint.end, StintEnd::Left(reason) if is_change(reason));
-    Some(!(is_bid || changes_plan && may_yield))
+    let is_change = |reason: &String| CHANGES_OF_PLAN.iter().any(|it| it.as_str() == reason);
+    let changes_plan = || matches!(&stint.end, StintEnd::Left(reason) if is_change(reason));
+    Some(!(is_bid || may_yield && changes_plan()))
 }
 
 /// Returns the order by which the last one of several stints is the predecessor of a stint that begins at `at`: by the

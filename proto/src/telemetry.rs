@@ -90,23 +90,32 @@ impl Reason {
     #[must_use]
     pub fn describe<'a>(self, name: impl Fn(RobotId) -> &'a str) -> String {
         match self {
-            Self::Threshold => "threshold".into(),
-            Self::NotApplicable => "not-applicable".into(),
-            Self::Suppressed => "suppressed".into(),
-            Self::ResetBy(robot) => format!("reset-by {}", name(robot)),
-            Self::AcquiescedPsi => "acquiesced-psi".into(),
-            Self::GaveUpLambda => "gave-up-lambda".into(),
-            Self::Arbitration => "arbitration".into(),
-            Self::WaitOver => "wait-over".into(),
-            Self::WaitBound => "wait-bound".into(),
-            Self::Chosen => "chosen".into(),
-            Self::Reassigned => "reassigned".into(),
-            Self::Claimed => "claimed".into(),
-            Self::Outbid => "outbid".into(),
-            Self::Awarded => "awarded".into(),
-            Self::LeaseEnded => "lease-ended".into(),
-            Self::NoProgress => "no-progress".into(),
-            Self::Drawn => "drawn".into(),
+            Self::ResetBy(robot) => format!("{} {}", self.as_str(), name(robot)),
+            _ => self.as_str().to_owned(),
+        }
+    }
+
+    /// Returns the reason in the `reason` column of events.csv, without a teammate.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Threshold => "threshold",
+            Self::NotApplicable => "not-applicable",
+            Self::Suppressed => "suppressed",
+            Self::ResetBy(_) => "reset-by",
+            Self::AcquiescedPsi => "acquiesced-psi",
+            Self::GaveUpLambda => "gave-up-lambda",
+            Self::Arbitration => "arbitration",
+            Self::WaitOver => "wait-over",
+            Self::WaitBound => "wait-bound",
+            Self::Chosen => "chosen",
+            Self::Reassigned => "reassigned",
+            Self::Claimed => "claimed",
+            Self::Outbid => "outbid",
+            Self::Awarded => "awarded",
+            Self::LeaseEnded => "lease-ended",
+            Self::NoProgress => "no-progress",
+            Self::Drawn => "drawn",
         }
     }
 }
