@@ -316,12 +316,10 @@ impl Matrix {
             let room = room / sizes.version;
             let (first, parts) = (self.part, self.parts);
             let is_due = |robot: RobotId| (robot.index() + first).is_multiple_of(parts);
-            // Silent rows may have been removed since the last message.
-            let rows_left = self.entries.len().saturating_sub(from);
             let rows = self.rows.iter().enumerate().skip(from);
             let mut due = rows.filter(|(_, (robot, _))| is_due(*robot));
             let versions = due.by_ref().take(room);
-            part.versions.reserve(room.min(rows_left.div_ceil(parts)));
+            part.versions.reserve(room.min(self.entries.len()));
             part.versions
                 .extend(versions.map(|(_, (robot, row))| version(robot, row)));
             self.next_version = due.next().map(|(place, _)| place);
