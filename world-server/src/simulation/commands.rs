@@ -152,7 +152,6 @@ impl Simulation {
     /// earlier orders need.
     fn refusal_at_any_time(&self, order: &Order) -> Option<Problem> {
         let scenario = &self.setup.scenario;
-        let places = Places::of(scenario);
         match &order.fault {
             Fault::Mission(fault) => {
                 let times =
@@ -172,9 +171,10 @@ impl Simulation {
                 let due = order.at().unwrap_or(now).max(now);
                 let times = times(order, order.when.is_none().then_some(due));
                 let mission = self.world.mission();
-                mission.refuse_order(fault, times, &ordered, &places)
+                mission.refuse_order(fault, times, &ordered, &Places::of(scenario))
             }
-            fault => refuse_place(fault, &places),
+            fault @ Fault::MoveRobot(_) => refuse_place(fault, &Places::of(scenario)),
+            _ => None,
         }
     }
 
