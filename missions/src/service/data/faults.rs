@@ -1,7 +1,9 @@
 //! The fault of service: an additional point.
 
 use glam::Vec2;
-use scenario::fault::{EventTrigger, Fault, FaultArgument, FaultRange, FaultSpec, Order};
+use scenario::fault::{
+    EventTrigger, Fault, FaultArgument, FaultRange, FaultSpec, MissionFault, Order,
+};
 use scenario::time::SimTime;
 use scenario::{KeyPath, Problem, Scenario};
 use world_server::world::Places;
@@ -84,13 +86,11 @@ pub(super) fn in_vain(scenario: &Scenario) -> Vec<Problem> {
         let Fault::Mission(fault) = &order.fault else {
             continue;
         };
-        let place = fault.get("x_m").zip(fault.get("y_m"));
-        let Some((x_m, y_m)) = place.filter(|_| fault.name == POINT) else {
+        if fault.name != POINT {
             continue;
-        };
+        }
         added += times(scenario, order);
-        if !places.can_be_worked_on(Vec2::new(x_m as f32, y_m as f32), section.reach_m) {
-            let what = format!("no robot can work at ({x_m}, {y_m})");
+        if let Some(what) = without_access(section, fault, &places) {
             let remedy = "move the point away from walls and obstacles";
             found.push(Problem::at(at.index(index), what, remedy));
         }
@@ -101,4 +101,50 @@ pub(super) fn in_vain(scenario: &Scenario) -> Vec<Problem> {
         found.push(Problem::at(at, what, "increase service.spare"));
     }
     found
+}
+
+/// Returns a text if no robot can ever work at the place of an additional point.
+fn without_access(
+    section: &ServiceSection,
+    fault: &MissionFault,
+    places: &Places,
+) -> Option<String> {
+    let number = |key| fault.get(key).unwrap_or_default() as f32;
+    let at = Vec2::new(number("x_m"), number("y_m"));
+    let is_reached = places.can_be_worked_on(at, section.reach_m);
+    (!is_reached).then(|| format!("no robot can work at ({}, {})", at.x, at.y))
+}
+
+/// Returns the reason why an order during a run must fail: no robot can work at the place, or `spare` leaves no task. Each
+/// ordered point reserves one. `points` is the number of points so far. The other arguments are those of
+/// `MissionWorld::refuse_order`.
+pub fn refuse_order(
+    section: &ServiceSection,
+    points: usize,
+    fault: &MissionFault,
+    times: u64,
+    ordered: &[(&MissionFault, u64)],
+    places: &Places,
+) -> Option<Problem> {
+    if fault.name != POINT {
+        return None;
+    }
+    if let Some(what) = without_access(section, fault, places) {
+        let remedy = "choose a place away from walls and obstacles";
+        return Some(Problem::at(["fault", POINT], what, remedy));
+    }
+    let ordered = ordered.iter().filter(|(fault, _)| fault.name == POINT);
+    let reserved = ordered.fold(0_u64, |sum, (_, times)| sum.saturating_add(*times));
+    let free = section.max_points().saturating_sub(points) as u64;
+    let needed = reserved.saturating_add(times);
+    if section.tasks == TaskGranularity::Kinds || needed <= free {
+        return None;
+    }
+    let spare = u64::from(section.spare);
+    let taken = spare.saturating_sub(free).saturating_add(reserved);
+    let what = format!(
+        "{times} to add and {taken} in use or reserved by earlier orders are more than service.spare, {spare}"
+    );
+    let remedy = "clear an order, or increase service.spare";
+    Some(Problem::at(["fault", POINT], what, remedy))
 }

@@ -20,7 +20,7 @@ mod tests;
 mod warnings;
 mod ways;
 
-pub use faults::POINT;
+pub use faults::{POINT, refuse_order};
 pub use loads::{fits, too_heavy};
 pub use objective::{DEADLOCKS, VALUE_COLLECTED, VALUE_LOST};
 pub use paths::{Destination, Origin, Paths};

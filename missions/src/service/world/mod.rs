@@ -1,7 +1,7 @@
 //! The world side of service: points arrive, robots within reach work on them, and points are done, expire and come
 //! back.
 //!
-//! - `points`: the points and their phases. `board`: the announcements for robots. `log`: tables, figures and view.
+//! - `points`: all points; `point`: one of them. `board`: the announcements for robots. `log`: tables, figures and view.
 //! - `limits`: points that the team cannot do. `crews`: robots that work together. `loads`: the loads of robots.
 //!   `charging`: chargers.
 
@@ -11,6 +11,7 @@ mod crews;
 mod limits;
 mod loads;
 mod log;
+mod point;
 mod points;
 #[cfg(test)]
 mod tests;
@@ -35,9 +36,7 @@ use world_server::mission::{
 use world_server::world::{ChangeError, Floor, Places};
 
 use super::bus::{Action, MAX_SENSED, PointFact, SensorReading};
-use super::data::{
-    self, DEADLOCKS, KnowledgeSource, POINT, PointSpec, ServiceSection, TaskGranularity,
-};
+use super::data::{self, DEADLOCKS, KnowledgeSource, PointSpec, ServiceSection, TaskGranularity};
 use board::{Board, BoardFilter};
 use charging::Stations;
 use crews::{Crews, Gathered, Gathering, Member};
@@ -508,8 +507,6 @@ impl MissionWorld for Service {
         Some(Ok(format!("p{point} {} {}", at.x, at.y)))
     }
 
-    /// Refuses points at places where no robot can ever work, and points for which `spare` leaves no task. Each ordered
-    /// point reserves one.
     fn refuse_order(
         &self,
         fault: &MissionFault,
@@ -517,31 +514,8 @@ impl MissionWorld for Service {
         ordered: &[(&MissionFault, u64)],
         places: &Places,
     ) -> Option<Problem> {
-        if fault.name != POINT {
-            return None;
-        }
-        let section = &self.constants.section;
-        let number = |key| fault.get(key).unwrap_or(0.0) as f32;
-        let at = Vec2::new(number("x_m"), number("y_m"));
-        if !places.can_be_worked_on(at, section.reach_m) {
-            let what = format!("no robot can work at ({}, {})", at.x, at.y);
-            let remedy = "choose a place away from walls and obstacles";
-            return Some(Problem::at(["fault", POINT], what, remedy));
-        }
-        let points = ordered.iter().filter(|(fault, _)| fault.name == POINT);
-        let reserved = points.fold(0_u64, |sum, (_, times)| sum.saturating_add(*times));
-        let free = section.max_points().saturating_sub(self.points.len()) as u64;
-        let needed = reserved.saturating_add(times);
-        if section.tasks == TaskGranularity::Kinds || needed <= free {
-            return None;
-        }
-        let spare = u64::from(section.spare);
-        let taken = spare.saturating_sub(free).saturating_add(reserved);
-        let what = format!(
-            "{times} to add and {taken} in use or reserved by earlier orders are more than service.spare, {spare}"
-        );
-        let remedy = "clear an order, or increase service.spare";
-        Some(Problem::at(["fault", POINT], what, remedy))
+        let (section, points) = (&self.constants.section, self.points.len());
+        data::refuse_order(section, points, fault, times, ordered, places)
     }
 
     fn copy_device(&self, device: &str, from: &AnyReading, to: &mut AnyReading) {

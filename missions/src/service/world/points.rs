@@ -12,7 +12,6 @@ use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
 use world_server::mission::{FigureValue, TeamFigures};
 use world_server::world::Grid;
-use xxhash_rust::xxh3::xxh3_64;
 
 use crate::geometry::nearest;
 use crate::service::bus::{LEAST_LEFT_S, LOAD_LEFT_S, MAX_SENSED, PointFact};
@@ -21,6 +20,7 @@ use crate::service::data::{
 };
 
 use super::limits::TeamLimits;
+use super::point::{Counts, Phase, Point};
 
 /// The radius of a displayed point, m. It is larger than a robot, so that the point stays visible.
 const SHOWN_M: f32 = 0.28;
@@ -34,55 +34,11 @@ pub(super) enum Change {
     Expired,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
-    Waiting,
-    Open,
-    Done,
-    Expired,
-}
-
-#[derive(Clone, Debug)]
-struct Point {
-    spec: PointSpec,
-    phase: Phase,
-    round: u32,
-    /// The arrival time of the current round. A point with predecessors arrives when the last of them is done.
-    arrives: SimTime,
-    /// The stated arrival time of the current round, from which the window counts.
-    due: SimTime,
-    /// True for a drawn point that never arrives, because its arrival is after `duration_s`.
-    is_cut: bool,
-    /// The number of predecessors that are not done.
-    blocked_by: u32,
-    /// The predecessor that will never be done.
-    lost: Option<u32>,
-    /// The robot that carries the load of the point.
-    carrier: Option<RobotId>,
-    /// The work left for a robot of skill 1, s.
-    left_s: f64,
-}
-
 /// The values of the points that are done and of those that expired.
 #[derive(Clone, Copy, Debug, Default)]
 struct Values {
     collected: f64,
     lost: f64,
-}
-
-/// The number of points per phase, and the work left of open points. Each point is pending, open, done or expired.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Counts {
-    /// Points that have yet to arrive.
-    pending: u64,
-    /// Points that have arrived and are neither done nor expired.
-    open: u64,
-    /// Open points on which some work is done.
-    started: u64,
-    done: u64,
-    expired: u64,
-    /// The work left of all open points, in quarters of each point, rounded up, ms.
-    left_ms: u64,
 }
 
 #[derive(Clone, Debug)]
@@ -108,94 +64,6 @@ impl Serialize for Points {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let counts = &self.counts;
         (self.hash, self.points.len(), counts.done, counts.expired).serialize(serializer)
-    }
-}
-
-impl Point {
-    fn new(spec: PointSpec) -> Self {
-        Self {
-            phase: Phase::Waiting,
-            round: 0,
-            arrives: spec.arrives,
-            due: spec.arrives,
-            is_cut: false,
-            blocked_by: 0,
-            lost: None,
-            carrier: None,
-            left_s: spec.work_s,
-            spec,
-        }
-    }
-
-    /// Returns the time of the next change that time causes: arrival, expiration or return. An open point returns, too.
-    fn next(&self, until: SimTime) -> Option<SimTime> {
-        let round_after = |by: SimTime| Some(self.due + by).filter(|next| *next < until);
-        let comes_back = self.spec.comes_back_after.and_then(round_after);
-        let expires = self.spec.expires_after.map(|after| self.due + after);
-        match self.phase {
-            Phase::Waiting if self.is_cut => None,
-            Phase::Waiting if self.lost.is_some() => Some(SimTime::ZERO),
-            Phase::Waiting if self.blocked_by > 0 => expires,
-            Phase::Waiting => Some(self.arrives),
-            Phase::Open => [expires, comes_back].into_iter().flatten().min(),
-            Phase::Done | Phase::Expired => comes_back,
-        }
-    }
-
-    /// Returns whether the point has yet to arrive.
-    fn is_pending(&self) -> bool {
-        self.phase == Phase::Waiting && !self.is_cut
-    }
-
-    /// Returns the place where the next work is: where the load is picked up, or delivered.
-    fn place(&self) -> Vec2 {
-        let carried_to = self.spec.deliver_to.filter(|_| self.carrier.is_some());
-        carried_to.unwrap_or(self.spec.at)
-    }
-
-    /// Returns whether the point cannot arrive yet, or never will.
-    fn is_blocked(&self) -> bool {
-        self.blocked_by > 0 || self.lost.is_some()
-    }
-
-    /// Returns the number of quarters of its work that are left, rounded up.
-    fn quarters_left(&self) -> u64 {
-        (4.0 * self.left_s / self.spec.work_s).ceil() as u64
-    }
-
-    fn count_in(&self, counts: &mut Counts, add: impl Fn(&mut u64, u64)) {
-        if self.is_pending() {
-            add(&mut counts.pending, 1);
-        }
-        if self.phase == Phase::Open {
-            add(&mut counts.open, 1);
-            add(
-                &mut counts.started,
-                u64::from(self.left_s < self.spec.work_s),
-            );
-            let quarter_ms = (250.0 * self.spec.work_s) as u64;
-            add(&mut counts.left_ms, self.quarters_left() * quarter_ms);
-        }
-    }
-
-    fn hash(&self, number: u32) -> u64 {
-        let mut bytes = [0; 48];
-        let fields = [
-            u64::from(number & 0xFFFF)
-                | u64::from(number >> 16) << 56
-                | u64::from(self.round) << 16
-                | (self.phase as u64) << 32
-                | self.carrier.map_or(0, |robot| u64::from(robot.0) + 1) << 40,
-            self.left_s.to_bits(),
-            self.arrives.0,
-            self.spec.kind as u64,
-            self.spec.work_s.to_bits(),
-            u64::from(self.spec.at.x.to_bits()) | u64::from(self.spec.at.y.to_bits()) << 32,
-        ];
-        for (place, field) in bytes.chunks_exact_mut(8).zip(fields) {
-            place.copy_from_slice(&field.to_le_bytes());
-        }
-        xxh3_64(&bytes)
     }
 }
 
