@@ -27,7 +27,7 @@ use scenario::Scenario;
 use figures::{Figures, print};
 use subject::{Run, World, setup};
 
-/// The allocator of the program.
+/// The memory allocator of the program.
 #[global_allocator]
 static ALLOCATOR: MiMalloc = MiMalloc;
 

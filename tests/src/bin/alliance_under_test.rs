@@ -5,11 +5,16 @@
 
 use std::process::ExitCode;
 
+use mimalloc::MiMalloc;
 use missions::{MissionParts, waste};
 use nix::sys::signal::{SigSet, Signal};
 use robot_agent::mission::ControllerKind;
 use scenario::testkit::DRILL;
 use world_server::mission::WorldKind;
+
+/// The memory allocator of the program, so that tests of memory measure the same.
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;
 
 /// The drill mission, which can be read but not run.
 const READ_ONLY: MissionParts = MissionParts {
