@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use std::process::Command;
 
 use alliance_tests::harness::{Arguments, Finished, Lab, join, wait_until};
-
-use crate::style::files;
+use alliance_tests::testkit::tracked;
 
 /// A scenario of 5 s.
 const SHORT: &str = "limit_s = 5.0\n";
@@ -131,7 +130,7 @@ fn words(command: &str) -> Vec<String> {
 #[test]
 fn no_printed_command_has_a_placeholder() {
     let mut commands = 0;
-    for text in files("*.rs") {
+    for text in tracked("*.rs") {
         let is_code = |line: &&str| !line.trim().starts_with("//");
         let code: Vec<&str> = text.lines().filter(is_code).collect();
         let code = code.join("\n").replace("code { \"", "code { \"`");

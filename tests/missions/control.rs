@@ -8,7 +8,7 @@ use alliance_tests::operator::{announced, gateway_of, hash};
 use alliance_tests::runs::{self, Events};
 use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
-use run_log::LogLevel;
+use run_log::{LogLevel, MemoryLog};
 use serde_json::{Value, json};
 
 /// Returns the only line that the command printed.
@@ -97,14 +97,21 @@ fn a_live_run_is_paused_faulted_listed_and_healed_by_command() {
     );
 }
 
+/// Returns a robot with one point to work on and an obstacle, and tasks for further points.
+fn team_with_a_point(spare: usize) -> in_process::Team<MemoryLog> {
+    let text = format!(
+        "limit_s = 60\nroom = {{ width_m = 8, height_m = 8 }}\n\
+         obstacles = [{{ x_m = 6, y_m = 6, width_m = 1, height_m = 1 }}]\n\
+         [service]\nspare = {spare}\n[[service.kinds]]\nname = 't'\nwork_s = {{ min = 5, max = 5 }}\n\
+         [[service.points]]\nkind = 't'\nx_m = 4\ny_m = 2\n[[robots]]\nname = 'a'\n"
+    );
+    runs::team(runs::setup(runs::parse(&text), 1), LogLevel::Off)
+}
+
 /// Orders by hand that cannot take effect in the run are refused with the reason.
 #[test]
 fn orders_that_cannot_take_effect_are_refused() {
-    let text = "limit_s = 60\nroom = { width_m = 8, height_m = 8 }\n\
-         obstacles = [{ x_m = 6, y_m = 6, width_m = 1, height_m = 1 }]\n\
-         [service]\nspare = 1\n[[service.kinds]]\nname = 't'\nwork_s = { min = 5, max = 5 }\n\
-         [[service.points]]\nkind = 't'\nx_m = 4\ny_m = 2\n[[robots]]\nname = 'a'\n";
-    let mut team = runs::team(runs::setup(runs::parse(text), 1), LogLevel::Off);
+    let mut team = team_with_a_point(1);
     let point = |x_m: f32, y_m: f32| json!({"fault": {"point": {"x_m": x_m, "y_m": y_m}}});
     let babble = |at_s: f64| json!({"fault": {"babble": "a"}, "at_s": at_s});
     let gripper = json!({"fault": {"actuator": {"robot": "a", "mode": "gripper"}}});
@@ -143,11 +150,7 @@ fn orders_that_cannot_take_effect_are_refused() {
 /// of `spare`, and a cleared one frees it.
 #[test]
 fn later_orders_that_must_fail_are_refused_at_once() {
-    let text = "limit_s = 60\nroom = { width_m = 8, height_m = 8 }\n\
-         obstacles = [{ x_m = 6, y_m = 6, width_m = 1, height_m = 1 }]\n\
-         [service]\nspare = 2\n[[service.kinds]]\nname = 't'\nwork_s = { min = 5, max = 5 }\n\
-         [[service.points]]\nkind = 't'\nx_m = 4\ny_m = 2\n[[robots]]\nname = 'a'\n";
-    let mut team = runs::team(runs::setup(runs::parse(text), 1), LogLevel::Off);
+    let mut team = team_with_a_point(2);
     let point = |x_m: f32, y_m: f32| json!({"point": {"x_m": x_m, "y_m": y_m}});
     let jump = json!({"move-robot": {"robot": "a", "x_m": 6.5, "y_m": 6.5}});
     let walled = "fault.point: no robot can work at (6.5, 6.5); choose a place away from walls and obstacles";

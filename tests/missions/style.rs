@@ -1,8 +1,6 @@
 //! The language of comments and documents, measured with the limits of the style guide.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
+use alliance_tests::testkit::tracked;
 
 /// First words with which no comment of an item begins: they leave its noun open.
 const PRONOUNS: &str = " what who whom whose which whether that those these this it its how where when why as of if all none one \
@@ -26,32 +24,6 @@ fn is_in(list: &str, word: &str) -> bool {
 fn words(text: &str) -> Vec<&str> {
     let words = text.split(|c: char| !(c.is_ascii_alphabetic() || c == '\''));
     words.filter(|word| !word.is_empty()).collect()
-}
-
-/// Returns the tracked files with that ending, without the tests if they are sources.
-pub fn files(ending: &str) -> Vec<String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let output = Command::new("git")
-        .args(["ls-files", ending])
-        .current_dir(&root)
-        .output();
-    let Ok(output) = output else {
-        return Vec::new();
-    };
-    let names = String::from_utf8(output.stdout).unwrap();
-    let is_test = |name: &str| {
-        ["tests/", "benches/", "fuzz/", "examples/", "testkit/"]
-            .iter()
-            .any(|part| name.starts_with(part) || name.contains(&format!("/{part}")))
-            || name.ends_with("/tests.rs")
-            || name.ends_with("_tests.rs")
-    };
-    let wanted = names
-        .lines()
-        .filter(|name| ending == "*.md" || !is_test(name));
-    wanted
-        .filter_map(|name| fs::read_to_string(root.join(name)).ok())
-        .collect()
 }
 
 #[derive(Default)]
@@ -122,7 +94,7 @@ fn at_most(count: usize, total: usize, per_thousand: f64) {
 
 #[test]
 fn comments_are_plain_technical_english() {
-    let sources = files("*.rs");
+    let sources = tracked("*.rs");
     if sources.is_empty() {
         // A source archive has no list of its files.
         return;
@@ -144,7 +116,7 @@ fn comments_are_plain_technical_english() {
 #[test]
 fn documents_are_plain_technical_english() {
     let (mut total, mut persons, mut vague) = (0, 0, 0);
-    for text in files("*.md") {
+    for text in tracked("*.md") {
         // Code blocks and inline code contain names and output.
         let prose = text.split("```").step_by(2).collect::<String>();
         let prose = prose.split('`').step_by(2).collect::<String>();
@@ -165,7 +137,7 @@ fn lines_of_documents_have_at_most_120_characters() {
             .iter()
             .any(|start| line.trim().starts_with(start))
     };
-    for text in files("*.md") {
+    for text in tracked("*.md") {
         let prose = text.split("\n```").step_by(2).flat_map(str::lines);
         for line in prose.filter(|line| !is_free(line)) {
             assert!(line.chars().count() <= 120, "{line}");

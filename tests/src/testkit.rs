@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use run_log::{RunLog, RunOutcome, TickRow};
 use scenario::fault::{Fault, Order};
@@ -123,6 +124,33 @@ pub fn number(row: &Row, column: &str) -> f64 {
     let cell = &row[column];
     cell.parse()
         .unwrap_or_else(|_| panic!("{column} is '{cell}'"))
+}
+
+/// Returns the contents of the tracked files with an ending, without the tests if they are sources.
+#[must_use]
+pub fn tracked(ending: &str) -> Vec<String> {
+    let root = in_repository("");
+    let output = Command::new("git")
+        .args(["ls-files", ending])
+        .current_dir(&root)
+        .output();
+    let Ok(output) = output else {
+        return Vec::new();
+    };
+    let names = String::from_utf8_lossy(&output.stdout);
+    let is_test = |name: &str| {
+        ["tests/", "benches/", "fuzz/", "examples/", "testkit/"]
+            .iter()
+            .any(|part| name.starts_with(part) || name.contains(&format!("/{part}")))
+            || name.ends_with("/tests.rs")
+            || name.ends_with("_tests.rs")
+    };
+    let wanted = names
+        .lines()
+        .filter(|name| ending == "*.md" || !is_test(name));
+    wanted
+        .filter_map(|name| fs::read_to_string(root.join(name)).ok())
+        .collect()
 }
 
 /// Returns the path of a file of the repository.
