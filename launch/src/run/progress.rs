@@ -207,9 +207,10 @@ impl SpeedMeter {
     }
 }
 
-/// Formats a speed above 0 with at least two significant digits.
+/// Formats a speed above 0 with at least two significant digits. Speeds just below a power of ten have the digits of that
+/// power, so that a run in real time does not alternate between 1.0x and 1.00x.
 fn speed_text(speed: f64) -> String {
-    let digits = (1.0 - speed.log10().floor()).max(0.0) as usize;
+    let digits = (1.0 - (1.005 * speed).log10().floor()).max(0.0) as usize;
     format!("{speed:.digits$}x")
 }
 
@@ -256,8 +257,9 @@ mod tests {
         }
         assert_eq!(update(600, 10.0, false), None);
         assert_eq!(update(601, 15.0, false), Some(5.0));
-        let texts = [120.4, 20.3, 5.0, 0.52, 0.0041].map(speed_text);
-        assert_eq!(texts, ["120x", "20x", "5.0x", "0.52x", "0.0041x"]);
+        let texts = [120.4, 20.3, 9.97, 5.0, 0.998, 0.52, 0.0041].map(speed_text);
+        let expected = ["120x", "20x", "10x", "5.0x", "1.0x", "0.52x", "0.0041x"];
+        assert_eq!(texts, expected);
     }
 
     #[test]
