@@ -87,7 +87,7 @@ impl SizeArgs {
             let of_any_size = of_any_size.filter(|mission| mission.family(1, 1).is_some());
             let names: Vec<&str> = of_any_size.map(|mission| mission.scenario_name()).collect();
             let what = format!("'{}' has a fixed size", requested.unwrap_or_default());
-            let remedy = format!("use them with '{}'", names.join("' and '"));
+            let remedy = format!("use one of {}", names.join(", "));
             bail!(Problem::with_source("--robots and --size", what, remedy));
         };
         if let Some(word) = word
