@@ -1,6 +1,66 @@
 //! Changes between successive views, which take much less space than the views. `launch/page/source/delta.js` applies them.
 
+use proto::view::{BehaviorView, RobotView, View};
+use serde::Serialize;
 use serde_json::{Map, Value, json};
+
+/// A view that the next one is compared with.
+pub struct ComparedView<'v> {
+    view: &'v View,
+    /// The view without the behavior sets of its robots.
+    rest: Value,
+}
+
+impl<'v> ComparedView<'v> {
+    /// # Errors
+    /// As [`to_value`].
+    pub fn new(view: &'v View) -> serde_json::Result<Self> {
+        let robots = view.robots.iter().map(|robot| RobotView {
+            sets: Vec::new(),
+            ..robot.clone()
+        });
+        let rest = View {
+            robots: robots.collect(),
+            ..view.clone()
+        };
+        let rest = to_value(&rest)?;
+        Ok(Self { view, rest })
+    }
+
+    /// Returns the [change] to the next view. A large team has so many behavior sets that only changed ones are encoded.
+    ///
+    /// # Errors
+    /// As [`to_value`].
+    pub fn change_to(&self, next: &Self) -> serde_json::Result<Value> {
+        let mut all = change(&self.rest, &next.rest);
+        let robots = self.view.robots.iter().zip(&next.view.robots).enumerate();
+        for (rank, (old, new)) in robots.filter(|(_, (old, new))| old.sets != new.sets) {
+            all["robots"][rank.to_string()]["sets"] = change_of_sets(&old.sets, &new.sets)?;
+        }
+        Ok(all)
+    }
+}
+/// Returns the change from the behavior sets of a robot to the next ones.
+fn change_of_sets(before: &[BehaviorView], after: &[BehaviorView]) -> serde_json::Result<Value> {
+    if before.len() != after.len() {
+        return Ok(json!([to_value(after)?]));
+    }
+    let mut changes = Map::new();
+    for (index, (old, new)) in before.iter().zip(after).enumerate() {
+        if old != new {
+            changes.insert(index.to_string(), change(&to_value(old)?, &to_value(new)?));
+        }
+    }
+    Ok(Value::Object(changes))
+}
+
+/// Encodes through a text, because a number of 32 bits as a `Value` has more digits than the server sends.
+///
+/// # Errors
+/// If the value cannot be encoded. All values of views can be.
+pub fn to_value(content: &(impl Serialize + ?Sized)) -> serde_json::Result<Value> {
+    serde_json::from_str(&serde_json::to_string(content)?)
+}
 
 /// Returns the change from one value to the next one, without its unchanged parts:
 ///
@@ -8,7 +68,7 @@ use serde_json::{Map, Value, json};
 /// - a list of one element, the new value, if that is a list or an object,
 /// - otherwise the new value itself.
 #[must_use]
-pub fn change(before: &Value, after: &Value) -> Value {
+fn change(before: &Value, after: &Value) -> Value {
     match (before, after) {
         (Value::Object(old), Value::Object(new)) if old.keys().eq(new.keys()) => {
             let pairs = old.iter().zip(new.values());
@@ -34,6 +94,11 @@ fn changes<'a>(pairs: impl Iterator<Item = (String, &'a Value, &'a Value)>) -> M
 
 #[cfg(test)]
 mod tests {
+    use in_process::Team;
+    use missions::waste::data::default_scenario;
+    use run_log::{LogLevel, MemoryLog};
+    use scenario::Setup;
+
     use super::*;
 
     #[test]
@@ -58,5 +123,31 @@ mod tests {
         ] {
             assert_eq!(change(&before, &after), expected);
         }
+    }
+
+    /// The change of views is the change of their texts.
+    #[test]
+    fn only_changed_behavior_sets_are_encoded() {
+        let mut scenario = default_scenario();
+        scenario.limit_s = 60.0;
+        let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
+        let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
+        let mut views = vec![team.view()];
+        while team.tick().unwrap().is_none() {
+            views.push(team.view());
+        }
+        // A robot without a behavior set, and one whose motivations repeat.
+        let mut fewer = views[40].clone();
+        fewer.robots[1].sets.pop();
+        views.extend([fewer.clone(), fewer]);
+        let mut with_sets = 0;
+        for pair in views.windows(2) {
+            let [before, after] = [&pair[0], &pair[1]].map(|view| ComparedView::new(view).unwrap());
+            let found = before.change_to(&after).unwrap();
+            let whole = change(&to_value(&pair[0]).unwrap(), &to_value(&pair[1]).unwrap());
+            assert_eq!(found, whole);
+            with_sets += usize::from(found.to_string().contains("\"sets\""));
+        }
+        assert!(with_sets > 0 && with_sets < views.len() - 1, "{with_sets}");
     }
 }

@@ -9,9 +9,9 @@ use std::io::Write;
 use std::path::Path;
 
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::delta::change;
+use super::delta::{self, ComparedView};
 use super::logged::Logged;
 use super::single_file;
 
@@ -55,16 +55,15 @@ fn write_data(logged: &Logged, file: &mut dyn Write) -> anyhow::Result<()> {
     for number in 0..chunks {
         let views = logged.views(number * chunk * every, chunk, every);
         let mut lines = String::new();
-        let mut before = Value::Null;
+        let mut before: Option<ComparedView<'_>> = None;
         for view in views {
-            // Through the text, because a number of 32 bits as a `Value` has more digits than the server sends.
-            let view: Value = serde_json::from_str(&serde_json::to_string(view)?)?;
-            let line = match before {
-                Value::Null => view.to_string(),
-                _ => format!("\n{}", change(&before, &view)),
+            let next = ComparedView::new(view)?;
+            let line = match &before {
+                None => delta::to_value(view)?.to_string(),
+                Some(before) => format!("\n{}", before.change_to(&next)?),
             };
             lines.push_str(&line);
-            before = view;
+            before = Some(next);
         }
         single_file::write_part(file, &format!("views/{number}"), lines.as_bytes())?;
     }
@@ -111,8 +110,8 @@ mod tests {
             .unwrap()
             .len();
         let expected = json!({
-            "views": serde_json::from_str::<Value>(&serde_json::to_string(&logged.views(0, 1000, 1)).unwrap()).unwrap(),
-            "overview": serde_json::from_str::<Value>(&serde_json::to_string(&logged.overview()).unwrap()).unwrap(),
+            "views": delta::to_value(&logged.views(0, 1000, 1)).unwrap(),
+            "overview": delta::to_value(&logged.overview()).unwrap(),
             "corners": ranks.map(|rank| logged.corners(rank)).collect::<Vec<_>>(),
             "events": logged.events(),
             "hash": logged.about()["log"]["hash"],
