@@ -151,17 +151,17 @@ impl RunProgress {
         let message = message(
             self.began.elapsed(),
             self.done - self.before,
-            // The total is an estimate if the result of a run decides on the next one.
-            self.of.saturating_sub(self.done),
+            self.of.checked_sub(self.done),
             self.failed,
         );
         self.bar.set_message(message.clone());
+        self.bar.set_length(self.of.max(self.done) as u64);
         self.bar.set_position(self.done as u64);
         if let Some(line) = &mut self.line
             && line.elapsed() >= LINE_INTERVAL
         {
             *line = Instant::now();
-            stderr_line!("{}/{} runs  {message}", self.done, self.of);
+            stderr_line!("{}/{} runs  {message}", self.done, self.of.max(self.done));
         }
     }
 
@@ -174,11 +174,18 @@ impl RunProgress {
     }
 }
 
-/// Formats the rate and the remaining time, from the runs that were done in `elapsed`.
-fn message(elapsed: Duration, done: usize, left: usize, failed: usize) -> String {
+/// Formats the rate and the remaining time, from the runs that were done in `elapsed`. `left` is `None` if there are more runs
+/// than estimated, because the result of a run decides on the next one.
+fn message(elapsed: Duration, done: usize, left: Option<usize>, failed: usize) -> String {
     let per_s = done as f64 / elapsed.as_secs_f64().max(1e-3);
-    let left = Duration::from_secs_f64((left as f64 / per_s).min(1e9));
-    let mut text = format!("{per_s:.1}/s, {} left", HumanDuration(left));
+    let mut text = format!("{per_s:.1}/s, ");
+    match left {
+        Some(left) => {
+            let left = Duration::from_secs_f64((left as f64 / per_s).min(1e9));
+            text += &format!("{} left", HumanDuration(left));
+        }
+        None => text += "more than estimated",
+    }
     if failed > 0 {
         text += &format!(", {failed} failed");
     }
@@ -192,8 +199,9 @@ mod tests {
     #[test]
     fn rate_and_remaining_time_count_only_runs_of_this_process() {
         let message = |done, left, failed| message(Duration::from_secs(10), done, left, failed);
-        assert_eq!(message(25, 50, 0), "2.5/s, 20 seconds left");
-        assert_eq!(message(5, 50, 2), "0.5/s, 2 minutes left, 2 failed");
+        assert_eq!(message(25, Some(50), 0), "2.5/s, 20 seconds left");
+        assert_eq!(message(5, Some(50), 2), "0.5/s, 2 minutes left, 2 failed");
+        assert_eq!(message(25, None, 0), "2.5/s, more than estimated");
     }
 
     #[test]
