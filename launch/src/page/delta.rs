@@ -1,47 +1,74 @@
 //! Changes between successive views, which take much less space than the views. `launch/page/source/delta.js` applies them.
 
-use proto::view::{BehaviorView, RobotView, View};
+use proto::view::{RobotView, View};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-/// A view that the next one is compared with.
+/// A view that the next one is compared with. A large team has so many items and behavior sets that only changed ones are
+/// encoded.
 pub struct ComparedView<'v> {
     view: &'v View,
-    /// The view without the behavior sets of its robots.
+    /// The view without its items, marks and robots.
     rest: Value,
+    /// The robots without their behavior sets.
+    robots: Vec<Value>,
 }
 
 impl<'v> ComparedView<'v> {
     /// # Errors
     /// As [`to_value`].
     pub fn new(view: &'v View) -> serde_json::Result<Self> {
-        let robots = view.robots.iter().map(|robot| RobotView {
-            sets: Vec::new(),
-            ..robot.clone()
-        });
         let rest = View {
-            robots: robots.collect(),
+            items: Vec::new(),
+            marks: Vec::new(),
+            robots: Vec::new(),
             ..view.clone()
         };
-        let rest = to_value(&rest)?;
-        Ok(Self { view, rest })
+        let robots = view.robots.iter().map(|robot| {
+            to_value(&RobotView {
+                sets: Vec::new(),
+                ..robot.clone()
+            })
+        });
+        Ok(Self {
+            view,
+            rest: to_value(&rest)?,
+            robots: robots.collect::<serde_json::Result<_>>()?,
+        })
     }
 
-    /// Returns the [change] to the next view. A large team has so many behavior sets that only changed ones are encoded.
+    /// Returns the [change] to the next view, which has the same robots.
     ///
     /// # Errors
     /// As [`to_value`].
     pub fn change_to(&self, next: &Self) -> serde_json::Result<Value> {
+        let (old, new) = (self.view, next.view);
         let mut all = change(&self.rest, &next.rest);
-        let robots = self.view.robots.iter().zip(&next.view.robots).enumerate();
-        for (rank, (old, new)) in robots.filter(|(_, (old, new))| old.sets != new.sets) {
-            all["robots"][rank.to_string()]["sets"] = change_of_sets(&old.sets, &new.sets)?;
+        if old.items != new.items {
+            all["items"] = change_of_lists(&old.items, &new.items)?;
+        }
+        if old.marks != new.marks {
+            all["marks"] = change_of_lists(&old.marks, &new.marks)?;
+        }
+        for (rank, (before, after)) in self.robots.iter().zip(&next.robots).enumerate() {
+            let [old, new] = [old, new].map(|view| &view.robots[rank].sets);
+            let rank = rank.to_string();
+            if before != after {
+                all["robots"][&rank] = change(before, after);
+            }
+            if old != new {
+                all["robots"][&rank]["sets"] = change_of_lists(old, new)?;
+            }
         }
         Ok(all)
     }
 }
-/// Returns the change from the behavior sets of a robot to the next ones.
-fn change_of_sets(before: &[BehaviorView], after: &[BehaviorView]) -> serde_json::Result<Value> {
+
+/// Returns the change from a list to the next one. Equal elements are not encoded.
+fn change_of_lists<T: PartialEq + Serialize>(
+    before: &[T],
+    after: &[T],
+) -> serde_json::Result<Value> {
     if before.len() != after.len() {
         return Ok(json!([to_value(after)?]));
     }
@@ -125,11 +152,10 @@ mod tests {
         }
     }
 
-    /// The change of views is the change of their texts.
     #[test]
-    fn only_changed_behavior_sets_are_encoded() {
+    fn changes_of_views_are_those_of_their_texts() {
         let mut scenario = default_scenario();
-        scenario.limit_s = 60.0;
+        scenario.limit_s = 120.0;
         let setup = Setup::resolve(scenario, 1, None).unwrap().setup;
         let mut team = Team::new(setup, LogLevel::Off, MemoryLog::default()).unwrap();
         let mut views = vec![team.view()];
@@ -141,13 +167,17 @@ mod tests {
         fewer.robots[1].sets.pop();
         views.extend([fewer.clone(), fewer]);
         let mut with_sets = 0;
+        let mut with_items = 0;
         for pair in views.windows(2) {
             let [before, after] = [&pair[0], &pair[1]].map(|view| ComparedView::new(view).unwrap());
             let found = before.change_to(&after).unwrap();
             let whole = change(&to_value(&pair[0]).unwrap(), &to_value(&pair[1]).unwrap());
             assert_eq!(found, whole);
             with_sets += usize::from(found.to_string().contains("\"sets\""));
+            with_items += usize::from(found.get("items").is_some());
         }
-        assert!(with_sets > 0 && with_sets < views.len() - 1, "{with_sets}");
+        for count in [with_sets, with_items] {
+            assert!(count > 0 && count < views.len() - 1, "{count}");
+        }
     }
 }
