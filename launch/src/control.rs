@@ -128,7 +128,7 @@ pub async fn send_command(run: Rendezvous, command: ControlCommand) -> anyhow::R
 /// Sends a command to the live run with this id, for a program of others. Returns the reply as JSON.
 ///
 /// # Errors
-/// As [`send_command`], if the world refuses the command, and if the run is not live within [`PATIENCE`].
+/// As [`send_command`], if the world refuses the command, and if the run is not live within ten seconds.
 #[cfg(any(feature = "foxglove", feature = "ros"))]
 pub async fn relay_command(run: &str, command: ControlCommand) -> anyhow::Result<String> {
     let until = Instant::now() + PATIENCE;
