@@ -6,22 +6,19 @@ use std::time::Duration;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use cluster::os_process::OsProcess;
-use cluster::rendezvous::{self, ConnectionRole, Rendezvous, RendezvousError};
+use cluster::rendezvous::{self, ConnectionRole, Rendezvous};
 use proto::control::wire::{ControlTopic, Format};
 use proto::control::{ControlCommand, Reply, Request};
 use proto::secret::random;
 use serde::Serialize;
 use terminal::{fail, stderr_line};
-use tokio::time::{Instant, sleep, timeout};
+use tokio::time::timeout;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 
 use crate::observer::Observer;
 use crate::runtime;
 
 const PATIENCE: Duration = Duration::from_secs(10);
-
-/// The interval at which a command looks for its run.
-const LOOK_INTERVAL: Duration = Duration::from_millis(50);
 
 const CLOSE_DEADLINE: Duration = Duration::from_millis(200);
 
@@ -123,29 +120,6 @@ pub async fn send_command(run: Rendezvous, command: ControlCommand) -> anyhow::R
     // Closing may hang, so its time is limited.
     let _ = timeout(CLOSE_DEADLINE, observer.session.close()).await;
     reply
-}
-
-/// Sends a command to the live run with this id, for a program of others. Returns the reply as JSON.
-///
-/// # Errors
-/// As [`send_command`], if the world refuses the command, and if the run is not live within ten seconds.
-#[cfg(any(feature = "foxglove", feature = "ros"))]
-pub async fn relay_command(run: &str, command: ControlCommand) -> anyhow::Result<String> {
-    let until = Instant::now() + PATIENCE;
-    let run = loop {
-        match Rendezvous::find(Some(run)) {
-            // Other programs can send commands while the world starts.
-            Err(RendezvousError::Unknown { .. }) if Instant::now() < until => {
-                sleep(LOOK_INTERVAL).await;
-            }
-            found => break found?,
-        }
-    };
-    let reply = send_command(run, command).await?;
-    if let Reply::Refused(why) = &reply {
-        bail!("{why}");
-    }
-    Ok(serde_json::to_string(&reply)?)
 }
 
 /// Sends a command and returns the first reply with the seal of the run for this request. Replies with other seals are ignored.

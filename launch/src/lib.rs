@@ -41,6 +41,8 @@ mod list;
 pub mod observer;
 pub mod page;
 mod python;
+#[cfg(any(feature = "ros", feature = "foxglove"))]
+mod relay;
 mod replay_controllers;
 mod ros;
 pub mod run;

@@ -5,7 +5,7 @@ use foxglove::Schema;
 use foxglove::websocket::service::{Request, Service, ServiceSchema};
 use proto::control::ControlCommand;
 
-use crate::control::relay_command;
+use crate::relay::relay_command;
 
 /// The name of the service.
 const CONTROL: &str = "/alliance/control";

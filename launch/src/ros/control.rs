@@ -21,7 +21,7 @@ use zenoh::{Session, Wait};
 
 use super::dropped::{Dropped, DroppedCommands};
 use super::topics::{RosTopics, declare_token};
-use crate::control::relay_command;
+use crate::relay::relay_command;
 
 /// The number of the first endpoint in the node. The topics of a run have smaller numbers.
 const FIRST_ENDPOINT: usize = 1_000_000;
