@@ -66,7 +66,7 @@ fn a_killed_router_ends_the_incarnations_behind_it_and_they_join_again() {
     let Some(machines) = Machines::enter(3, &PLACES) else {
         return;
     };
-    let arguments = format!("--limit 200 --speed 10x --stall-after {STALL_AFTER}");
+    let arguments = format!("--limit 200 --speed 4x --stall-after {STALL_AFTER}");
     let Parts {
         mut run,
         router: first,

@@ -11,9 +11,9 @@ use super::{AWAY, Machines, Run, STALL_AFTER, TWO_HOSTS, inputs_of};
 
 /// Starts a run, waits until gold and green work, and sets a lower speed.
 fn at_work(machines: &Machines) -> (Run<'_>, Process) {
-    let arguments = format!("--speed 20x --stall-after {STALL_AFTER}");
+    let arguments = format!("--speed 4x --stall-after {STALL_AFTER}");
     let (mut run, daemon) = machines.at_work(&arguments);
-    run.pace("5x");
+    run.pace("2x");
     run.run_for(2);
     (run, daemon)
 }

@@ -6,7 +6,7 @@ use nix::sys::signal::Signal;
 use super::{AWAY, Machines, Run, STALL_AFTER, TWO_HOSTS, sleep};
 
 fn start(machines: &Machines) -> (Run<'_>, Process) {
-    machines.at_work(&format!("--speed 10x --stall-after {STALL_AFTER}"))
+    machines.at_work(&format!("--speed 4x --stall-after {STALL_AFTER}"))
 }
 
 /// Kills a daemon and waits for the end of its agents, which detect it by themselves.

@@ -24,7 +24,7 @@ fn a_killed_world_frees_its_hosts_before_their_agents_give_up() {
     let Some(machines) = Machines::enter(2, &TWO_HOSTS) else {
         return;
     };
-    let (run, daemon) = machines.at_work("--speed 10x");
+    let (run, daemon) = machines.at_work("--speed 4x");
     let mut children = run.launcher.children().into_iter();
     let is_world = |pid: &u32| command_line(*pid).is_some_and(|line| line.contains(" world "));
     let world = children.find(is_world);
@@ -39,7 +39,7 @@ fn a_world_whose_machine_vanishes_is_let_go() {
     let Some(machines) = Machines::enter(2, &TWO_HOSTS) else {
         return;
     };
-    let (run, daemon) = machines.at_work("--speed 10x");
+    let (run, daemon) = machines.at_work("--speed 4x");
     machines.hosts.unplug("h1");
     for child in run.launcher.children() {
         let _ = kill(Pid::from_raw(child as i32), Signal::SIGKILL);
