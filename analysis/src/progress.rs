@@ -155,13 +155,14 @@ impl RunProgress {
             self.failed,
         );
         self.bar.set_message(message.clone());
-        self.bar.set_length(self.of.max(self.done) as u64);
+        let of = self.of.max(self.done);
+        self.bar.set_length(of as u64);
         self.bar.set_position(self.done as u64);
         if let Some(line) = &mut self.line
             && line.elapsed() >= LINE_INTERVAL
         {
             *line = Instant::now();
-            stderr_line!("{}/{} runs  {message}", self.done, self.of.max(self.done));
+            stderr_line!("{}/{of} runs  {message}", self.done);
         }
     }
 

@@ -78,7 +78,8 @@ class World(threading.Thread):
         self.has_scans = mode in ("scan", "dark")
         robot = ROBOT + LIDAR * self.has_scans
         text = WORLD + "".join(robot.replace("STATE", ", ".join(map(str, at))) for at in ROBOTS.values())
-        if mode in ("scan", "blind"):
+        self.has_posts = mode in ("scan", "blind")
+        if self.has_posts:
             text += "obstacle:\n" + "".join(POST % (POST_RADIUS, *post) for post in POSTS)
         path.write_text(text)
         self.env = irsim.make(str(path), headless=True, log_level="ERROR")
@@ -124,7 +125,7 @@ class World(threading.Thread):
     def run(self):
         sequence, due = 0, time.monotonic()
         while True:
-            if self.mode not in ("scan", "blind") or len(self.commanded) == len(ROBOTS):
+            if not self.has_posts or len(self.commanded) == len(ROBOTS):
                 self.commanded.clear()
                 twists = dict(self.twists)
                 self.env.step([list(twists[name]) for name in ROBOTS], list(range(len(ROBOTS))))
@@ -258,6 +259,12 @@ def check_inputs(world, run):
     return counts, late
 
 
+def free_way(x, y, radius):
+    """Returns how far a disc moves ahead until it touches one of the points, m."""
+    ahead = (x > 0) & (numpy.abs(y) < radius)
+    return numpy.min(x[ahead] - numpy.sqrt(radius**2 - y[ahead] ** 2), initial=math.inf)
+
+
 def check_scans(world, run):
     """Compares the center beam of each scan in the log with the ranges that were sent. Returns the numbers of scans and hits."""
     count, hits = 0, 0
@@ -267,17 +274,18 @@ def check_scans(world, run):
             continue
         first, step, limit, ranges = world.scans[body["robot"], found["stamp_ns"]]
         angles = first + step * numpy.arange(len(ranges))
-        x, y = ranges * numpy.cos(angles), ranges * numpy.sin(angles)
-
-        def free_way(radius):
-            # A disc that moves ahead touches the points in its way.
-            ahead = (ranges < limit) & (x > 0) & (numpy.abs(y) < radius)
-            return numpy.min(x[ahead] - numpy.sqrt(radius**2 - y[ahead] ** 2), initial=math.inf)
-
-        # An obstacle between two beams is up to 2 cm nearer than the points alone show.
-        free, least = free_way(RADIUS), free_way(RADIUS + 0.02) - 0.05
+        seen = ranges < limit
+        x, y = (ranges * numpy.cos(angles))[seen], (ranges * numpy.sin(angles))[seen]
+        free = free_way(x, y, RADIUS)
         hit = found["beams"]["ahead"][1]
-        if hit and not least < hit["distance_m"] < min(free, AVOIDANCE) + 0.001 or not hit and free < AVOIDANCE - 0.001:
+        if hit:
+            # Beams are up to 2 cm apart. A surface between two points can be in the way, although only a wider disc
+            # touches the points.
+            least = free_way(x, y, RADIUS + 0.02) - 0.05
+            agrees = least < hit["distance_m"] < min(free, AVOIDANCE) + 0.001
+        else:
+            agrees = free >= AVOIDANCE - 0.001
+        if not agrees:
             sys.exit(f"{hit} instead of {free}")
         count, hits = count + 1, hits + bool(hit)
     return count, hits

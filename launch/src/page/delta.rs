@@ -64,21 +64,23 @@ impl<'v> ComparedView<'v> {
     }
 }
 
-/// Returns the change from a list to the next one. Equal elements are not encoded.
+/// Returns the [change] from a list to the next one. Elements that stay equal are not encoded.
 fn change_of_lists<T: PartialEq + Serialize>(
     before: &[T],
     after: &[T],
 ) -> serde_json::Result<Value> {
-    if before.len() != after.len() {
-        return Ok(json!([to_value(after)?]));
-    }
-    let mut changes = Map::new();
-    for (index, (old, new)) in before.iter().zip(after).enumerate() {
-        if old != new {
-            changes.insert(index.to_string(), change(&to_value(old)?, &to_value(new)?));
-        }
-    }
-    Ok(Value::Object(changes))
+    let is_equal = |index: usize| before.len() == after.len() && before[index] == after[index];
+    let encode = |list: &[T]| {
+        let elements = list.iter().enumerate().map(|(index, element)| {
+            if is_equal(index) {
+                Ok(Value::Null)
+            } else {
+                to_value(element)
+            }
+        });
+        elements.collect::<serde_json::Result<Value>>()
+    };
+    Ok(change(&encode(before)?, &encode(after)?))
 }
 
 /// Encodes through a text, because a number of 32 bits as a `Value` has more digits than the server sends.
@@ -94,7 +96,6 @@ pub fn to_value(content: &(impl Serialize + ?Sized)) -> serde_json::Result<Value
 /// - an object with the changes of entries, by key or index, between two objects of equal keys or two lists of equal length,
 /// - a list of one element, the new value, if that is a list or an object,
 /// - otherwise the new value itself.
-#[must_use]
 fn change(before: &Value, after: &Value) -> Value {
     match (before, after) {
         (Value::Object(old), Value::Object(new)) if old.keys().eq(new.keys()) => {
@@ -166,8 +167,7 @@ mod tests {
         let mut fewer = views[40].clone();
         fewer.robots[1].sets.pop();
         views.extend([fewer.clone(), fewer]);
-        let mut with_sets = 0;
-        let mut with_items = 0;
+        let (mut with_sets, mut with_items) = (0, 0);
         for pair in views.windows(2) {
             let [before, after] = [&pair[0], &pair[1]].map(|view| ComparedView::new(view).unwrap());
             let found = before.change_to(&after).unwrap();
