@@ -168,7 +168,6 @@ impl Rules {
         ]
         .concat();
         let process = of_host(&|host| keys.process(host));
-        let received = [ticks, vec![keys.team_all()]].concat();
         let sent = [
             of_each(&|robot| keys.report(robot)),
             of_each(&|robot| keys.team(robot, "*")),
@@ -180,8 +179,8 @@ impl Rules {
         self.allow(id, "ingress", &["put"], sent);
         self.allow(id, "ingress", &["query"], queries.clone());
         self.allow(id, "egress", &["reply"], queries);
-        self.allow(id, "ingress", &["declare_subscriber"], received.clone());
-        self.allow(id, "egress", &["put"], received);
+        self.allow(id, "ingress", &["declare_subscriber"], ticks.clone());
+        self.allow(id, "egress", &["put"], ticks);
         self.allow(id, "ingress", &["liveliness_token"], alive);
         self.allow(id, "ingress", &watch, vec![ALIVE_WORLDS.to_owned()]);
         self.allow(

@@ -22,8 +22,6 @@ pub struct Member {
     pub login: Login,
     /// The secret that seals the messages between the agent and the world.
     pub secret: String,
-    /// The run's secret, if this machine has it.
-    pub token: Option<String>,
     /// `true` if the connection to the world can be interrupted, so that the agent must reconnect.
     pub is_remote: bool,
 }
@@ -36,19 +34,17 @@ impl Member {
             run,
             secret: login.password.clone(),
             login,
-            token: None,
             is_remote: true,
         }
     }
 
     /// Creates the data of a robot on the world's machine. The run's token is enough.
     #[must_use]
-    pub fn local(run: String, robot: &str, login: Login, token: String) -> Self {
+    pub fn local(run: String, robot: &str, login: Login, token: &str) -> Self {
         Self {
             run,
             login,
-            secret: derived(&token, &identity::robot(robot)),
-            token: Some(token),
+            secret: derived(token, &identity::robot(robot)),
             is_remote: false,
         }
     }

@@ -197,8 +197,7 @@ impl Rendezvous {
     pub fn member(&self, robot: &str) -> Result<Member, RendezvousError> {
         let Some(remote) = &self.remote else {
             let login = self.login(ConnectionRole::Team)?;
-            let (run, token) = (self.run.clone(), self.token.clone());
-            return Ok(Member::local(run, robot, login, token));
+            return Ok(Member::local(self.run.clone(), robot, login, &self.token));
         };
         let secret = remote
             .robots
@@ -218,7 +217,6 @@ impl Rendezvous {
                 keyring: None,
             },
             secret: secret.clone(),
-            token: None,
             is_remote: true,
         })
     }

@@ -25,6 +25,7 @@ mod traffic;
 use missions::Registry;
 use proto::control::{Armed, Cleared};
 use proto::event::EventLine;
+use proto::team::Broadcast;
 use proto::tick::Outcome;
 use proto::view::View;
 use robot_agent::allocator::ConfigError;
@@ -317,10 +318,12 @@ impl<S: Sink> Team<S> {
         self.recorder.hash()
     }
 
-    /// Returns the world and the log at the start of a tick. Other processes continue with the agents.
+    /// Returns the world and the log at the start of a tick, and the broadcasts that a manifest can still list. Other
+    /// processes continue with the agents.
     #[must_use]
-    pub fn into_world(self) -> (Simulation, Recorder<S>) {
-        (self.run.simulation, self.recorder)
+    pub fn into_world(self) -> (Simulation, Recorder<S>, Vec<Broadcast>) {
+        let recent = self.run.broadcasts.recent().cloned().collect();
+        (self.run.simulation, self.recorder, recent)
     }
 
     /// Returns the state of a robot at the start of a tick, so that another process continues it; `None` if the robot has no
@@ -329,7 +332,6 @@ impl<S: Sink> Team<S> {
         Some(AgentSnapshot {
             agent: self.run.take_agent(robot)?,
             first_tick: self.run.simulation.tick(),
-            received: self.run.broadcasts.recent().cloned().collect(),
         })
     }
 

@@ -20,9 +20,9 @@ const USUAL_BYTES: usize = 256;
 /// An error of encoding or decoding a message.
 #[derive(Debug, thiserror::Error)]
 pub enum CodecError {
-    /// The message is larger than [`LIMIT_BYTES`].
-    #[error("message of {0} bytes is larger than the limit of {LIMIT_BYTES}")]
-    TooLarge(usize),
+    /// The message is larger than its limit: both sizes, bytes.
+    #[error("message of {0} bytes is larger than the limit of {1}")]
+    TooLarge(usize, usize),
     /// The bytes are not an encoding of the expected type.
     #[error("malformed message: {0}")]
     Malformed(String),
@@ -31,8 +31,8 @@ pub enum CodecError {
     Trailing(usize),
 }
 
-fn configuration() -> impl bincode::config::Config {
-    bincode::config::standard().with_limit::<LIMIT_BYTES>()
+fn configuration<const LIMIT: usize>() -> impl bincode::config::Config {
+    bincode::config::standard().with_limit::<LIMIT>()
 }
 
 /// Encodes a message.
@@ -40,10 +40,18 @@ fn configuration() -> impl bincode::config::Config {
 /// # Errors
 /// Returns [`CodecError::TooLarge`] above the size limit.
 pub fn encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
+    encode_within::<T, LIMIT_BYTES>(message)
+}
+
+/// Encodes a message with a size limit of its own, bytes.
+///
+/// # Errors
+/// Returns [`CodecError::TooLarge`] above the size limit.
+pub fn encode_within<T: Serialize, const LIMIT: usize>(message: &T) -> Result<Vec<u8>, CodecError> {
     let mut bytes = vec![0; USUAL_BYTES];
     let length = encode_into(message, &mut bytes)?;
-    if length > LIMIT_BYTES {
-        return Err(CodecError::TooLarge(length));
+    if length > LIMIT {
+        return Err(CodecError::TooLarge(length, LIMIT));
     }
     bytes.truncate(length);
     Ok(bytes)
@@ -69,7 +77,7 @@ pub fn encode_into<T: Serialize>(value: &T, room: &mut Vec<u8>) -> Result<usize,
 /// Returns [`CodecError::TooLarge`] above the size limit.
 pub fn encoded_len<T: Serialize>(message: &T) -> Result<usize, CodecError> {
     match write(message, &mut [])? {
-        length if length > LIMIT_BYTES => Err(CodecError::TooLarge(length)),
+        length if length > LIMIT_BYTES => Err(CodecError::TooLarge(length, LIMIT_BYTES)),
         length => Ok(length),
     }
 }
@@ -100,10 +108,20 @@ fn write<T: Serialize>(value: &T, place: &mut [u8]) -> Result<usize, CodecError>
 /// # Errors
 /// Returns any [`CodecError`]. Arbitrary bytes cause no panic and allocate no more than the size limit allows.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
-    if bytes.len() > LIMIT_BYTES {
-        return Err(CodecError::TooLarge(bytes.len()));
+    decode_within::<T, LIMIT_BYTES>(bytes)
+}
+
+/// Decodes a message that fills `bytes` completely, with a size limit of its own, bytes.
+///
+/// # Errors
+/// Returns any [`CodecError`], like [`decode`].
+pub fn decode_within<T: DeserializeOwned, const LIMIT: usize>(
+    bytes: &[u8],
+) -> Result<T, CodecError> {
+    if bytes.len() > LIMIT {
+        return Err(CodecError::TooLarge(bytes.len(), LIMIT));
     }
-    let decoded = bincode::serde::decode_from_slice(bytes, configuration());
+    let decoded = bincode::serde::decode_from_slice(bytes, configuration::<LIMIT>());
     let (message, used) = decoded.map_err(malformed)?;
     match bytes.len() - used {
         0 => Ok(message),
@@ -123,7 +141,8 @@ pub fn decode_items<T: DeserializeOwned>(
 ) -> Result<(), CodecError> {
     items.clear();
     let place = Items { most, items };
-    let decoded = bincode::serde::seed_decode_from_slice(place, bytes, configuration());
+    let decoded =
+        bincode::serde::seed_decode_from_slice(place, bytes, configuration::<LIMIT_BYTES>());
     let problem = match decoded {
         Ok(((), used)) if used == bytes.len() => return Ok(()),
         Ok(((), used)) => CodecError::Trailing(bytes.len() - used),
@@ -167,7 +186,7 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Items<'_, T> {
 
 /// Decodes the beginning of a message and ignores the rest.
 pub fn decode_first<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
-    bincode::serde::decode_from_slice(bytes, configuration())
+    bincode::serde::decode_from_slice(bytes, configuration::<LIMIT_BYTES>())
         .map(|(first, _)| first)
         .map_err(malformed)
 }

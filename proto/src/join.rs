@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use scenario::ids::{Incarnation, RobotId, Tick};
 
 /// The version of all messages on the bus. Every incompatible change increases it.
-pub const PROTOCOL_VERSION: u32 = 13;
+pub const PROTOCOL_VERSION: u32 = 14;
 
 /// Agent → world: a request to control a robot.
 ///
@@ -37,8 +37,6 @@ pub struct Welcome {
     /// The [briefing](scenario::Setup::for_robots) of the run as JSON. Of the robots' ALLIANCE parameters and
     /// profiles it contains only those of this robot.
     pub setup: String,
-    /// The keys of the agent's [`crate::secret::PairKeys`] in a network run, by rank, with the world last.
-    pub pairs: Option<Vec<u128>>,
 }
 
 /// The reason why an agent may not join.

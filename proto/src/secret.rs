@@ -5,8 +5,8 @@
 //! created the bytes for this key expression, which excludes noise, forgeries and messages of other keys. It does not
 //! encrypt. A repeated message still has a valid seal; the tick, incarnation, nonce or number identifies it as old.
 //!
-//! Broadcasts have many receivers. On one machine the token seals them: all processes of a user can read it anyway. In
-//! a network run [`PairKeys`] seal them, so no member can impersonate another one.
+//! The world receives the broadcasts of all robots and passes them on, so a robot needs no keys of its teammates and
+//! cannot impersonate them.
 
 use std::fs::File;
 use std::hash::Hasher;
@@ -19,7 +19,7 @@ use sha2::Sha256;
 use siphasher::sip::SipHasher24;
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::codec::{CodecError, decode, encode};
+use crate::codec::{CodecError, LIMIT_BYTES, decode_within, encode_within};
 use crate::identity;
 
 /// The size of a seal, bytes. The seal follows the message.
@@ -46,85 +46,6 @@ fn keyed(token: &str) -> Hmac<Sha256> {
 
 fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// Seals of broadcasts in a network run. A message is followed by one seal per member: the robots in order of rank,
-/// then the world. Each seal uses the key that the sender and that member share; apart from them only the world has it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PairKeys {
-    /// The index of this member among all members.
-    index: usize,
-    /// The shared keys by member. The entry of this member is not used.
-    keys: Vec<u128>,
-}
-
-impl PairKeys {
-    /// Creates the keys of the member with this index among all members.
-    #[must_use]
-    pub fn new(index: usize, keys: Vec<u128>) -> Self {
-        Self { index, keys }
-    }
-
-    /// Returns the keys that a member shares with each of the members, for the run of a token.
-    #[must_use]
-    pub fn keys(token: &str, identity: &str, members: &[&str]) -> Vec<u128> {
-        let common = |other: &str| {
-            let (first, second) = if identity < other {
-                (identity, other)
-            } else {
-                (other, identity)
-            };
-            // Identities contain no space, so the concatenation is unambiguous.
-            let pair = keyed(token)
-                .chain_update(first)
-                .chain_update(" ")
-                .chain_update(second);
-            let digest = pair.finalize().into_bytes();
-            u128::from_le_bytes(*digest.first_chunk().expect("SHA-256 has 32 bytes"))
-        };
-        members.iter().map(|other| common(other)).collect()
-    }
-
-    /// Encodes a message and seals it for a key expression and all members.
-    pub fn seal<T: Serialize>(&self, key: &str, message: &T) -> Result<Vec<u8>, CodecError> {
-        let mut bytes = encode(message)?;
-        let length = bytes.len();
-        bytes.reserve(self.keys.len() * SEAL_BYTES);
-        for pair in &self.keys {
-            let mark = seal_of(hasher(pair.to_le_bytes()), key, &bytes[..length]);
-            bytes.extend(mark);
-        }
-        Ok(bytes)
-    }
-
-    /// Decodes a message that the member with index `sender` has sealed for a key expression.
-    pub fn open<T: DeserializeOwned>(
-        &self,
-        key: &str,
-        sealed: &[u8],
-        sender: usize,
-    ) -> Result<T, OpenError> {
-        Ok(decode(self.unseal(key, sealed, sender)?)?)
-    }
-
-    /// Returns the encoding of a message that the member with index `sender` has sealed for a key expression.
-    pub fn unseal<'s>(
-        &self,
-        key: &str,
-        sealed: &'s [u8],
-        sender: usize,
-    ) -> Result<&'s [u8], OpenError> {
-        let length = sealed.len().checked_sub(self.keys.len() * SEAL_BYTES);
-        let (Some(length), Some(pair)) = (length, self.keys.get(sender)) else {
-            return Err(OpenError::Unsealed);
-        };
-        let (message, marks) = sealed.split_at(length);
-        let place = self.index * SEAL_BYTES..(self.index + 1) * SEAL_BYTES;
-        if marks[place] != seal_of(hasher(pair.to_le_bytes()), key, message) {
-            return Err(OpenError::Unsealed);
-        }
-        Ok(message)
-    }
 }
 
 #[inline]
@@ -170,7 +91,16 @@ impl Secret {
 
     /// Encodes a message and seals it for a key expression.
     pub fn seal<T: Serialize>(&self, key: &str, message: &T) -> Result<Vec<u8>, CodecError> {
-        let mut bytes = encode(message)?;
+        self.seal_within::<T, LIMIT_BYTES>(key, message)
+    }
+
+    /// Encodes and seals a message with a size limit of its own, bytes.
+    pub fn seal_within<T: Serialize, const LIMIT: usize>(
+        &self,
+        key: &str,
+        message: &T,
+    ) -> Result<Vec<u8>, CodecError> {
+        let mut bytes = encode_within::<T, LIMIT>(message)?;
         let mark = self.seal_of(key, &bytes);
         bytes.extend(mark);
         Ok(bytes)
@@ -178,7 +108,16 @@ impl Secret {
 
     /// Decodes a message that was sealed for a key expression.
     pub fn open<T: DeserializeOwned>(&self, key: &str, sealed: &[u8]) -> Result<T, OpenError> {
-        Ok(decode(self.unseal(key, sealed)?)?)
+        self.open_within::<T, LIMIT_BYTES>(key, sealed)
+    }
+
+    /// Decodes a message that was sealed for a key expression, with a size limit of its own, bytes.
+    pub fn open_within<T: DeserializeOwned, const LIMIT: usize>(
+        &self,
+        key: &str,
+        sealed: &[u8],
+    ) -> Result<T, OpenError> {
+        Ok(decode_within::<T, LIMIT>(self.unseal(key, sealed)?)?)
     }
 
     /// Returns the encoding of a message that was sealed for a key expression.
@@ -292,40 +231,6 @@ mod tests {
             "2707060aa0b6371f9ddd948b28b9d406"
         );
         assert_ne!(derived("abc", "robot-gold"), derived("abc", "robot-blue"));
-    }
-
-    #[test]
-    fn all_members_open_a_broadcast_and_only_as_its_senders() {
-        let members = ["robot-blue", "robot-gold", "robot-green", "world"];
-        let pairs =
-            |index: usize| PairKeys::new(index, PairKeys::keys("abc", members[index], &members));
-        let sealed = pairs(1).seal(KEY, &7_u32).unwrap();
-        for receiver in [0, 2, 3] {
-            assert_eq!(pairs(receiver).open::<u32>(KEY, &sealed, 1).unwrap(), 7);
-            for other in [0, 2, 3, 4] {
-                if other != receiver {
-                    assert!(pairs(receiver).open::<u32>(KEY, &sealed, other).is_err());
-                }
-            }
-            assert!(
-                pairs(receiver)
-                    .open::<u32>("alliance/r/other", &sealed, 1)
-                    .is_err()
-            );
-            for length in 0..sealed.len() {
-                assert!(
-                    pairs(receiver)
-                        .open::<u32>(KEY, &sealed[..length], 1)
-                        .is_err()
-                );
-            }
-        }
-        // A receiver of gold's broadcasts cannot forge them for others, because it lacks the keys that gold shares with
-        // them.
-        let mut forged = pairs(0).seal(KEY, &8_u32).unwrap();
-        assert!(pairs(2).open::<u32>(KEY, &forged, 1).is_err());
-        forged.rotate_left(SEAL_BYTES);
-        assert!(pairs(2).open::<u32>(KEY, &forged, 1).is_err());
     }
 
     #[test]

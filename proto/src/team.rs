@@ -12,7 +12,7 @@ use crate::mission::{Payload, SharedKnowledge};
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
 use scenario::time::SimTime;
 
-/// A message from one robot to all others.
+/// A message from one robot to all others. The world passes it on ([`crate::tick::ToAgent::Tick`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Broadcast {
     pub sender: RobotId,
@@ -28,24 +28,8 @@ pub struct Broadcast {
     pub body: BroadcastContent,
 }
 
-/// The first fields of a [`Broadcast`]. They identify it even if its content cannot be decoded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-pub struct BroadcastId {
-    pub sender: RobotId,
-    pub incarnation: Incarnation,
-    pub tick: Tick,
-    pub index: u16,
-}
-
 /// The identity of a broadcast as a key of a map, the oldest first: tick, sender, incarnation and index.
 pub type BroadcastKey = (Tick, RobotId, Incarnation, u16);
-
-impl BroadcastId {
-    #[must_use]
-    pub fn key(&self) -> BroadcastKey {
-        (self.tick, self.sender, self.incarnation, self.index)
-    }
-}
 
 impl Broadcast {
     #[must_use]

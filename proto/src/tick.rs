@@ -1,16 +1,20 @@
 //! The messages of the lockstep between world and agents.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use std::fmt::Formatter;
 
+use schemars::JsonSchema;
+use serde::de::{Error, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::codec::{self, CodecError};
 use crate::link::LinkState;
 use crate::readings::{Actuation, Readings};
-use crate::team::BroadcastKey;
+use crate::team::{Broadcast, BroadcastKey};
 use crate::telemetry::{AllocationRow, Motivation, Note, Reception, StateChange};
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
 use scenario::time::SimTime;
 
-/// World → one agent: a tick with its readings and the broadcasts to receive.
+/// World → one agent: a tick with its readings and the list of broadcasts to receive.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TickMessage {
     /// The addressed incarnation. An agent with another incarnation has been superseded and must end.
@@ -26,7 +30,7 @@ pub struct TickMessage {
     pub readings: Readings,
     /// Ground truth that robots cannot measure: the offers of the previous tick, by robot. They cover all robots that
     /// share tasks with this robot, directly or through others. The list is empty unless the robot's allocator requests
-    /// it. [`ToAgent::Informed`] transmits it.
+    /// it. [`ToAgent::Tick`] transmits it.
     #[serde(skip)]
     pub ground_truth: Vec<TaskOffer>,
 }
@@ -42,7 +46,7 @@ pub struct TaskOffer {
     pub utility: f64,
 }
 
-/// The broadcasts of a sender and tick that count. The agent must wait for them.
+/// The broadcasts of a sender and tick that count.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct ManifestEntry {
     pub sender: RobotId,
@@ -63,18 +67,75 @@ impl ManifestEntry {
     }
 }
 
+/// The size limit of a message on an agent's tick key, bytes. In the first tick, all robots of a large team broadcast.
+pub const TICK_LIMIT_BYTES: usize = 64 * 1024 * 1024;
+
 /// The contents of a message on an agent's tick key. With a borrowed `T` the sender keeps the tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum ToAgent<T = Box<TickMessage>> {
-    Tick(T),
+pub enum ToAgent<T = Box<TickMessage>, B = EncodedBroadcast> {
+    /// The next tick.
+    Tick {
+        tick: T,
+        /// The tick's [ground truth](TickMessage::ground_truth).
+        ground_truth: Vec<TaskOffer>,
+        /// The broadcasts of the manifest by (sender, tick, index); `None` for one that did not reach the world.
+        broadcasts: Vec<Option<B>>,
+    },
     End(Outcome),
     /// The incarnation has been superseded or given up, and its agent ends.
     Dismissed(Incarnation),
-    /// The next tick with its ground truth, if it has any.
-    Informed(T, Vec<TaskOffer>),
 }
 
-/// Agent → world: the result of a tick. The agent publishes it after the tick's broadcasts, on the same session.
+/// The encoding of a [`Broadcast`], as its sender published it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EncodedBroadcast(Vec<u8>);
+
+impl EncodedBroadcast {
+    #[must_use]
+    pub fn new(encoding: Vec<u8>) -> Self {
+        Self(encoding)
+    }
+
+    /// # Errors
+    /// Returns [`CodecError::TooLarge`] above the size limit of a message.
+    pub fn of(broadcast: &Broadcast) -> Result<Self, CodecError> {
+        codec::encode(broadcast).map(Self)
+    }
+
+    /// # Errors
+    /// Returns any [`CodecError`] if the bytes are not a broadcast.
+    pub fn decode(&self) -> Result<Broadcast, CodecError> {
+        codec::decode(&self.0)
+    }
+}
+
+impl Serialize for EncodedBroadcast {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(&self.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for EncodedBroadcast {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Encoding;
+
+        impl<'de> Visitor<'de> for Encoding {
+            type Value = EncodedBroadcast;
+
+            fn expecting(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
+                formatter.write_str("the bytes of a broadcast")
+            }
+
+            fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Self::Value, E> {
+                Ok(EncodedBroadcast(bytes.to_vec()))
+            }
+        }
+
+        deserializer.deserialize_bytes(Encoding)
+    }
+}
+
+/// Agent → world: the result of a tick. The agent publishes it after the tick's broadcasts, on the same session, so that the world has these before.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     pub robot: RobotId,

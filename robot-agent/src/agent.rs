@@ -48,8 +48,6 @@ pub struct AgentSnapshot {
     pub agent: Agent,
     /// The tick that the agent steps first.
     pub first_tick: Tick,
-    /// The broadcasts of earlier ticks that a manifest can still list.
-    pub received: Vec<Broadcast>,
 }
 
 /// Data that all robots of a run share. It exists once per process.

@@ -1,8 +1,7 @@
 //! The robot agent: the controller of one robot, and the process that runs it.
 //!
 //! Pure modules, from the outside in:
-//! - [`agent`]: one step of the controller. It receives broadcasts from [`radio`] through
-//!   [`link`](proto::link), perceives and acts through its mission, and selects a behavior with its
+//! - [`agent`]: one step of the controller. It receives broadcasts through [`link`](proto::link), perceives and acts through its mission, and selects a behavior with its
 //!   allocator.
 //! - [`allocator`]: the interface of task allocation algorithms; [`allocators`]: the built-in algorithms, ALLIANCE
 //!   among them.
@@ -30,6 +29,5 @@ mod fixtures;
 pub mod mission;
 #[cfg(feature = "bus")]
 pub mod process;
-pub mod radio;
 pub mod registry;
 pub mod testkit;

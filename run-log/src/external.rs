@@ -15,7 +15,7 @@ use proto::team::Broadcast;
 use proto::tick::Report;
 
 /// The first line of the file, with the protocol version of its messages.
-pub const HEADER: &str = "answers, protocol version 13\n";
+pub const HEADER: &str = "answers, protocol version 14\n";
 
 /// The size of a frame's length field, bytes.
 const LENGTH_BYTES: usize = 4;
@@ -311,7 +311,7 @@ mod tests {
         let mut report = answer(1, 0).report;
         report.motivations = vec![Motivation::default(); LIMIT_BYTES];
         let added = ExternalWriter::default().add(&report, [].iter(), &mut Vec::new());
-        assert!(matches!(added, Err(CodecError::TooLarge(_))), "{added:?}");
+        assert!(matches!(added, Err(CodecError::TooLarge(..))), "{added:?}");
     }
 
     proptest! {
@@ -377,7 +377,7 @@ mod tests {
         let error = read(b"PK\x03\x04zip").unwrap_err().to_string();
         assert_eq!(
             error,
-            "unknown header 'PK  zip'; this program reads 'answers, protocol version 13'"
+            "unknown header 'PK  zip'; this program reads 'answers, protocol version 14'"
         );
     }
 }

@@ -30,7 +30,7 @@ fn after_a_flood_all_robots_return() {
     let run = announced(&lab);
     let session = connect(&run, ConnectionRole::Team);
     let junk = session
-        .declare_publisher(format!("alliance/{}/team/junk/heartbeat", run.run))
+        .declare_publisher(format!("alliance/{}/robot/*/tick", run.run))
         .priority(Priority::InteractiveHigh)
         .congestion_control(CongestionControl::Block)
         .wait()

@@ -11,19 +11,14 @@ import { setTimeout as sleep } from "node:timers/promises";
 
 import { Bus, findRun } from "./bus.mjs";
 import { check } from "./check.mjs";
-import { schema } from "./codec.mjs";
+import { decodeOrNull, schema } from "./codec.mjs";
 import { controllers } from "./controllers.mjs";
 import { Links } from "./links.mjs";
-
-/** The longest wait for listed broadcasts, ms. */
-const PATIENCE_MS = 2000;
 
 function exit(reason) {
     process.stderr.write(`${reason}\n`);
     process.exit(1);
 }
-
-const placeOf = ({ sender, tick, incarnation }, index) => `${sender} ${tick} ${incarnation} ${index}`;
 
 /** Joins as a robot and returns the welcome. Repeats the query while the former agent's end is not detected. */
 async function join(bus, robot) {
@@ -47,52 +42,25 @@ class Agent {
         const seed = BigInt(welcome.setup.match(/^\{"seed":(\d+)/)[1]);
         this.bus = bus;
         this.me = { rank: welcome.robot, incarnation: welcome.incarnation };
-        this.names = setup.scenario.robots.map(({ name }) => name);
         this.reportKey = `${bus.prefix}/robot/${robot}/report`;
         this.heartbeatKey = `${bus.prefix}/team/${robot}/heartbeat`;
         const links = new Links(welcome.robot, seed, setup.scenario.step_ms);
         this.state = this.before = { controller: new Controller(robot, setup), links, seq: 0 };
-        this.latest = this.pending = this.timer = null;
-        this.arrived = new Map();
+        this.latest = null;
         this.published = [];
     }
 
-    receiveBroadcast(key, broadcast) {
-        const { sender } = broadcast;
-        if (this.names[sender] !== key.split("/")[3] || sender === this.me.rank) return;
-        const place = placeOf(broadcast, broadcast.index);
-        if (!this.arrived.has(place)) this.arrived.set(place, broadcast);
-        this.stepIfComplete();
-    }
-
-    receiveTick(tick) {
+    receiveTick({ tick, broadcasts }) {
         if (tick.incarnation > this.me.incarnation) exit("another process controls this robot");
         if (tick.incarnation < this.me.incarnation || (this.latest !== null && tick.tick < this.latest)) return;
         if (tick.tick === this.latest) {
-            if (!this.pending) this.publish();
+            this.publish();
             return;
         }
-        this.pending = { tick, last: this.latest, until: Date.now() + PATIENCE_MS };
+        const last = this.latest;
         this.latest = tick.tick;
-        clearTimeout(this.timer);
-        this.timer = setTimeout(() => this.stepIfComplete(), PATIENCE_MS + 1);
-        this.stepIfComplete();
-    }
-
-    stepIfComplete() {
-        if (!this.pending) return;
-        const { tick, last, until } = this.pending;
-        const listed = tick.manifest.map((entry) => {
-            const broadcasts = Array.from({ length: entry.count }, (_, index) => this.arrived.get(placeOf(entry, index)));
-            return [entry, broadcasts];
-        });
-        if (listed.some(([, broadcasts]) => broadcasts.includes(undefined)) && Date.now() <= until) return;
-        this.pending = null;
-        clearTimeout(this.timer);
-        this.step(tick, last, listed);
-        // Older broadcasts are in no later manifest. Newer ones may have arrived already.
-        const oldest = tick.manifest.length ? Math.min(...tick.manifest.map((entry) => entry.tick)) : 0;
-        for (const [place, broadcast] of this.arrived) if (broadcast.tick < oldest) this.arrived.delete(place);
+        const decoded = broadcasts.map((bytes) => bytes && decodeOrNull("Broadcast", bytes));
+        this.step(tick, last, tick.manifest.map((entry) => [entry, decoded.splice(0, entry.count)]));
     }
 
     step(tick, last, arrived) {
@@ -142,18 +110,14 @@ async function live(robot, run, controller, python) {
             early.push([operation, key, payload]);
             return;
         }
-        const isBroadcast = key.startsWith(`${bus.prefix}/team/`);
-        const message = bus.open(key, isBroadcast ? "Broadcast" : "ToAgent", payload);
+        const message = bus.open(key, "ToAgent", payload);
         if (!message) return;
-        if (isBroadcast) agent.receiveBroadcast(key, message);
-        else if (message.name === "End") process.exit(0);
+        if (message.name === "End") process.exit(0);
         else if (message.name === "Dismissed" && message.content === agent.me.incarnation) exit("dismissed");
         else if (message.name === "Tick") agent.receiveTick(message.content);
-        else if (message.name === "Informed") agent.receiveTick(message.content[0]);
     };
     const bus = new Bus(await findRun(run), robot, python, receive);
     bus.send("S", `${bus.prefix}/robot/${robot}/tick`);
-    bus.send("S", `${bus.prefix}/team/*/*`);
     bus.send("A", `${bus.prefix}/alive/world`);
     const welcome = await join(bus, robot);
     agent = new Agent(bus, robot, controllers[controller], welcome);

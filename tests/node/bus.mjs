@@ -8,7 +8,7 @@ import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
 
-import { decode, encode } from "./codec.mjs";
+import { decodeOrNull, encode } from "./codec.mjs";
 import { robotSecret, seal, sealBytes, sealKey } from "./seals.mjs";
 
 const RELAY = fileURLToPath(new URL("../python/relay.py", import.meta.url));
@@ -32,7 +32,6 @@ export async function findRun(wanted) {
 export class Bus {
     constructor(run, robot, python, onMessage) {
         this.prefix = `alliance/${run.run}`;
-        this.teamKey = sealKey(run.token);
         this.ownKey = sealKey(robotSecret(run.token, robot));
         this.replies = null;
         this.relay = spawn(python, [RELAY], { stdio: ["pipe", "pipe", "inherit"] });
@@ -75,7 +74,7 @@ export class Bus {
     }
 
     mark(key, message = Buffer.alloc(0)) {
-        return seal(key.startsWith(`${this.prefix}/team/`) ? this.teamKey : this.ownKey, key, message);
+        return seal(this.ownKey, key, message);
     }
 
     seal(key, type, value) {
@@ -88,11 +87,7 @@ export class Bus {
         if (sealed.length < 8) return null;
         const message = sealed.subarray(0, -8);
         if (!sealBytes(this.mark(key, message)).equals(sealed.subarray(-8))) return null;
-        try {
-            return decode(type, message);
-        } catch {
-            return null;
-        }
+        return decodeOrNull(type, message);
     }
 }
 

@@ -99,6 +99,15 @@ export function decode(type, bytes) {
     return value;
 }
 
+/** Decodes a message, or returns null if that is impossible. */
+export function decodeOrNull(type, bytes) {
+    try {
+        return decode(type, bytes);
+    } catch {
+        return null;
+    }
+}
+
 function numberBytes(value) {
     const number = BigInt(value);
     if (number <= 250n) return [Number(number)];

@@ -64,12 +64,6 @@ export function sealKey(secret) {
 /** Returns the secret of a robot. */
 export const robotSecret = (token, robot) => createHmac("sha256", token).update(`robot-${robot}`).digest("hex").slice(0, 32);
 
-/** Returns the key that two members share in a network run. */
-export function pairKey(token, one, other) {
-    const digest = createHmac("sha256", token).update([one, other].sort().join(" ")).digest();
-    return words(Uint8Array.from(digest.subarray(0, 16)));
-}
-
 /** Returns the seal of a message for a key expression. */
 export function seal(key, expression, message) {
     return sipHash(key, Buffer.concat([Buffer.from(expression, "utf8"), Buffer.from([0]), message]));

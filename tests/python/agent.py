@@ -11,6 +11,7 @@ Needs the packages eclipse-zenoh and xxhash.
 
 import copy
 import hmac
+import itertools
 import json
 import os
 import pathlib
@@ -134,6 +135,14 @@ def decode(of, data):
     return value
 
 
+def decoded(of, data):
+    """Returns the message, or `None` if it cannot be decoded."""
+    try:
+        return decode(of, data)
+    except (ValueError, IndexError, UnicodeDecodeError):
+        return None
+
+
 def rotated(word, bits, width):
     """Rotates a word to the left."""
     return (word << bits | word >> (width - bits)) & (1 << width) - 1
@@ -203,12 +212,10 @@ class Bus:
         """Derives the keys without a session."""
         self.prefix = f"alliance/{run['run']}"
         own = hmac.new(run["token"].encode(), f"robot-{robot}".encode(), "sha256").hexdigest()[:32]
-        # Broadcasts use the key of the team. Other messages between this robot and the world use the robot's key.
-        self.team_key, self.own = key_of(run["token"]), key_of(own)
+        self.own = key_of(own)
 
     def mark(self, key, data=b""):
-        is_broadcast = key.startswith(f"{self.prefix}/team/")
-        return siphash(self.team_key if is_broadcast else self.own, key.encode() + b"\0" + data)
+        return siphash(self.own, key.encode() + b"\0" + data)
 
     def seal(self, key, of, value):
         data = encode(of, value)
@@ -219,10 +226,7 @@ class Bus:
         data, seal = sealed[:-8], sealed[-8:]
         if self.mark(key, data).to_bytes(8, "little") != seal:
             return None
-        try:
-            return decode(of, data)
-        except (ValueError, IndexError, UnicodeDecodeError):
-            return None
+        return decoded(of, data)
 
 
 def find_run(wanted, patience_s=10.0):
@@ -519,49 +523,25 @@ class Agent:
     def __init__(self, bus, name, controller, welcome):
         setup = json.loads(welcome["setup"])
         self.bus, self.rank, self.incarnation = bus, welcome["robot"], welcome["incarnation"]
-        self.names = [robot["name"] for robot in setup["scenario"]["robots"]]
         # The state that a step changes, before and after the latest step: controller, messages in flight, and next sequence number.
         self.before = self.state = (controller(name, setup), Links(self.rank, setup), 0)
-        self.latest = self.pending = None
-        self.arrived, self.published = {}, []
+        self.latest, self.published = None, []
         declare = lambda key: bus.session.declare_publisher(key, priority=zenoh.Priority.INTERACTIVE_HIGH)
         self.report = declare(f"{bus.prefix}/robot/{name}/report")
         self.heartbeats = declare(f"{bus.prefix}/team/{name}/heartbeat")
 
-    def receive(self, key, broadcast):
-        """Stores a teammate's broadcast if the key is the sender's. The first of two broadcasts with the same number counts."""
-        sender = broadcast["sender"]
-        if sender < len(self.names) and self.names[sender] == key.split("/")[3] and sender != self.rank:
-            place = tuple(broadcast[field] for field in ("sender", "tick", "incarnation", "index"))
-            self.arrived.setdefault(place, broadcast)
-
-    def process_tick(self, tick):
-        """Processes a tick of the world. A repeated tick means that the tick or its report was lost."""
+    def process_tick(self, tick, broadcasts):
+        """Processes a tick of the world, with the broadcasts that its manifest lists. A repeated tick means that the tick or its report was lost."""
         if tick["incarnation"] > self.incarnation:
             sys.exit("a newer agent controls this robot")
         if tick["incarnation"] < self.incarnation or (self.latest is not None and tick["tick"] < self.latest):
             return
         if tick["tick"] == self.latest:
-            self.publish() if self.pending is None else None
+            self.publish()
             return
-        # The step waits at most 2 s for the broadcasts in the manifest. Other broadcasts are not used.
-        self.latest, self.pending, self.until = tick["tick"], (tick, self.latest), time.monotonic() + 2.0
-        self.step_when_complete()
-
-    def step_when_complete(self):
-        if self.pending is None:
-            return
-        tick, last = self.pending
-        listed = []
-        for entry in tick["manifest"]:
-            place = (entry["sender"], entry["tick"], entry["incarnation"])
-            listed.append((entry, [(*place, index) for index in range(entry["count"])]))
-        if all(place in self.arrived for _, places in listed for place in places) or time.monotonic() > self.until:
-            self.pending = None
-            self.step(tick, last, [(entry, [self.arrived.get(place) for place in places]) for entry, places in listed])
-            # Older broadcasts are in no later manifest.
-            oldest = min((entry["tick"] for entry in tick["manifest"]), default=0)
-            self.arrived = {place: broadcast for place, broadcast in self.arrived.items() if place[1] >= oldest}
+        last, self.latest = self.latest, tick["tick"]
+        listed = iter([data and decoded("Broadcast", data) for data in broadcasts])
+        self.step(tick, last, [(entry, list(itertools.islice(listed, entry["count"]))) for entry in tick["manifest"]])
 
     def step(self, tick, last, arrived):
         if last is not None and (tick["last_counted"] is None or tick["last_counted"] < last):
@@ -578,7 +558,7 @@ class Agent:
         me = {"robot": self.rank, "incarnation": self.incarnation, "tick": tick["tick"]}
         did = {"actuation": actuation, "broadcasts": len(sealed), "broadcast_bytes": sum(map(len, sealed))}
         log = {"active": None, "motivations": [], "allocation": [], "changes": [], "notes": [], "receptions": receptions}
-        # The broadcasts are sent before the report, so the world can list them.
+        # The broadcasts are sent before the report, so that the world has them when it counts the report.
         self.published = [(self.heartbeats, each) for each in sealed]
         self.published.append((self.report, self.bus.seal(str(self.report.key_expr), "Report", me | did | log)))
         self.publish()
@@ -604,20 +584,14 @@ def live(robot, run, controller):
     bus = Bus(find_run(run), robot)
     news = queue.Queue()
 
-    def listen(key, what, **options):
-        def take(sample):
-            news.put((what, str(sample.key_expr), sample.payload.to_bytes()))
-
-        return bus.session.declare_subscriber(key, take, **options)
-
     def watch(sample):
         if sample.kind == zenoh.SampleKind.DELETE:
-            news.put(("gone", "", b""))
+            news.put(None)
 
-    # The subscriptions exist before the welcome, so that no message is missed. A robot does not receive its own broadcasts.
+    # The subscriptions exist before the welcome, so that no message is missed.
+    ticks = f"{bus.prefix}/robot/{robot}/tick"
     subscriptions = [
-        listen(f"{bus.prefix}/robot/{robot}/tick", "ToAgent"),
-        listen(f"{bus.prefix}/team/*/*", "Broadcast", allowed_origin=zenoh.Locality.REMOTE),
+        bus.session.declare_subscriber(ticks, lambda sample: news.put(sample.payload.to_bytes())),
         bus.session.liveliness().declare_subscriber(f"{bus.prefix}/alive/world", watch, history=True),
     ]
     welcome = join(bus, robot)
@@ -625,28 +599,18 @@ def live(robot, run, controller):
     alive = f"{bus.prefix}/alive/{robot}/{agent.incarnation}"
     # The agent takes part while its token exists. The token disappears with the socket.
     token = bus.session.liveliness().declare_token(f"{alive}/{bus.mark(alive):016x}")
-    while True:
-        try:
-            what, key, sealed = news.get(timeout=0.5)
-        except queue.Empty:
-            agent.step_when_complete()
-            continue
-        if what == "gone":
-            sys.exit("the connection to the world is lost")
-        message = bus.open(key, what, sealed)
+    while (sealed := news.get()) is not None:
+        message = bus.open(ticks, "ToAgent", sealed)
         if message is None:
-            continue
-        if what == "Broadcast":
-            agent.receive(key, message)
-            agent.step_when_complete()
             continue
         name, contents = message
         if name == "End":
             return 0
         if name == "Dismissed" and contents == agent.incarnation:
             sys.exit("dismissed")
-        if name in ("Tick", "Informed"):
-            agent.process_tick(contents if name == "Tick" else contents[0])
+        if name == "Tick":
+            agent.process_tick(contents["tick"], contents["broadcasts"])
+    sys.exit("the connection to the world is lost")
 
 
 def main(words):

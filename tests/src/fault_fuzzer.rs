@@ -7,16 +7,17 @@
 //! `world_server::server`.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
 
 use missions::Registry;
 use proto::process::ProcessAction;
-use proto::tick::{Outcome, Report, TickMessage};
+use proto::team::{Broadcast, BroadcastKey};
+use proto::tick::{ManifestEntry, Outcome, Report, TickMessage};
 use rand::RngExt;
 use rand::seq::{IndexedRandom, IteratorRandom};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use robot_agent::agent::{Agent, TeamConfig, TentativeAgent, Workspace};
-use robot_agent::radio::Radio;
 use run_log::recorder::{RecordError, Recorder};
 use run_log::{LogLevel, MemoryLog};
 use scenario::Setup;
@@ -92,6 +93,7 @@ pub fn run(
         recorder: Recorder::new(setup, LogLevel::Full, MemoryLog::default())?,
         team,
         processes: Vec::new(),
+        sent: BTreeMap::new(),
         peers: Vec::new(),
         orders: VecDeque::new(),
         launcher_messages: VecDeque::new(),
@@ -135,6 +137,7 @@ struct Fuzzer<'c> {
     team: TeamConfig,
     /// All processes that ever existed, by process id.
     processes: Vec<Process>,
+    sent: BTreeMap<BroadcastKey, Arc<Broadcast>>,
     /// The state of each robot in the world's server.
     peers: Vec<Peer>,
     orders: VecDeque<ActRequest>,
@@ -151,7 +154,7 @@ struct Fuzzer<'c> {
 struct Process {
     robot: RobotId,
     incarnation: Incarnation,
-    agent: Option<(TentativeAgent, Radio)>,
+    agent: Option<TentativeAgent>,
     has_requested_join: bool,
     stopped: bool,
     ended: bool,
@@ -265,29 +268,23 @@ impl Fuzzer<'_> {
             process.outbox.push_back(AgentMessage::Join);
             return;
         }
-        let (Some(message), Some((agent, radio))) =
-            (process.inbox.pop_front(), process.agent.as_mut())
+        let (Some(message), Some(agent)) = (process.inbox.pop_front(), process.agent.as_mut())
         else {
             return;
         };
         let mut space = Workspace::default();
-        radio.collect(&message.manifest, &mut space.arrived);
+        for key in message.manifest.iter().flat_map(ManifestEntry::keys) {
+            let is_lost = self.rng.random_bool(self.fuzz.loss);
+            let arrived = self.sent.get(&key).filter(|_| !is_lost);
+            space.arrived.push(arrived.cloned());
+        }
         agent.step(Box::new(message), &mut space);
         process
             .outbox
             .push_back(AgentMessage::Report(Box::new(space.report)));
-        for broadcast in space.broadcasts {
-            for (other, teammate) in self.processes.iter_mut().enumerate() {
-                // A stopped process receives the broadcast when it continues.
-                if other != pid
-                    && !teammate.ended
-                    && let Some((_, radio)) = &mut teammate.agent
-                    && !self.rng.random_bool(self.fuzz.loss)
-                {
-                    radio.receive(broadcast.clone());
-                }
-            }
-        }
+        let sent = space.broadcasts.into_iter();
+        self.sent
+            .extend(sent.map(|broadcast| (broadcast.key(), Arc::new(broadcast))));
     }
 
     /// Delivers the next message of a random process to the world.
@@ -337,7 +334,7 @@ impl Fuzzer<'_> {
         process.incarnation = incarnation;
         if !process.ended {
             let agent = Agent::new(robot, incarnation, self.simulation.setup(), &self.team);
-            process.agent = Some((TentativeAgent::new(agent), Radio::default()));
+            process.agent = Some(TentativeAgent::new(agent));
             process.outbox.push_back(AgentMessage::TokenUp);
         }
     }

@@ -30,7 +30,8 @@ use crate::metrics;
 use crate::mission::WorldKind;
 use crate::mission_args::{Known, MissionArgs, positive_time};
 use crate::pace::Speed;
-use crate::process::{Options, RunResult, RunState, serve, serve_from};
+use crate::process::{Options, RunResult, serve, serve_from};
+use crate::run_state::RunState;
 
 /// The help heading of options for the results of a run.
 pub const OUTPUT: &str = "Output";

@@ -7,7 +7,7 @@
 //! - [`barrier`]: participants of a tick, counted reports and delivery lists.
 //! - [`simulation`]: world and barrier together, one run tick by tick. [`pace`]: its speed.
 //!
-//! Modules with side effects: [`server`] is a run behind one lock. [`process`] connects it to the bus and the disk.
+//! Modules with side effects: [`run_state`] is a run at the start of a tick, and [`server`] one behind a lock. [`process`] connects it to the bus and the disk.
 //! [`latest`] links to it. [`args`] and [`size`] are its command line, and [`mission_args`] the arguments of a mission. [`weights`]
 //! reads the files that a scenario names. [`gateway`] is a separate process that operators connect to. [`external_bodies`]: the
 //! messages of the bridge to another world in which the bodies move; `bridge` connects a run to it.
@@ -40,6 +40,8 @@ pub mod mission_args;
 pub mod pace;
 #[cfg(feature = "bus")]
 pub mod process;
+#[cfg(feature = "bus")]
+pub mod run_state;
 #[cfg(feature = "bus")]
 pub mod server;
 pub mod simulation;

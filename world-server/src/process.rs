@@ -34,6 +34,7 @@ use crate::latest::link_latest;
 use crate::metrics::Metrics;
 use crate::mission::WorldKind;
 use crate::pace::{Pace, Speed};
+use crate::run_state::RunState;
 use crate::server::{Bus, Ended, NAMES, Publishers, Seals, Server, lock};
 use crate::simulation::Simulation;
 use cluster::network::Network;
@@ -108,24 +109,15 @@ pub async fn serve(
     let start = RunState {
         simulation,
         recorder,
+        broadcasts: Vec::new(),
     };
     serve_from(start, options).await
-}
-
-/// A run at the start of a tick, with its log so far.
-pub struct RunState {
-    pub simulation: Simulation,
-    pub recorder: Recorder<Folder>,
 }
 
 /// Runs a mission like [`serve`], from the start of a tick. Robots that take part in that tick join with their incarnations.
 pub async fn serve_from(start: RunState, options: &Options) -> Result<RunResult, WorldError> {
     let started = Instant::now();
-    let RunState {
-        simulation,
-        recorder,
-    } = start;
-    let setup = simulation.setup().clone();
+    let setup = start.simulation.setup().clone();
     panics::set_process_name(format!("world (mission {})", setup.catalog.mission.name()));
     process_log::set_run(&options.run);
     let mut metrics = None;
@@ -149,8 +141,7 @@ pub async fn serve_from(start: RunState, options: &Options) -> Result<RunResult,
         pace.pause();
     }
     let server = Server::new(
-        simulation,
-        recorder,
+        start,
         Bus {
             run: options.run.clone(),
             session: session.clone(),
@@ -248,13 +239,22 @@ async fn subscribe(
         .callback(move |sample| {
             let key = sample.key_expr();
             // Opened before the lock, because threads that wait for the lock sleep.
-            let report = opener.open_report(key, &sample.payload().to_bytes());
+            let report = opener.open(key, &sample.payload().to_bytes());
             lock(&shared).report(key, report);
         })
         .background()
         .await?;
 
-    overhear(session, keys, seals, server).await?;
+    let (shared, opener) = (Arc::clone(server), Arc::clone(seals));
+    session
+        .declare_subscriber(keys.team_all())
+        .callback(move |sample| {
+            let key = sample.key_expr();
+            let broadcast = opener.open(key, &sample.payload().to_bytes());
+            lock(&shared).broadcast(key, broadcast);
+        })
+        .background()
+        .await?;
 
     let shared = Arc::clone(server);
     session
@@ -351,35 +351,6 @@ async fn answer(
             if let Err(error) = sent {
                 tracing::warn!(error, key = %key, "request not answered");
             }
-        })
-        .background()
-        .await
-}
-
-/// Subscribes to the broadcasts of a team with external controllers, and for a full log. The world records the broadcasts of
-/// external controllers and checks the receptions that they report. For a full log it records the messages of allocators,
-/// and counts all broadcasts. A robot publishes its broadcasts before the report that lists them, over one connection.
-async fn overhear(
-    session: &Session,
-    keys: &KeyExpressions,
-    seals: &Arc<Seals>,
-    server: &Arc<Mutex<Server>>,
-) -> zenoh::Result<()> {
-    {
-        let server = lock(server);
-        let simulation = server.simulation();
-        let scenario = &simulation.setup().scenario;
-        if scenario.external_controllers().is_empty() && !simulation.records_allocation_messages() {
-            return Ok(());
-        }
-    }
-    let (shared, opener) = (Arc::clone(server), Arc::clone(seals));
-    session
-        .declare_subscriber(keys.team_all())
-        .callback(move |sample| {
-            let key = sample.key_expr().as_str();
-            let broadcast = opener.open_broadcast(key, &sample.payload().to_bytes());
-            lock(&shared).record_broadcast(key, broadcast);
         })
         .background()
         .await

@@ -15,7 +15,7 @@ use missions::Registry;
 use robot_agent::args::AgentArgs;
 use terminal::fail;
 use world_server::args::WorldArgs;
-use world_server::process::RunState;
+use world_server::run_state::RunState;
 
 use crate::foxglove::FoxgloveCommand;
 use crate::program_content;
@@ -91,10 +91,11 @@ impl WorldCommand {
             None => self.world.run(&program_content()),
             Some(request) => self.world.continue_run(|folder| {
                 let team = request.clone().open()?.world(folder)?;
-                let (simulation, recorder) = team.into_world();
+                let (simulation, recorder, broadcasts) = team.into_world();
                 Ok(RunState {
                     simulation,
                     recorder,
+                    broadcasts,
                 })
             }),
         }

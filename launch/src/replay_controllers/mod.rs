@@ -18,7 +18,7 @@ use nix::sys::signal::Signal;
 use proto::codec::encode;
 use proto::join::Welcome;
 use proto::team::Broadcast;
-use proto::tick::{Report, TickMessage, ToAgent};
+use proto::tick::{EncodedBroadcast, Report, TickMessage, ToAgent};
 use run_log::RunLog;
 use scenario::Setup;
 use scenario::ids::{Incarnation, RobotId};
@@ -104,7 +104,6 @@ impl Comparison {
             incarnation,
             first_tick: 0,
             setup: setup.map_err(|error| error.to_string())?,
-            pairs: None,
         };
         self.stage
             .received
@@ -134,16 +133,14 @@ impl Comparison {
             return Err("its controller is not running".to_owned());
         };
         stage.received.lock().broadcasts.remove(&robot);
-        let bulletins = setup.catalog.mission.vocabulary().bulletins;
-        for broadcast in arrived.iter().flatten() {
-            let kind = broadcast.body.kind().name(bulletins);
-            let sender = setup.roster.name(broadcast.sender);
-            stage.say(&stage.keys.team(sender, kind), &**broadcast)?;
-        }
-        let message = if tick.ground_truth.is_empty() {
-            ToAgent::Tick(tick)
-        } else {
-            ToAgent::Informed(tick, tick.ground_truth.clone())
+        let encoded = arrived.iter().map(|arrived| {
+            let encoded = arrived.as_deref().map(EncodedBroadcast::of);
+            encoded.transpose().map_err(|error| error.to_string())
+        });
+        let message = ToAgent::Tick {
+            tick,
+            ground_truth: tick.ground_truth.clone(),
+            broadcasts: encoded.collect::<Result<Vec<_>, _>>()?,
         };
         stage.send_to_robot(setup.roster.name(robot), &message)?;
         let is_current =

@@ -11,7 +11,7 @@ use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal, Welcome};
 use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use proto::team::Broadcast;
-use proto::tick::Report;
+use proto::tick::{Report, TICK_LIMIT_BYTES};
 use scenario::Setup;
 use scenario::ids::{Incarnation, RobotId};
 use serde::Serialize;
@@ -19,7 +19,6 @@ use tempfile::TempDir;
 use tokio::sync::Notify;
 use tokio::time::{Instant, timeout};
 use zenoh::liveliness::LivelinessToken;
-use zenoh::qos::Priority;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
@@ -102,24 +101,11 @@ impl Stage {
 
     /// Sends a message of the world to a robot.
     pub fn send_to_robot<T: Serialize>(&self, robot: &str, message: &T) -> Result<(), String> {
-        let secret = Secret::of_robot(&self.token, robot);
-        self.put(&self.keys.tick(robot), &secret, message)
-    }
-
-    /// Sends a message of a teammate to all robots.
-    pub fn say<T: Serialize>(&self, key: &str, message: &T) -> Result<(), String> {
-        self.put(key, &Secret::from_token(&self.token), message)
-    }
-
-    fn put<T: Serialize>(&self, key: &str, secret: &Secret, message: &T) -> Result<(), String> {
+        let (key, secret) = (self.keys.tick(robot), Secret::of_robot(&self.token, robot));
         let sealed = secret
-            .seal(key, message)
+            .seal_within::<T, TICK_LIMIT_BYTES>(&key, message)
             .map_err(|error| error.to_string())?;
-        // The same priority for all messages preserves their order.
-        let put = self
-            .session
-            .put(key, sealed)
-            .priority(Priority::InteractiveHigh);
+        let put = self.session.put(key, sealed);
         put.wait().map_err(|error| error.to_string())
     }
 
@@ -181,10 +167,9 @@ async fn subscribe(
             .background()
             .await?;
 
-        let (received, opener) = (Arc::clone(messages), Secret::from_token(token));
+        let (received, opener) = (Arc::clone(messages), Secret::of_robot(token, &robot.name));
         session
             .declare_subscriber(keys.team(&robot.name, "*"))
-            .allowed_origin(zenoh::sample::Locality::Remote)
             .callback(move |sample| {
                 let broadcast =
                     opener.open::<Broadcast>(sample.key_expr(), &sample.payload().to_bytes());

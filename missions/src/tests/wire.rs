@@ -10,7 +10,7 @@ use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
 use proto::mission::items::{ItemsAction, ItemsBulletin, ItemsKnowledge, ItemsReading};
 use proto::mission::{MAX_ACTION_BYTES, MAX_KNOWLEDGE_BYTES, MAX_READING_BYTES};
 use proto::telemetry::NoteKind;
-use proto::tick::{Report, ToAgent};
+use proto::tick::{Report, TICK_LIMIT_BYTES, ToAgent};
 use scenario::mission::data::MissionVocabulary;
 use scenario::testkit::check_generated;
 use serde::de::DeserializeOwned;
@@ -105,6 +105,7 @@ fn schema() -> String {
     let missions = missions(&mut types);
     let limits = json!({
         "message": LIMIT_BYTES,
+        "tick": TICK_LIMIT_BYTES,
         "reading": MAX_READING_BYTES,
         "action": MAX_ACTION_BYTES,
         "shared_knowledge": MAX_KNOWLEDGE_BYTES,

@@ -175,7 +175,7 @@ impl<const N: usize> Bytes<N> {
         new.length = u8::try_from(length)
             .ok()
             .filter(|_| length <= N)
-            .ok_or(CodecError::TooLarge(length))?;
+            .ok_or(CodecError::TooLarge(length, N))?;
         Ok(new)
     }
 

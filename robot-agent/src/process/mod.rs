@@ -15,25 +15,25 @@ use proto::keys::KeyExpressions;
 use proto::program_build;
 use proto::secret::{self, Secret};
 use proto::team::BroadcastKind;
+use proto::tick::TICK_LIMIT_BYTES;
 use scenario::ids::{Incarnation, RobotId, Tick};
 use scenario::{Setup, Vocabulary};
 use terminal::panics;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
-use tokio::time::{Instant, sleep, sleep_until, timeout};
+use tokio::time::{Instant, sleep, timeout};
 use zenoh::Session;
 use zenoh::qos::Priority;
 use zenoh::query::{ConsolidationMode, QueryTarget};
-use zenoh::sample::{Locality, SampleKind};
+use zenoh::sample::SampleKind;
 
 use crate::agent::{Agent, AgentSnapshot, TeamConfig, TentativeAgent, Workspace};
 use crate::allocator::ConfigError;
-use crate::radio::Radio;
 use crate::registry::AgentRegistry;
 use cluster::remote;
 
 pub use state::AgentEnd;
-use state::{AgentState, Alive, BroadcastKeys, Ignore, MANIFEST_DEADLINE, Publishers, lock};
+use state::{AgentState, Alive, Ignore, Publishers, lock};
 
 /// The time an agent repeats its request for a robot that is still taken.
 const TAKEN_PATIENCE: Duration = Duration::from_secs(1);
@@ -110,7 +110,6 @@ pub async fn run_agent(
         setup.catalog.mission.name(),
         setup.scenario.decider_of(spec),
     ));
-    let mut radio = Radio::default();
     let agent = match snapshot {
         None => Agent::new(welcome.robot, welcome.incarnation, &setup, &team),
         Some(snapshot) => {
@@ -118,37 +117,21 @@ pub async fn run_agent(
             if own != (welcome.incarnation, welcome.first_tick) {
                 return Err(AgentError::OtherState);
             }
-            for broadcast in snapshot.received {
-                radio.receive(broadcast);
-            }
             snapshot.agent
         }
     };
-    let broadcast_keys = BroadcastKeys::new(run, welcome.robot, welcome.pairs)
-        .ok_or_else(|| AgentError::Answer("it contains no pairwise keys".to_owned()))?;
     {
         let mut state = lock(&shared);
         let AgentState::Joining { ended } = &mut *state else {
             return Ok(AgentEnd::WorldLost);
         };
         let ended = ended.take();
-        let robot = welcome.robot;
         *state = AgentState::Alive(Box::new(Alive {
             secret: secret.clone(),
-            broadcast_keys,
-            robot,
             incarnation: welcome.incarnation,
-            names: setup
-                .scenario
-                .robots
-                .iter()
-                .map(|r| r.name.clone())
-                .collect(),
             agent: TentativeAgent::new(agent),
-            radio,
             space: Workspace::default(),
             latest: None,
-            pending: None,
             publishers,
             ended,
         }));
@@ -161,7 +144,7 @@ pub async fn run_agent(
         .map_err(bus_error)?;
     tracing::info!(robot, incarnation = welcome.incarnation, "joined");
 
-    let end = wait_for_end(end, &shared).await?;
+    let end = wait_for_end(end).await?;
     for (kind, count) in lock(&ignored).counts() {
         tracing::warn!(kind, count, "messages ignored in this incarnation");
     }
@@ -170,27 +153,20 @@ pub async fn run_agent(
     Ok(end)
 }
 
-async fn wait_for_end(
-    mut end: oneshot::Receiver<AgentEnd>,
-    shared: &Mutex<AgentState>,
-) -> Result<AgentEnd, AgentError> {
+async fn wait_for_end(end: oneshot::Receiver<AgentEnd>) -> Result<AgentEnd, AgentError> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
-    loop {
-        tokio::select! {
-            end = &mut end => return Ok(end.unwrap_or(AgentEnd::WorldLost)),
-            _ = terminate.recv() => return Ok(AgentEnd::Signaled),
-            _ = interrupt.recv() => return Ok(AgentEnd::Signaled),
-            () = sleep_until(Instant::now() + MANIFEST_DEADLINE / 4) => lock(shared).give_up_waiting(),
-        }
-    }
+    Ok(tokio::select! {
+        end = end => end.unwrap_or(AgentEnd::WorldLost),
+        _ = terminate.recv() => AgentEnd::Signaled,
+        _ = interrupt.recv() => AgentEnd::Signaled,
+    })
 }
 
 struct Welcomed {
     robot: RobotId,
     incarnation: Incarnation,
     first_tick: Tick,
-    pairs: Option<Vec<u128>>,
 }
 
 /// Sends the request to join, and repeats it for a while if the robot is taken. The world may not have noticed yet
@@ -276,7 +252,6 @@ async fn join(
                 robot: welcome.robot,
                 incarnation: welcome.incarnation,
                 first_tick: welcome.first_tick,
-                pairs: welcome.pairs,
             },
             Setup::from_json(&welcome.setup, vocabulary).map_err(AgentError::Answer)?,
         )),
@@ -296,26 +271,13 @@ async fn subscribe(
     session
         .declare_subscriber(key.clone())
         .callback(move |sample| {
-            let result = match opener.open(&key, &sample.payload().to_bytes()) {
+            let result = match opener
+                .open_within::<_, TICK_LIMIT_BYTES>(&key, &sample.payload().to_bytes())
+            {
                 Ok(message) => lock(&state).receive_from_world(message),
                 Err(error) => Err(error.into()),
             };
             note(&log, "tick", result);
-        })
-        .background()
-        .await?;
-
-    let (state, log) = (Arc::clone(shared), Arc::clone(ignored));
-    let team = keys.clone();
-    session
-        .declare_subscriber(keys.team_all())
-        // Excludes the robot's own broadcasts: zenoh would call back from inside its own put, while the lock is held.
-        .allowed_origin(Locality::Remote)
-        .callback(move |sample| {
-            let key = sample.key_expr().as_str();
-            let name = team.parse_robot(key).unwrap_or_default();
-            let result = lock(&state).receive_broadcast(name, key, &sample.payload().to_bytes());
-            note(&log, "team", result);
         })
         .background()
         .await?;

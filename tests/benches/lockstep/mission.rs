@@ -1,12 +1,15 @@
 //! Scenarios for teams of any size, and the traffic of their runs.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use alliance_tests::runs;
 use missions::Registry;
 use proto::codec::encode;
 use proto::secret::SEAL_BYTES;
-use proto::tick::ToAgent;
+use proto::team::{Broadcast, BroadcastKey};
+use proto::tick::{EncodedBroadcast, ManifestEntry, ToAgent};
 use robot_agent::agent::{Agent, TeamConfig, Workspace};
-use robot_agent::radio::Radio;
 use run_log::recorder::Recorder;
 use run_log::{LogLevel, MemoryLog};
 use scenario::Setup;
@@ -81,25 +84,34 @@ impl Traffic {
         for robot in &setup.scenario.robots {
             let (id, incarnation, _) = simulation.invite(&robot.name).unwrap();
             simulation.arrive(id, incarnation);
-            agents.push((Agent::new(id, incarnation, setup, &team), Radio::default()));
+            agents.push(Agent::new(id, incarnation, setup, &team));
         }
+        let mut sent: BTreeMap<BroadcastKey, Arc<Broadcast>> = BTreeMap::new();
         let [mut ticks, mut reports, mut broadcasts] = [(); 3].map(|()| Count::default());
         while simulation.outcome().is_none() {
             while let Some(robot) = simulation.next_recipient() {
-                let (agent, radio) = &mut agents[robot.index()];
                 let message = simulation.message(robot).clone();
                 let mut space = Workspace::default();
-                radio.collect(&message.manifest, &mut space.arrived);
-                agent.step(&message, &mut space);
-                ticks.add(&ToAgent::Tick(Box::new(message)));
+                let keys = message.manifest.iter().flat_map(ManifestEntry::keys);
+                space
+                    .arrived
+                    .extend(keys.map(|key| sent.get(&key).cloned()));
+                let encoded = |broadcast: &Option<Arc<Broadcast>>| {
+                    broadcast
+                        .as_deref()
+                        .map(|broadcast| EncodedBroadcast::of(broadcast).unwrap())
+                };
+                let listed = space.arrived.iter().map(encoded).collect();
+                agents[robot.index()].step(&message, &mut space);
+                ticks.add(&ToAgent::Tick {
+                    tick: Box::new(message),
+                    ground_truth: Vec::new(),
+                    broadcasts: listed,
+                });
                 reports.add(&space.report);
                 for broadcast in space.broadcasts {
                     broadcasts.add(&broadcast);
-                    for (rank, (_, radio)) in agents.iter_mut().enumerate() {
-                        if rank != robot.index() {
-                            radio.receive(broadcast.clone());
-                        }
-                    }
+                    sent.insert(broadcast.key(), Arc::new(broadcast));
                 }
                 simulation.report(&space.report);
             }

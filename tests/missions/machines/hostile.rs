@@ -177,12 +177,12 @@ impl Insider {
             captured,
         };
         // The insider has joined: it receives what gold may receive.
-        wait_until("broadcasts", || {
+        wait_until("ticks", || {
             insider.captured.lock().unwrap().len() == CAPTURED
         });
-        let foreign = insider.keys.tick("blue");
+        let own = insider.keys.tick("gold");
         let captured = insider.captured.lock().unwrap();
-        assert!(captured.iter().all(|(key, _)| *key != foreign));
+        assert!(captured.iter().all(|(key, _)| *key == own));
         drop(captured);
         insider
     }

@@ -18,7 +18,7 @@ use proto::keys::KeyExpressions;
 use tokio::sync::Notify;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::Priority;
-use zenoh::sample::{Locality, SampleKind};
+use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 /// Exchange the messages of a run without other work
@@ -181,6 +181,11 @@ impl World {
             .callback(move |_| lock(&shared).report(&end))
             .background()
             .await?;
+        session
+            .declare_subscriber(keys.team_all())
+            .callback(drop)
+            .background()
+            .await?;
         let (shared, end) = (Arc::clone(&barrier), Arc::clone(&over));
         session
             .liveliness()
@@ -227,12 +232,6 @@ impl Agent {
                 }
                 publish(&report, vec![0; report_bytes]);
             })
-            .background()
-            .await?;
-        session
-            .declare_subscriber(keys.team_all())
-            .allowed_origin(Locality::Remote)
-            .callback(drop)
             .background()
             .await?;
         let _token = session.liveliness().declare_token(token(&name)).await?;

@@ -31,10 +31,7 @@ fn main() -> Result<()> {
     };
     let (robot, run) = (std::env::var(ROBOT)?, find(&std::env::var(RUN)?)?);
     let keys = KeyExpressions::new(&run.run);
-    let (secret, token) = (
-        Secret::of_robot(&run.token, &robot),
-        Secret::from_token(&run.token),
-    );
+    let secret = Secret::of_robot(&run.token, &robot);
 
     session::prepare_process();
     let bus = connect(&run, ConnectionRole::Team);
@@ -68,7 +65,7 @@ fn main() -> Result<()> {
 
     while let Ok(message) = from_world.recv() {
         let tick = match message {
-            ToAgent::Tick(tick) | ToAgent::Informed(tick, _) => tick,
+            ToAgent::Tick { tick, .. } => tick,
             ToAgent::End(_) | ToAgent::Dismissed(_) => break,
         };
         let (mut report, broadcasts) = answer(&lies, welcome.robot, &tick);
@@ -86,7 +83,7 @@ fn main() -> Result<()> {
         }
         for broadcast in &broadcasts {
             let key = keys.team(&robot, broadcast.body.kind().name(bulletins));
-            let sealed = token.seal(&key, broadcast)?;
+            let sealed = secret.seal(&key, broadcast)?;
             bus.put(key, sealed).wait()?;
         }
         if !is_early {

@@ -124,7 +124,6 @@ impl Server {
         match place {
             Err(refusal) => JoinReply::Refused(refusal),
             Ok((robot, incarnation, first_tick)) => {
-                let pairs = self.seals.pairs_for(robot);
                 let is_awaited = self.awaited.contains(&robot);
                 let peer = &mut self.peers[robot.index()];
                 peer.pid = Some(request.pid);
@@ -135,7 +134,6 @@ impl Server {
                     incarnation,
                     first_tick,
                     setup,
-                    pairs,
                 })
             }
         }

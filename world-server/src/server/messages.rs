@@ -9,7 +9,6 @@ use scenario::ids::RobotId;
 use tokio::time::Instant;
 
 use super::Server;
-use super::overheard::Completeness;
 use crate::barrier::{MAX_BROADCASTS, Verdict};
 
 impl Server {
@@ -29,17 +28,16 @@ impl Server {
         // Only a report for the current tick can count.
         if is_external && self.simulation.barrier().is_awaited(robot) {
             let (message, setup) = (self.simulation.message(robot), self.simulation.setup());
-            match self.delivery_check.check(message, &report, setup) {
+            let broadcasts = &self.broadcasts;
+            match self
+                .delivery_check
+                .check(message, broadcasts, &report, setup)
+            {
                 Ok(deliveries) => checked = Some(deliveries),
                 Err(why) => return self.dismiss(robot, &report, &why),
             }
         }
-        let waits = if is_external {
-            self.waits_for_listed(&mut report)
-        } else {
-            self.waits_for_broadcasts(&report)
-        };
-        if waits {
+        if self.waits_for_broadcasts(&mut report) {
             return;
         }
         match self.simulation.report(&report) {
@@ -79,14 +77,14 @@ impl Server {
             && barrier.tick() == report.tick
     }
 
-    /// Returns `true` if an external controller is asked to repeat its answer, because its report lists broadcasts that
-    /// have not arrived. After the repetition, the report lists only those before the first gap: teammates would wait for
-    /// the others, and the log does not contain them.
-    fn waits_for_listed(&mut self, report: &mut Report) -> bool {
+    /// Returns `true` if a robot is asked to repeat its answer, because its report lists broadcasts that have not arrived.
+    /// If they are missing after the repetition, too, they are lost. The report of an external controller then lists
+    /// only those before the first gap, because the log contains no others.
+    fn waits_for_broadcasts(&mut self, report: &mut Report) -> bool {
         if !self.is_due(report) || report.broadcasts > MAX_BROADCASTS {
             return false;
         }
-        let arrived = self.simulation.arrived_broadcasts(report);
+        let arrived = self.broadcasts.arrived(report);
         if arrived == report.broadcasts {
             return false;
         }
@@ -95,51 +93,46 @@ impl Server {
             return true;
         }
         self.refuse("broadcast", &"listed in a report, but not sent before it");
-        report.broadcasts = arrived;
+        if self.simulation.has_external_controller(report.robot) {
+            report.broadcasts = arrived;
+        }
         false
     }
 
-    /// Returns `true` if the robot is asked to repeat its answer, because the log lacks some of its broadcasts.
-    fn waits_for_broadcasts(&mut self, report: &Report) -> bool {
-        if !self.simulation.records_allocation_messages() || !self.is_due(report) {
-            return false;
-        }
-        match self.overheard.check(report) {
-            Completeness::Complete => false,
-            Completeness::Repeat => {
-                self.send_again(report.robot, Instant::now());
-                true
-            }
-            Completeness::Missing => {
-                self.refuse("broadcast", &"missing in allocation_messages.csv");
-                false
-            }
-        }
-    }
-
-    /// Handles a broadcast on this key. Messages of allocators are recorded for a full log. Broadcasts of external
-    /// controllers are recorded, and checked when their report arrives. All broadcasts are stored for the check of
-    /// receptions.
-    pub fn record_broadcast(&mut self, key: &str, broadcast: Result<Broadcast, OpenError>) {
+    /// Handles a broadcast on this key. It is passed on with the ticks that list it. Messages of allocators are recorded
+    /// for a full log, and broadcasts of external controllers until the check of their report.
+    pub fn broadcast(&mut self, key: &str, broadcast: Result<Broadcast, OpenError>) {
         let name = self.keys.parse_robot(key).unwrap_or_default();
         let sender = self.robot_named(name);
-        match broadcast {
-            Ok(broadcast) if sender == Some(broadcast.sender) => {
-                self.overheard.add(&broadcast);
-                self.simulation.keep_allocation_message(&broadcast);
-                if self.simulation.has_external_controller(broadcast.sender) {
-                    self.simulation.keep_broadcast(broadcast.clone());
-                }
-                self.delivery_check.store_broadcast(broadcast);
-            }
-            // Only a sealed broadcast is certainly the sender's.
-            Err(OpenError::Codec(error)) => {
-                if let Some(sender) = sender {
+        let broadcast = match broadcast {
+            Ok(broadcast) if sender == Some(broadcast.sender) => broadcast,
+            Ok(_) => return self.refuse("broadcast", &"on another robot's key"),
+            Err(error) => {
+                // Only a sealed broadcast is certainly the sender's.
+                if let (OpenError::Codec(error), Some(sender)) = (&error, sender) {
                     self.simulation.refuse_broadcast(sender, error.to_string());
                 }
+                return self.refuse("broadcast", &error);
             }
-            // The receivers count other invalid broadcasts.
-            _ => {}
+        };
+        let barrier = self.simulation.barrier();
+        let (robot, tick) = (broadcast.sender, broadcast.tick);
+        let is_current = barrier.is_awaited(robot)
+            && barrier.incarnation(robot) == Some(broadcast.incarnation)
+            && barrier.tick() == tick
+            && broadcast.index < MAX_BROADCASTS;
+        if !is_current {
+            if !self.was_resent(robot, tick) {
+                self.refuse("broadcast", &"not of the current tick");
+            }
+            return;
+        }
+        self.simulation.keep_allocation_message(&broadcast);
+        if self.simulation.has_external_controller(robot) {
+            self.simulation.keep_broadcast(broadcast.clone());
+        }
+        if let Err(error) = self.broadcasts.store(broadcast) {
+            self.refuse("broadcast", &error);
         }
     }
 

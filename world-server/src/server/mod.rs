@@ -7,15 +7,15 @@
 //! - `process_orders`: process faults. `resend`, `standstill`, `clocks`: repeated messages, waiting and clock differences.
 //! - `external_bodies`: bodies that move in another world.
 //! - `seals`: keys of all members. `delivery_check`: a check of the receptions that external controllers report.
-//! - `overheard`: a check that the world has all broadcasts of a report, for a full log.
+//! - `broadcasts`: the broadcasts that tick messages pass on.
 
+mod broadcasts;
 mod clocks;
 mod control;
 mod delivery_check;
 mod external_bodies;
 mod joining;
 mod messages;
-mod overheard;
 mod process_orders;
 mod resend;
 mod seals;
@@ -38,10 +38,11 @@ use zenoh::{Session, Wait};
 
 use crate::barrier::Presence;
 use crate::pace::Pace;
+use crate::run_state::RunState;
 use crate::simulation::Simulation;
+use broadcasts::Broadcasts;
 use delivery_check::DeliveryCheck;
 use external_bodies::ExternalBodies;
-use overheard::Overheard;
 use process_orders::CurrentOrder;
 use resend::SentTick;
 use run_log::recorder::{BackgroundRecorder, Ending, Folder, RecordError, Recorder};
@@ -80,7 +81,7 @@ pub struct Server {
     simulation: Simulation,
     recorder: BackgroundRecorder<Folder>,
     delivery_check: DeliveryCheck,
-    overheard: Overheard,
+    broadcasts: Broadcasts,
     /// The bodies in another world; `None` for a run whose bodies move in this one.
     external_bodies: Option<ExternalBodies>,
     peers: Vec<Peer>,
@@ -137,13 +138,22 @@ pub struct Publishers {
 impl Server {
     /// Creates a run that waits for its robots. Its result is sent to `ended`.
     pub fn new(
-        simulation: Simulation,
-        recorder: Recorder<Folder>,
+        start: RunState,
         bus: Bus,
         pace: Pace<Instant>,
         stall_after: Duration,
         ended: oneshot::Sender<Ended>,
     ) -> Result<Self, RecordError> {
+        let RunState {
+            simulation,
+            recorder,
+            broadcasts: earlier,
+        } = start;
+        let mut broadcasts = Broadcasts::default();
+        for broadcast in earlier {
+            // A message that was sent is within the size limit.
+            let _ = broadcasts.store(broadcast);
+        }
         let begun_at = simulation.tick();
         let barrier = simulation.barrier();
         let takes_part =
@@ -173,7 +183,7 @@ impl Server {
             folder: recorder.sink().path().to_owned(),
             recorder: BackgroundRecorder::new(recorder, true)?,
             delivery_check: DeliveryCheck::default(),
-            overheard: Overheard::default(),
+            broadcasts,
             external_bodies: None,
             run: bus.run,
             keys: bus.keys,

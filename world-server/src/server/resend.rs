@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use proto::tick::ToAgent;
+use proto::tick::{TICK_LIMIT_BYTES, ToAgent};
 use scenario::ids::{RobotId, Tick};
 use tokio::time::Instant;
 use zenoh::Wait;
@@ -26,17 +26,14 @@ impl Server {
     /// Sends the current tick to a robot and stores the message for repetitions.
     pub(super) fn send_tick(&mut self, robot: RobotId, now: Instant) {
         let tick = self.simulation.message(robot);
-        let message = if tick.ground_truth.is_empty() {
-            ToAgent::Tick(tick)
-        } else {
-            ToAgent::Informed(tick, tick.ground_truth.clone())
+        let message = ToAgent::Tick {
+            tick,
+            ground_truth: tick.ground_truth.clone(),
+            broadcasts: self.broadcasts.encoded(&tick.manifest),
         };
         let peer = &mut self.peers[robot.index()];
-        match self
-            .seals
-            .robot(robot)
-            .seal(peer.ticks.key_expr(), &message)
-        {
+        let (secret, key) = (self.seals.robot(robot), peer.ticks.key_expr());
+        match secret.seal_within::<_, TICK_LIMIT_BYTES>(key, &message) {
             Ok(bytes) => {
                 peer.question = Some(SentTick {
                     tick: self.simulation.tick(),

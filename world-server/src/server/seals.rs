@@ -4,17 +4,17 @@ use std::collections::BTreeMap;
 
 use proto::identity;
 use proto::keys::{KeyExpressions, LAUNCHER_HOST};
-use proto::secret::{OpenError, PairKeys, Secret, derived};
-use proto::team::Broadcast;
+use proto::secret::{OpenError, Secret, derived};
 use scenario::Scenario;
 use scenario::ids::RobotId;
+use serde::de::DeserializeOwned;
 
 use cluster::network::Network;
 
 pub struct Seals {
     token: String,
     keys: KeyExpressions,
-    /// The run's secret: for operators and observers, and for broadcasts on one machine.
+    /// The run's secret: for operators and observers.
     pub run: Secret,
     /// Names and secrets in order of rank.
     robots: Vec<(String, Secret)>,
@@ -22,8 +22,7 @@ pub struct Seals {
     hosts: BTreeMap<String, Secret>,
     /// The robots' hosts in order of rank.
     hosts_of: Vec<String>,
-    /// Pairwise keys of the members in a run over a network.
-    pairs: Option<PairKeys>,
+    is_networked: bool,
 }
 
 impl Seals {
@@ -38,7 +37,7 @@ impl Seals {
         let names = || scenario.robots.iter().map(|robot| robot.name.as_str());
         let host_of = |robot| network.and_then(|network| network.host_of(robot));
         let hosts = network.into_iter().flat_map(|network| network.hosts.keys());
-        let mut seals = Self {
+        Self {
             token: token.to_owned(),
             keys,
             run: Secret::from_token(token),
@@ -60,18 +59,13 @@ impl Seals {
             hosts_of: names()
                 .map(|name| host_of(name).unwrap_or(LAUNCHER_HOST).to_owned())
                 .collect(),
-            pairs: None,
-        };
-        if network.is_some() {
-            let keys = seals.pairs_of(identity::WORLD);
-            seals.pairs = Some(PairKeys::new(seals.robots.len(), keys));
+            is_networked: network.is_some(),
         }
-        seals
     }
 
     #[must_use]
     pub fn is_networked(&self) -> bool {
-        self.pairs.is_some()
+        self.is_networked
     }
 
     #[must_use]
@@ -104,32 +98,8 @@ impl Seals {
         &self.hosts_of[robot.index()]
     }
 
-    /// Returns the keys that a robot shares with each robot, by rank, and with the world. They are part of its welcome.
-    #[must_use]
-    pub fn pairs_for(&self, robot: RobotId) -> Option<Vec<u128>> {
-        let name = &self.robots[robot.index()].0;
-        self.pairs.as_ref()?;
-        Some(self.pairs_of(&identity::robot(name)))
-    }
-
-    fn pairs_of(&self, identity: &str) -> Vec<u128> {
-        let names = self.robots.iter().map(|(name, _)| identity::robot(name));
-        let members: Vec<String> = names.chain([identity::WORLD.to_owned()]).collect();
-        let members: Vec<&str> = members.iter().map(String::as_str).collect();
-        PairKeys::keys(&self.token, identity, &members)
-    }
-
-    /// Opens a broadcast that arrived on this key.
-    pub fn open_broadcast(&self, key: &str, sealed: &[u8]) -> Result<Broadcast, OpenError> {
-        let Some(pairs) = &self.pairs else {
-            return self.run.open(key, sealed);
-        };
-        let sender = self.keys.parse_robot(key).and_then(|name| self.rank(name));
-        pairs.open(key, sealed, sender.ok_or(OpenError::Unsealed)?.index())
-    }
-
-    /// Opens a report that arrived on this key.
-    pub fn open_report(&self, key: &str, sealed: &[u8]) -> Result<proto::tick::Report, OpenError> {
+    /// Opens a report or a broadcast that arrived on this key.
+    pub fn open<T: DeserializeOwned>(&self, key: &str, sealed: &[u8]) -> Result<T, OpenError> {
         let sender = self.keys.parse_robot(key).and_then(|name| self.rank(name));
         self.robot(sender.ok_or(OpenError::Unsealed)?)
             .open(key, sealed)

@@ -66,17 +66,6 @@ impl Simulation {
         }
     }
 
-    /// Returns the number of broadcasts that an external controller's report lists and that have arrived, before the first
-    /// gap.
-    #[must_use]
-    pub fn arrived_broadcasts(&self, report: &Report) -> u16 {
-        let has_arrived = |index: &u16| {
-            let mut sent = self.sent_before(report);
-            sent.any(|broadcast| broadcast.index == *index)
-        };
-        (0..report.broadcasts).take_while(has_arrived).count() as u16
-    }
-
     /// Records the contents of allocators' messages from now on. [`Simulation::keep_allocation_message`] adds them.
     pub fn record_allocation_messages(&mut self) {
         self.allocation_messages = Some(vec![Vec::new(); self.setup.scenario.robots.len()]);

@@ -159,35 +159,6 @@ fn orders_in_the_tick_without_robots_are_not_in_the_log() {
 }
 
 #[test]
-fn a_report_counts_with_the_broadcasts_before_the_first_gap() {
-    let mut setup = default_setup(1);
-    setup.scenario.robots[BLUE.index()].controller = Some("liar".to_owned());
-    let mut simulation = start(setup);
-    let robot = std::iter::from_fn(|| simulation.next_recipient())
-        .find(|robot| *robot == BLUE)
-        .unwrap();
-    // A flood of other numbers, and another incarnation.
-    for index in (1000..2000).chain([1, 1, 0, 3]) {
-        simulation.keep_broadcast(message_of(robot, index, 1));
-    }
-    let other = Broadcast {
-        incarnation: 2,
-        ..message_of(robot, 2, 1)
-    };
-    simulation.keep_broadcast(other);
-    let arrived = [0, 1, 2, 3, 4].map(|broadcasts| {
-        let report = Report {
-            robot,
-            incarnation: 1,
-            broadcasts,
-            ..Report::default()
-        };
-        simulation.arrived_broadcasts(&report)
-    });
-    assert_eq!(arrived, [0, 1, 2, 2, 2]);
-}
-
-#[test]
 fn an_external_controller_cannot_fill_the_log_without_limit() {
     let mut setup = default_setup(1);
     setup.scenario.robots[BLUE.index()].controller = Some("verbose".to_owned());

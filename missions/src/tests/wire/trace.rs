@@ -88,8 +88,8 @@ fn name_of<T>() -> String {
         }
         name += part.rsplit("::").next().unwrap_or_default();
     }
-    // The parameter of `ToAgent` only avoids a copy.
-    let name = name.replace("ToAgent<Box<TickMessage>>", "ToAgent");
+    // The parameters of `ToAgent` only avoid copies.
+    let name = name.replace("ToAgent<Box<TickMessage>, EncodedBroadcast>", "ToAgent");
     assert!(!name.contains("Box<"), "{name}");
     name
 }

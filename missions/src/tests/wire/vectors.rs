@@ -12,9 +12,9 @@ use proto::mission::items::{
 };
 use proto::mission::{Action, SensorReading, SharedKnowledge};
 use proto::readings::{Actuation, Pose, Readings};
-use proto::secret::{PairKeys, Secret, derived};
+use proto::secret::{Secret, derived};
 use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
-use proto::tick::{ManifestEntry, Report, TickMessage, ToAgent};
+use proto::tick::{EncodedBroadcast, ManifestEntry, Report, TickMessage, ToAgent};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use scenario::ids::RobotId;
@@ -216,8 +216,7 @@ fn missions() -> Vec<String> {
     ]
 }
 
-/// Returns one tick of robot `gold` in service: tick, broadcast and report with their keys, seals and tokens; and a
-/// broadcast of a network run.
+/// Returns one tick of robot `gold` in service: tick, broadcast and report with their keys, seals and tokens.
 fn seals() -> Vec<String> {
     #[derive(Serialize)]
     struct Sealed<'s> {
@@ -236,7 +235,28 @@ fn seals() -> Vec<String> {
         ..service::bus::SensorReading::default()
     };
     let position = Vec2::new(1.0, 2.0);
-    let sent = ToAgent::Tick(Box::new(TickMessage {
+    let heartbeat = || {
+        BroadcastContent::Heartbeat(Heartbeat {
+            state: TaskState::Idle,
+            since: SimTime(0),
+            set: None,
+            task: None,
+            progress: 0,
+            position: Some(position),
+            carrying: false,
+            shared_knowledge: SharedKnowledge::Nothing,
+        })
+    };
+    let of_teammate = Broadcast {
+        sender: RobotId(0),
+        incarnation: 1,
+        tick: 299,
+        index: 0,
+        seq: 14,
+        sent: SimTime(14_950),
+        body: heartbeat(),
+    };
+    let message = TickMessage {
         incarnation,
         tick,
         now,
@@ -258,7 +278,12 @@ fn seals() -> Vec<String> {
             ..Readings::default()
         },
         ..TickMessage::default()
-    }));
+    };
+    let sent: ToAgent = ToAgent::Tick {
+        tick: Box::new(message),
+        ground_truth: Vec::new(),
+        broadcasts: vec![EncodedBroadcast::of(&of_teammate).ok()],
+    };
     let broadcast = Broadcast {
         sender: robot,
         incarnation,
@@ -266,21 +291,11 @@ fn seals() -> Vec<String> {
         index: 0,
         seq: 12,
         sent: now,
-        body: BroadcastContent::Heartbeat(Heartbeat {
-            state: TaskState::Idle,
-            since: SimTime(0),
-            set: None,
-            task: None,
-            progress: 0,
-            position: Some(position),
-            carrying: false,
-            shared_knowledge: SharedKnowledge::Nothing,
-        }),
+        body: heartbeat(),
     };
-    let team = Secret::from_token(TOKEN);
     let own = derived(TOKEN, "robot-gold");
     let world = Secret::from_token(&own);
-    let beat = team
+    let beat = world
         .seal(&keys.team("gold", "heartbeat"), &broadcast)
         .unwrap();
     let action = service::bus::Action {
@@ -310,11 +325,6 @@ fn seals() -> Vec<String> {
             sealed: hexadecimal(sealed),
         })
     };
-    let pairs = |member: &str| {
-        let members = ["robot-blue", "robot-gold", "world"];
-        let index = members.iter().position(|known| *known == member).unwrap();
-        PairKeys::new(index, PairKeys::keys(TOKEN, member, &members))
-    };
     let (tick_key, report_key) = (keys.tick("gold"), keys.report("gold"));
     let (beat_key, alive) = (
         keys.team("gold", "heartbeat"),
@@ -323,14 +333,13 @@ fn seals() -> Vec<String> {
     let stamped = world.stamp(&alive);
     let mark = world.seal_of(&alive, &[]);
     assert!(stamped.ends_with(&format!("{:016x}", u64::from_le_bytes(mark))));
-    let of_pairs = pairs("robot-gold").seal(&beat_key, &broadcast).unwrap();
     let [sent_bytes, beat_bytes, report_bytes] =
         [encode(&sent), encode(&broadcast), encode(&report)].map(Result::unwrap);
     let sealed_tick = world.seal(&tick_key, &sent).unwrap();
     let sealed_report = world.seal(&report_key, &report).unwrap();
     vec![
         sealed("tick", &own, &tick_key, &sent_bytes, &sealed_tick),
-        sealed("heartbeat", TOKEN, &beat_key, &beat_bytes, &beat),
+        sealed("heartbeat", &own, &beat_key, &beat_bytes, &beat),
         sealed("report", &own, &report_key, &report_bytes, &sealed_report),
         sealed(
             "liveliness token, whose key ends with the seal",
@@ -338,13 +347,6 @@ fn seals() -> Vec<String> {
             &alive,
             &[],
             &mark,
-        ),
-        sealed(
-            "heartbeat with a seal per member",
-            "robot-blue robot-gold world",
-            &beat_key,
-            &beat_bytes,
-            &of_pairs,
         ),
     ]
 }
