@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::{AsRawFd, OwnedFd};
+use std::time::Duration;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD as STANDARD;
@@ -66,7 +67,8 @@ impl Members {
 /// - Ticks, reports and broadcasts use the same priority, interactive-high, and so keep their order. Messages of other
 ///   programs use a separate queue with lower priority.
 /// - Messages are at most 1 MiB. Larger announced messages are not buffered.
-/// - Up to 10,000 connections can be pending, so an incomplete handshake does not block others.
+/// - Up to 10,000 connections can be pending, so an incomplete handshake does not block others. Up to 10,000 sessions can
+///   be open; the default of 1,000 is too low for a team of 1,000 agents and their observers.
 /// - Shared memory is off: senders are killed on purpose, and shared mappings of a dead sender leak.
 fn common(auth: &str, keyring: Option<&Keyring>) -> String {
     let tls = keyring.map_or_else(String::new, tls);
@@ -75,7 +77,7 @@ fn common(auth: &str, keyring: Option<&Keyring>) -> String {
   scouting: {{ delay: 0, multicast: {{ enabled: false }}, gossip: {{ enabled: false }} }},
   timestamping: {{ enabled: false }},
   transport: {{
-    unicast: {{ accept_pending: 10000 }},
+    unicast: {{ accept_pending: 10000, max_sessions: 10000 }},
     auth: {{ usrpwd: {{ {auth} }} }},
     link: {{
       tx: {{ lease: 86400000, queue: {{ size: {{ interactive_high: 16, data: 16 }}, congestion_control: {{ drop: {{ wait_before_drop: 0 }} }} }} }},
@@ -152,7 +154,11 @@ pub fn router(router: &Router<'_>) -> String {
     )
 }
 
-/// Returns the configuration (JSON5) of a client of a router. It tries to connect for ten seconds, or only once.
+/// The time in which a client gets a session, and an agent an answer to its request to join. A thousand agents that start at
+/// once on two slow cores need half a minute.
+pub const CONNECT_PATIENCE: Duration = Duration::from_secs(60);
+
+/// Returns the configuration (JSON5) of a client of a router. It tries to connect for a minute, or only once.
 #[must_use]
 pub fn client(login: &Login, once: bool) -> String {
     let Login {
@@ -163,7 +169,11 @@ pub fn client(login: &Login, once: bool) -> String {
     } = login;
     let auth = format!("user: {user:?}, password: {password:?}");
     let common = common(&auth, keyring.as_ref());
-    let timeout_ms = if once { 0 } else { 10_000 };
+    let timeout_ms = if once {
+        0
+    } else {
+        CONNECT_PATIENCE.as_millis()
+    };
     format!(
         r#"{{
   mode: "client",

@@ -1,12 +1,21 @@
 //! The agent processes of one machine: start and state changes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
+use std::process::Stdio;
 
 use proto::process::ProcessState;
 
 use super::bus::LauncherBus;
 use super::child_processes::{Ending, Process, ProcessChange};
+
+/// The number of processes that start at the same time. With a thousand at once, each takes so long that its session
+/// times out.
+const STARTING: usize = 64;
+
+/// The environment variable with which an agent's memory allocator requests no pages of 2 MB. With them, each process has
+/// 14 MB of its own instead of 6, which the kernel must clear at its start.
+const SMALL_PAGES: (&str, &str) = ("MIMALLOC_ALLOW_THP", "0");
 
 /// The agent processes of a launcher or a host daemon.
 pub struct AgentProcesses {
@@ -14,6 +23,9 @@ pub struct AgentProcesses {
     pub agents: Vec<Process>,
     /// Earlier processes of restarted robots.
     pub former: Vec<Process>,
+    /// The robots whose processes start later, with additional arguments for them.
+    waiting: VecDeque<String>,
+    more: Vec<String>,
     pub run: String,
     /// The commands of external controllers, by robot.
     controllers: BTreeMap<String, String>,
@@ -26,10 +38,50 @@ impl AgentProcesses {
         Self {
             agents: Vec::new(),
             former: Vec::new(),
+            waiting: VecDeque::new(),
+            more: Vec::new(),
             run,
             controllers,
             logs,
         }
+    }
+
+    /// Starts the agent processes of robots, the first ones now and the others by [`AgentProcesses::start_waiting`]. `more` are
+    /// additional arguments, which an external controller does not receive.
+    pub fn start_all(
+        &mut self,
+        robots: impl Iterator<Item = String>,
+        more: &[String],
+    ) -> anyhow::Result<()> {
+        self.waiting.extend(robots);
+        self.more = more.to_owned();
+        self.start_waiting(&BTreeSet::new())
+    }
+
+    /// Starts more processes if others have joined.
+    pub fn start_waiting(&mut self, joined: &BTreeSet<&str>) -> anyhow::Result<()> {
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        let is_starting =
+            |agent: &&Process| agent.ending().is_none() && !joined.contains(agent.name());
+        let starting = self.agents.iter().filter(is_starting).count();
+        let more = self.more.clone();
+        for _ in starting..STARTING {
+            let Some(robot) = self.waiting.pop_front() else {
+                break;
+            };
+            // An order may have started it already.
+            if self.agents.iter().all(|agent| agent.name() != robot) {
+                self.start_with(&robot, &more)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the robots whose processes start later.
+    pub fn waiting(&self) -> impl Iterator<Item = &str> {
+        self.waiting.iter().map(String::as_str)
     }
 
     /// Starts a new agent process for a robot and returns its process id.
@@ -37,8 +89,7 @@ impl AgentProcesses {
         self.start_with(robot, &[])
     }
 
-    /// Starts an agent process with additional arguments, which an external controller does not receive.
-    pub fn start_with(&mut self, robot: &str, more: &[String]) -> anyhow::Result<u32> {
+    fn start_with(&mut self, robot: &str, more: &[String]) -> anyhow::Result<u32> {
         let log = self.logs.join(format!("{robot}.log"));
         let process = match self.controllers.get(robot) {
             Some(command) => Process::start_controller(robot, &log, command, &self.run)?,
@@ -46,7 +97,8 @@ impl AgentProcesses {
                 let arguments = ["cluster", "agent", "--robot", robot, "--run", &self.run];
                 let arguments = arguments.into_iter().map(ToOwned::to_owned);
                 let arguments: Vec<String> = arguments.chain(more.iter().cloned()).collect();
-                Process::start(robot, &log, &arguments)?
+                let variables = [(SMALL_PAGES.0, SMALL_PAGES.1.to_owned())];
+                Process::start_with(robot, &log, &arguments, Stdio::null(), &variables, false)?
             }
         };
         let pid = process.pid();

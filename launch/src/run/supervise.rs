@@ -147,10 +147,10 @@ impl RunProcesses {
             .branch
             .as_ref()
             .map_or(&[][..], |branch| &branch.arguments);
-        for robot in robots.filter(|robot| takes_part(robot)) {
-            // If a start fails, the processes that already run die with this process.
-            team.crew.start_with(&robot.name, more)?;
-        }
+        let robots = robots.filter(|robot| takes_part(robot));
+        // If a start fails, the processes that already run die with this process.
+        team.crew
+            .start_all(robots.map(|robot| robot.name.clone()), more)?;
         for host in plan.start.iter().flat_map(|start| &start.hosts) {
             let started = Process::start_host(host, &team.crew.logs)?;
             team.hosts.push(started);
@@ -160,6 +160,7 @@ impl RunProcesses {
             .chain(&team.crew.agents)
             .chain(hosts)
             .map(|process| format!("{} {}", process.name(), process.pid()))
+            .chain(team.crew.waiting().map(ToOwned::to_owned))
             .collect();
         team.progress.print_line(&format!("run {}", plan.run));
         team.progress
@@ -268,6 +269,10 @@ impl RunProcesses {
                 _ = terminate.recv() => interrupted = self.interrupt(interrupted),
                 Ok(()) = views.changed() => {
                     if let Some(view) = views.borrow_and_update().as_ref() {
+                        let robots = plan.setup.scenario.robots.iter().zip(&view.robots);
+                        let joined = robots.filter(|(_, robot)| robot.pid.is_some());
+                        let joined = joined.map(|(robot, _)| robot.name.as_str()).collect();
+                        self.crew.start_waiting(&joined)?;
                         self.progress.show(view);
                         if view.outcome.is_some() {
                             self.release_page();
