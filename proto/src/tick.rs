@@ -67,18 +67,20 @@ impl ManifestEntry {
     }
 }
 
-/// The size limit of a message on an agent's tick key, bytes. In the first tick, all robots of a large team broadcast.
-pub const TICK_LIMIT_BYTES: usize = 64 * 1024 * 1024;
+/// The size limit of a message on an agent's tick key, bytes. It contains the broadcasts of a whole team, and with its seal
+/// it is within the largest message of a session.
+pub const TICK_LIMIT_BYTES: usize = 1_000_000;
 
 /// The contents of a message on an agent's tick key. With a borrowed `T` the sender keeps the tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ToAgent<T = Box<TickMessage>, B = EncodedBroadcast> {
-    /// The next tick.
+    /// The agent answers with a [`Report`].
     Tick {
         tick: T,
         /// The tick's [ground truth](TickMessage::ground_truth).
         ground_truth: Vec<TaskOffer>,
-        /// The broadcasts of the manifest by (sender, tick, index); `None` for one that did not reach the world.
+        /// The broadcasts of the manifest by (sender, tick, index); `None` for one that did not reach the world, or for
+        /// which the message has no room.
         broadcasts: Vec<Option<B>>,
     },
     End(Outcome),
@@ -86,20 +88,21 @@ pub enum ToAgent<T = Box<TickMessage>, B = EncodedBroadcast> {
     Dismissed(Incarnation),
 }
 
-/// The encoding of a [`Broadcast`], as its sender published it.
+/// The encoding of a [`Broadcast`], which is written once for all receivers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EncodedBroadcast(Vec<u8>);
 
 impl EncodedBroadcast {
-    #[must_use]
-    pub fn new(encoding: Vec<u8>) -> Self {
-        Self(encoding)
-    }
-
     /// # Errors
     /// Returns [`CodecError::TooLarge`] above the size limit of a message.
     pub fn of(broadcast: &Broadcast) -> Result<Self, CodecError> {
         codec::encode(broadcast).map(Self)
+    }
+
+    /// Returns the size, bytes.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.0.len()
     }
 
     /// # Errors

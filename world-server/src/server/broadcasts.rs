@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use proto::codec::CodecError;
+use proto::codec::{CodecError, LIMIT_BYTES};
 use proto::team::{Broadcast, BroadcastKey};
-use proto::tick::{EncodedBroadcast, ManifestEntry, Report};
+use proto::tick::{EncodedBroadcast, ManifestEntry, Report, TICK_LIMIT_BYTES};
+
+/// The total size of the broadcasts in a tick message, bytes. The rest of it is as large as any other message.
+const BROADCASTS_BYTES: usize = TICK_LIMIT_BYTES - LIMIT_BYTES;
 
 #[derive(Default)]
 pub(super) struct Broadcasts(BTreeMap<BroadcastKey, StoredBroadcast>);
@@ -51,7 +54,8 @@ impl Broadcasts {
         listed.keys().take_while(is_stored).count() as u16
     }
 
-    /// Returns the broadcasts of a manifest, in its order; `None` for one that has not arrived.
+    /// Returns the broadcasts of a manifest, in its order; `None` for one that has not arrived, or for which the message has no
+    /// room.
     pub fn listed(
         &self,
         manifest: &[ManifestEntry],
@@ -67,7 +71,12 @@ impl Broadcasts {
 
     fn stored(&self, manifest: &[ManifestEntry]) -> impl Iterator<Item = Option<&StoredBroadcast>> {
         let keys = manifest.iter().flat_map(ManifestEntry::keys);
-        keys.map(|key| self.0.get(&key))
+        let mut room = BROADCASTS_BYTES;
+        keys.map(move |key| {
+            let stored = self.0.get(&key)?;
+            room = room.checked_sub(stored.encoded.size())?;
+            Some(stored)
+        })
     }
 }
 
@@ -139,6 +148,27 @@ mod tests {
             [1, 2, 2, 2]
         );
         assert_eq!(arrived(&broadcasts, 5, 1), 0, "of another tick");
+    }
+
+    #[test]
+    fn broadcasts_beyond_the_size_of_a_message_are_left_out() {
+        let mut broadcasts = Broadcasts::default();
+        for index in 0..1000 {
+            let message = OpenMessage {
+                schema: String::new(),
+                bytes: vec![7; 1_190],
+            };
+            broadcasts
+                .store(Broadcast {
+                    body: BroadcastContent::Allocation(AllocationMessage::Open(message)),
+                    ..broadcast(4, index, index.into())
+                })
+                .unwrap();
+        }
+        let received = received(&broadcasts, 4, 1000);
+        let (first, rest) = received.split_at(600);
+        assert!(first.iter().all(Option::is_some));
+        assert!(rest[20..].iter().all(Option::is_none));
     }
 
     #[test]
