@@ -25,6 +25,7 @@ mod traffic;
 use missions::Registry;
 use proto::control::{Armed, Cleared};
 use proto::event::EventLine;
+use proto::prefetch::Layer;
 use proto::tick::Outcome;
 use proto::view::View;
 use robot_agent::allocator::ConfigError;
@@ -149,6 +150,12 @@ impl<S: Sink> Team<S> {
             recorder: self.recorder.copied(sink)?,
             run: self.run.copied(registry, adopting)?,
         })
+    }
+
+    /// Requests the memory of a layer for the next tick, see [`prefetch`](proto::prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        self.run.prefetch(layer);
+        self.recorder.prefetch(layer);
     }
 
     /// Adds external inputs of later ticks than the current one. The inputs of a tick must be complete before the previous

@@ -8,6 +8,7 @@
 //! - [`process`], [`membership`]: orders for the agents' processes, and the robots of a host. [`view`], [`event`]: data for observers.
 //! - [`keys`], [`codec`]: key expressions and encoding. [`secret`], [`identity`]: authentication of messages.
 //!   [`ignored`]: counts of ignored messages.
+//! - [`prefetch`]: requests of memory before its use, for batches of environments.
 //!
 //! Release builds compile this crate at optimization level 1, because most of it reads and writes files. Functions that
 //! a step calls are marked `inline`, so the calling crates compile them at level 3.
@@ -25,6 +26,7 @@ pub mod membership;
 pub mod mission;
 #[cfg(test)]
 mod page_types;
+pub mod prefetch;
 pub mod process;
 pub mod program_build;
 pub mod readings;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use proto::codec::encoded_len;
 use proto::mission::SharedKnowledge;
+use proto::prefetch::{Layer, prefetch};
 use proto::secret::SEAL_BYTES;
 use proto::team::{Broadcast, BroadcastContent};
 use proto::tick::{Report, TickMessage};
@@ -187,6 +188,22 @@ impl Agent {
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,
+        }
+    }
+
+    /// Requests the memory of a layer below the agent's own fields, see [`prefetch`](proto::prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        match layer {
+            Layer::Fields | Layer::Lists => {}
+            Layer::Elements => {
+                prefetch(&*self.allocator);
+                prefetch(&*self.behaviors);
+                self.mission.prefetch(layer);
+            }
+            Layer::Contents => {
+                self.allocator.prefetch();
+                self.mission.prefetch(layer);
+            }
         }
     }
 

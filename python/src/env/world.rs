@@ -11,6 +11,7 @@ use proto::control::{AgentState, Phase};
 use proto::event::EventLine;
 use proto::mission::Action;
 use proto::mission::items::{Gripper, ItemsAction};
+use proto::prefetch::{Layer, prefetch};
 use proto::readings::Readings;
 use proto::tick::Outcome;
 use proto::view::View;
@@ -328,6 +329,24 @@ impl Environment {
             }
         }
         self.tick(common, spaces).map(drop)
+    }
+
+    /// Requests the memory of a layer for the next step, see [`prefetch`](proto::prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        match layer {
+            Layer::Fields => {
+                prefetch(&self.external_agents);
+                prefetch(&self.outcome);
+                prefetch(&self.row);
+                prefetch(&self.events);
+            }
+            Layer::Lists => prefetch(&*self.row),
+            Layer::Elements | Layer::Contents => {}
+        }
+        self.external_agents.prefetch(layer);
+        if let Some(team) = &self.team {
+            team.prefetch(layer);
+        }
     }
 
     /// Returns a copy with the same state, whose next episode is not recorded.

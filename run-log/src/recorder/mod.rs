@@ -40,6 +40,7 @@ use std::path::{Path, PathBuf};
 use crate::{BranchOrigin, Document, LogLevel, RunFile, RunOutcome};
 use proto::codec::CodecError;
 use proto::event::EventLine;
+use proto::prefetch::Layer;
 use proto::tick::Outcome;
 use scenario::Setup;
 use scenario::ids::Tick;
@@ -128,6 +129,12 @@ impl<S: Sink> Recorder<S> {
             sink,
             broken: self.broken,
         })
+    }
+
+    /// Requests the memory of a layer, see [`prefetch`](proto::prefetch).
+    #[inline]
+    pub fn prefetch(&self, layer: Layer) {
+        self.encoder.prefetch(layer);
     }
 
     /// Marks the run as a branch, before its first tick.

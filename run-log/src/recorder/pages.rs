@@ -1,6 +1,7 @@
 //! The encoded but unwritten part of each table, and the seals between ticks.
 
 use crate::{LogLevel, RUN_SECTION, Table};
+use proto::prefetch::prefetch;
 use scenario::mission::columns::Column;
 use scenario::mission::registry::Mission;
 use xxhash_rust::xxh3::Xxh3;
@@ -48,6 +49,13 @@ impl Pages {
             pages.begin(table);
         }
         pages
+    }
+
+    /// Requests the memory that a tick of a run without tables reads, see [`prefetch`](proto::prefetch).
+    #[inline]
+    pub fn prefetch(&self) {
+        prefetch(&self.level);
+        prefetch(&self.waiting);
     }
 
     /// Adds the header line of a table, once.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::{Figures, Input, RobotFigures};
 use proto::control::FaultStatus;
+use proto::prefetch::prefetch;
 use proto::telemetry::BehaviorState;
 use scenario::mission::columns::ColumnKind;
 use scenario::mission::{MissionFigures, TeamFigures};
@@ -64,6 +65,11 @@ impl Tally {
             roster: Arc::clone(&setup.roster),
             step: SimTime(scenario.step_ms),
         }
+    }
+
+    #[inline]
+    pub fn prefetch(&self) {
+        prefetch(&*self.robots);
     }
 
     pub fn add(&mut self, record: &TickRecord<'_>) {

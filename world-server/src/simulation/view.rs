@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use glam::Vec2;
 use proto::control::{AgentState, FaultStatus, Phase};
+use proto::prefetch::prefetch;
 use proto::readings::Readings;
 use proto::tick::Report;
 use proto::view::{BehaviorView, Corner, MESSAGES_MAX, MessageView, RobotView, View};
@@ -52,6 +53,11 @@ impl ViewHistory {
             left_out: 0,
             corners: None,
         }
+    }
+
+    /// Requests the memory of the lists that each tick reads, see [`prefetch`](proto::prefetch).
+    pub fn prefetch(&self) {
+        prefetch(&*self.incarnations);
     }
 
     pub fn remember(&mut self, now: SimTime, report: &Report, setup: &Setup) {

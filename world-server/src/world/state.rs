@@ -3,6 +3,7 @@
 use std::ops::{Deref, DerefMut};
 
 use proto::mission::Action;
+use proto::prefetch::{Layer, prefetch};
 use proto::readings::{Actuation, Readings};
 use scenario::Setup;
 use scenario::fault::Fault;
@@ -48,6 +49,16 @@ impl World {
         let floor = Floor::new(&setup.scenario, area, &starts, bars);
         let mission = (kind.new)(setup, &floor);
         Self { floor, mission }
+    }
+
+    /// Requests the memory of a layer below the world's own fields, see [`prefetch`](proto::prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        if layer == Layer::Lists {
+            self.floor.prefetch();
+            prefetch(&*self.mission);
+        } else {
+            self.mission.prefetch(layer);
+        }
     }
 
     /// Advances the world by one step. `commands` is indexed by rank; a body without a command or without power stays still.

@@ -3,6 +3,7 @@
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use proto::prefetch::prefetch;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use scenario::Setup;
@@ -94,6 +95,12 @@ impl Targets {
             turn_hz: section.turn_hz,
             turn_rad: section.turn_deg.to_radians(),
         }
+    }
+
+    /// Requests the memory of the lists, see [`prefetch`](proto::prefetch).
+    pub fn prefetch(&self) {
+        prefetch(&*self.all);
+        self.grid.prefetch();
     }
 
     pub fn len(&self) -> usize {
