@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use prefetch::prefetch;
 use proto::team::Broadcast;
 use proto::tick::ManifestEntry;
 use scenario::ids::{RobotId, Tick};
@@ -26,6 +27,11 @@ impl BroadcastStore {
         Self {
             sent: vec![Default::default(); robots],
         }
+    }
+
+    /// Requests the memory of the list of robots, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self) {
+        prefetch(&*self.sent);
     }
 
     /// Stores a robot's broadcasts of a tick and moves those that can no longer be received to `spent`. A manifest lists broadcasts of

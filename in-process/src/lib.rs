@@ -23,6 +23,7 @@ mod threads;
 mod traffic;
 
 use missions::Registry;
+use prefetch::Layer;
 use proto::control::{Armed, Cleared};
 use proto::event::EventLine;
 use proto::team::Broadcast;
@@ -150,6 +151,12 @@ impl<S: Sink> Team<S> {
             recorder: self.recorder.copied(sink)?,
             run: self.run.copied(registry, adopting)?,
         })
+    }
+
+    /// Requests the memory of a layer for the next tick, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        self.run.prefetch(layer);
+        self.recorder.prefetch(layer);
     }
 
     /// Adds external inputs of later ticks than the current one. The inputs of a tick must be complete before the previous

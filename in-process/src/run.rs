@@ -1,6 +1,7 @@
 //! World and agents, stepped tick by tick. This module does not depend on the sink's type, so that it is compiled once, optimized.
 
 use missions::Registry;
+use prefetch::{Layer, prefetch};
 use proto::process::ProcessAction;
 use proto::tick::Outcome;
 use robot_agent::agent::{Agent, TeamConfig};
@@ -142,6 +143,38 @@ impl Run {
             vocabulary: self.vocabulary.clone(),
             agents,
         })
+    }
+
+    /// Requests the memory of a layer, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        self.simulation.prefetch(layer);
+        match layer {
+            Layer::Fields => {
+                prefetch(&self.seats);
+                prefetch(&self.answer_source);
+                prefetch(&self.unanswered);
+                prefetch(&self.broadcasts);
+                prefetch(&self.asked);
+                prefetch(&self.spaces);
+                prefetch(&self.pool);
+                prefetch(&self.inputs);
+                prefetch(&self.driven);
+                prefetch(&self.traffic);
+            }
+            Layer::Lists => {
+                prefetch(&*self.seats);
+                prefetch(&*self.asked);
+                prefetch(&*self.driven);
+                self.broadcasts.prefetch();
+            }
+            Layer::Elements | Layer::Contents => {
+                for seat in &self.seats {
+                    if let Seat::Agent(agent) = seat {
+                        agent.prefetch(layer);
+                    }
+                }
+            }
+        }
     }
 
     /// Returns the learned task times, see [`Team::learned`](crate::Team::learned).

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use prefetch::{Layer, prefetch};
 use proto::codec::encoded_len;
 use proto::mission::SharedKnowledge;
 use proto::secret::SEAL_BYTES;
@@ -185,6 +186,22 @@ impl Agent {
             seed: setup.seed,
             step_s: SimTime(setup.scenario.step_ms).as_secs_f64(),
             next_seq: 0,
+        }
+    }
+
+    /// Requests the memory of a layer below the agent's own fields, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        match layer {
+            Layer::Fields | Layer::Lists => {}
+            Layer::Elements => {
+                prefetch(&*self.allocator);
+                prefetch(&*self.behaviors);
+                self.mission.prefetch(layer);
+            }
+            Layer::Contents => {
+                self.allocator.prefetch();
+                self.mission.prefetch(layer);
+            }
         }
     }
 

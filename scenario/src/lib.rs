@@ -217,6 +217,7 @@ impl Scenario {
     }
 
     /// Returns the body with the speeds and the turn rate that the robot states.
+    #[inline]
     #[must_use]
     pub fn body_of(&self, robot: &Robot) -> Body {
         Body {

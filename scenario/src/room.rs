@@ -50,18 +50,21 @@ impl Room {
     }
 
     /// Returns the lower left corner, m.
+    #[inline]
     #[must_use]
     pub fn low(&self) -> Vec2 {
         Vec2::new(self.x_m, self.y_m)
     }
 
     /// Returns the upper right corner, m.
+    #[inline]
     #[must_use]
     pub fn high(&self) -> Vec2 {
         self.low() + self.size()
     }
 
     /// Returns the extents, m.
+    #[inline]
     #[must_use]
     pub fn size(&self) -> Vec2 {
         Vec2::new(self.width_m, self.height_m)
@@ -86,6 +89,7 @@ impl Room {
     }
 
     /// Returns the distance of a place from the nearest side of the border, m; negative outside.
+    #[inline]
     #[must_use]
     pub fn to_border_m(&self, place: Vec2) -> f32 {
         (place - self.low()).min(self.high() - place).min_element()

@@ -28,6 +28,7 @@ mod process_faults;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
+use prefetch::prefetch;
 use proto::tick::Report;
 use run_log::Input;
 use scenario::ids::{Incarnation, RobotId, Tick};
@@ -106,6 +107,11 @@ impl Barrier {
             external_count: 0,
             dead: Vec::new(),
         }
+    }
+
+    /// Requests the memory of the lists, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self) {
+        prefetch(&*self.places);
     }
 
     #[must_use]

@@ -13,6 +13,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::items::ItemsReading;
 use super::{Bytes, MAX_READING_BYTES, SensorReading};
+use prefetch::prefetch;
 
 /// A type of sensor readings of a mission. The default is the reading of dead devices. At most [`MAX_READING_BYTES`]
 /// bytes on the bus.
@@ -129,6 +130,14 @@ impl SensorReading {
         (&mut **value as &mut dyn Any)
             .downcast_mut()
             .unwrap_or_else(|| unreachable!("the type was set above"))
+    }
+
+    /// Requests the memory of the reading, see [`prefetch`](mod@prefetch).
+    #[inline]
+    pub fn prefetch(&self) {
+        if let Self::Open(OpenReading(Content::Value(value))) = self {
+            prefetch(&**value);
+        }
     }
 
     /// Returns the readings of the devices for [`items`](super::items). They are empty in a mission without items.

@@ -315,6 +315,24 @@ def test_a_batch_is_identical_on_any_number_of_threads():
     assert len({array.tobytes() for array in one[0][0]}) > 3, "environments share a seed"
 
 
+@pytest.mark.parametrize("mission", ["cmommt", "waste-cleanup", "parker-box"])
+def test_a_batch_that_requests_memory_in_advance_is_identical_to_small_ones(mission):
+    def episode(sizes):
+        """Steps batches of these sizes, which together have the seeds from 10 on."""
+        rows = []
+        first = 0
+        for envs in sizes:
+            env = VecEnv(mission, envs, level="drive")
+            env.reset(10 + first)
+            first += envs
+            for step in range(50):
+                env.step(np.full((envs, len(env.agents), 4), (step % 7) / 7, np.float32))
+            rows.append(env.observation.copy())
+        return np.concatenate(rows)
+
+    assert np.array_equal(episode([60]), episode([20, 20, 20]))
+
+
 def test_arrays_are_written_in_place_only_on_request():
     env = VecEnv("janitorial", 2, copy=False)
     seen = env.observation

@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::Vec2;
+use prefetch::{Layer, prefetch};
 use proto::team::{BroadcastContent, Heartbeat, TaskState};
 use robot_agent::allocator::{Allocator, AllocatorKind, Choice, Decision, Input, SelfState};
 use scenario::AllocatorSpec;
@@ -76,6 +77,24 @@ impl ExternalAgents {
     pub fn lock(&self, robot: RobotId) -> MutexGuard<'_, ExternalAgent> {
         let agent = self.agents[robot.index()].lock();
         agent.unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Requests the memory of a layer, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        match layer {
+            Layer::Fields => {}
+            Layer::Lists => prefetch(self),
+            Layer::Elements => prefetch(&*self.agents),
+            Layer::Contents => {
+                for agent in &self.agents {
+                    // No other thread uses the agents of this environment.
+                    if let Ok(agent) = agent.try_lock() {
+                        prefetch(&*agent.choices);
+                        prefetch(&*agent.mates);
+                    }
+                }
+            }
+        }
     }
 
     /// Copies the data of all robots from another environment.

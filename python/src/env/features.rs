@@ -52,6 +52,7 @@ impl<'a> Row<'a> {
         }
     }
 
+    #[inline(always)]
     fn put(&mut self, name: impl FnOnce() -> String, number: f32) {
         if let Some(place) = self.numbers.get_mut(self.at) {
             *place = number.clamp(-BOUND, BOUND);
@@ -62,15 +63,18 @@ impl<'a> Row<'a> {
         }
     }
 
+    #[inline(always)]
     fn flag(&mut self, name: &'static str, flag: bool) {
         self.put(|| name.to_owned(), f32::from(flag));
     }
 
+    #[inline(always)]
     fn number(&mut self, name: &'static str, number: Option<f32>) {
         self.put(|| name.to_owned(), number.unwrap_or(0.0));
     }
 
     /// Writes an offset in units of `part_m`; `None` for no object.
+    #[inline(always)]
     fn offset(&mut self, name: impl Fn() -> String, offset: Option<Vec2>, part_m: f32) {
         let [x, y] = offset.map_or([0.0; 2], |offset| (offset / part_m).to_array());
         self.put(|| format!("{}.there", name()), f32::from(offset.is_some()));
@@ -240,13 +244,10 @@ fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
             let sensed = sensed.value::<observe::bus::SensorReading>();
             row.flag("targets.works", sensed.targets.is_some());
             let seen = sensed.targets.as_deref().unwrap_or_default();
+            let part_m = setup.scenario.room.size().max_element();
             for place in 0..TARGETS {
                 let offset = seen.get(place).map(|target| target.offset);
-                row.offset(
-                    || format!("target{place}"),
-                    offset,
-                    setup.scenario.room.size().max_element(),
-                );
+                row.offset(|| format!("target{place}"), offset, part_m);
             }
         }
         ("push", sensed) => {

@@ -7,6 +7,7 @@ use analysis::{Pixels, draw_view};
 use in_process::{BodyCommand, Team, Workspaces, joins_of};
 use launch::Registry;
 use missions::Randomised;
+use prefetch::{Layer, prefetch};
 use proto::control::{AgentState, Phase};
 use proto::event::EventLine;
 use proto::mission::Action;
@@ -328,6 +329,24 @@ impl Environment {
             }
         }
         self.tick(common, spaces).map(drop)
+    }
+
+    /// Requests the memory of a layer for the next step, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        match layer {
+            Layer::Fields => {
+                prefetch(&self.external_agents);
+                prefetch(&self.outcome);
+                prefetch(&self.row);
+                prefetch(&self.events);
+            }
+            Layer::Lists => prefetch(&*self.row),
+            Layer::Elements | Layer::Contents => {}
+        }
+        self.external_agents.prefetch(layer);
+        if let Some(team) = &self.team {
+            team.prefetch(layer);
+        }
     }
 
     /// Returns a copy with the same state, whose next episode is not recorded.

@@ -1,6 +1,7 @@
 //! The work around the step of an [`Allocator`]: state changes with their reasons, heartbeats, and the count of
 //! progress.
 
+use prefetch::prefetch;
 use proto::team::TaskState;
 use proto::telemetry::{BehaviorState, Reason, StateChange};
 use scenario::Setup;
@@ -93,6 +94,11 @@ impl<A: Allocator> AllocatorRunner<A> {
 impl<A: Allocator> RunningAllocator for AllocatorRunner<A> {
     fn checkpoint(&self) -> Box<dyn RunningAllocator> {
         Box::new(self.clone())
+    }
+
+    fn prefetch(&self) {
+        prefetch(&*self.decision.rows);
+        prefetch(&*self.progress);
     }
 
     fn uses_radio(&self) -> bool {

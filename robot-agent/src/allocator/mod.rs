@@ -455,6 +455,9 @@ pub(crate) trait RunningAllocator: Debug + Send {
     /// Returns a copy of the state.
     fn checkpoint(&self) -> Box<dyn RunningAllocator>;
 
+    /// Requests the memory of the allocator's lists, see [`prefetch`](mod@prefetch).
+    fn prefetch(&self) {}
+
     /// Returns whether the allocator uses [`Input::choices`]. They are computed only if it does. The result must not
     /// change.
     fn weighs_costs(&self) -> bool {

@@ -24,6 +24,7 @@ use std::fmt::{self, Debug};
 use std::sync::Arc;
 
 use glam::Vec2;
+use prefetch::Layer;
 use proto::mission::{Reading, SharedKnowledge};
 use proto::readings::{Actuation, Readings};
 use proto::team::{Broadcast, Bulletin};
@@ -91,6 +92,10 @@ pub trait MissionController: CloneController + Debug + Send + 'static {
         received: &[Arc<Broadcast>],
         perception: &mut Perception,
     );
+
+    /// Requests the memory of the next step: the fields at [`Layer::Elements`], and their lists at [`Layer::Contents`]. A batch of
+    /// environments calls this while other environments step. The default requests nothing.
+    fn prefetch(&self, _layer: Layer) {}
 
     /// Adds one choice per behavior, in the order of [`ControllerInput::behaviors`]. `applicable` is that of the
     /// perception, in the same order. Costs and rewards are finite. By default all units have the reward 1, the cost is

@@ -4,6 +4,7 @@
 //! robots anyway.
 
 use crate::Section;
+use prefetch::{Layer, prefetch};
 use proto::readings::{Actuation, Readings};
 use proto::telemetry::{BehaviorState, Delivery, Motivation, Reception};
 use proto::tick::Report;
@@ -114,6 +115,25 @@ impl Answers {
     #[must_use]
     pub fn all_mut(&mut self) -> &mut [Answer] {
         &mut self.by_rank
+    }
+
+    /// Requests the memory of a layer below the answers themselves, see [`prefetch`](mod@prefetch).
+    #[inline]
+    pub fn prefetch(&self, layer: Layer) {
+        match layer {
+            Layer::Lists => {
+                prefetch(&*self.by_rank);
+                self.hash.prefetch();
+            }
+            Layer::Elements => {
+                for Answer { report, .. } in &self.by_rank {
+                    prefetch(&*report.motivations);
+                    prefetch(&*report.allocation);
+                    prefetch(&*report.receptions);
+                }
+            }
+            Layer::Fields | Layer::Contents => {}
+        }
     }
 
     /// Returns the latest report of a robot, or an empty one before its first.

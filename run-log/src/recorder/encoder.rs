@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use crate::compact::MotivationRule;
 use crate::external::ExternalWriter;
 use crate::{BranchOrigin, ControllerFile, LogLevel, RunFile, RunOutcome, Section, Table};
+use prefetch::{Layer, prefetch};
 use proto::event::EventLine;
 use proto::program_build;
 use scenario::Setup;
@@ -105,6 +106,29 @@ impl Encoder {
             latest: self.latest,
             sealed: self.sealed,
         })
+    }
+
+    /// Requests the memory of a layer of a run without tables, see [`prefetch`](mod@prefetch).
+    #[inline]
+    pub fn prefetch(&self, layer: Layer) {
+        match layer {
+            Layer::Fields => {
+                prefetch(&self.level);
+                self.pages.prefetch();
+                prefetch(&self.hash);
+                prefetch(&self.section);
+                prefetch(&self.tally);
+                prefetch(&self.events);
+                prefetch(&self.latest);
+                prefetch(&self.sealed);
+            }
+            Layer::Lists => {
+                self.hash.prefetch();
+                self.section.prefetch();
+                self.tally.prefetch();
+            }
+            Layer::Elements | Layer::Contents => {}
+        }
     }
 
     pub fn setup(&self) -> &Setup {

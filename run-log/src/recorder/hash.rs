@@ -1,6 +1,7 @@
 //! The hashes of a run: one per tick, robot and section, and one over all of them.
 
 use crate::{Input, Section};
+use prefetch::prefetch;
 use scenario::ids::{RobotId, Tick};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -34,6 +35,11 @@ pub(super) struct RunHash {
 }
 
 impl RunHash {
+    #[inline]
+    pub fn prefetch(&self) {
+        prefetch(&*self.tick);
+    }
+
     pub fn tick(&mut self, tick: Tick) {
         self.tick.clear();
         self.tick.extend_from_slice(&tick.to_le_bytes());

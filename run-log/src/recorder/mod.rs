@@ -38,6 +38,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::{BranchOrigin, Document, LogLevel, RunFile, RunOutcome};
+use prefetch::Layer;
 use proto::codec::CodecError;
 use proto::event::EventLine;
 use proto::tick::Outcome;
@@ -128,6 +129,12 @@ impl<S: Sink> Recorder<S> {
             sink,
             broken: self.broken,
         })
+    }
+
+    /// Requests the memory of a layer, see [`prefetch`](mod@prefetch).
+    #[inline]
+    pub fn prefetch(&self, layer: Layer) {
+        self.encoder.prefetch(layer);
     }
 
     /// Marks the run as a branch, before its first tick.

@@ -1,6 +1,7 @@
 //! The encoded but unwritten part of each table, and the seals between ticks.
 
 use crate::{LogLevel, RUN_SECTION, Table};
+use prefetch::prefetch;
 use scenario::mission::columns::Column;
 use scenario::mission::registry::Mission;
 use xxhash_rust::xxh3::Xxh3;
@@ -17,14 +18,16 @@ pub(super) struct Pages {
     mission_columns: &'static [Column],
     /// The unwritten part of each table, in the order of [`Table::ALL`].
     tables: [Page; Table::ALL.len()],
+    /// The hash of each table from its first byte on, in the same order; empty if the log has no seals.
+    hashes: Vec<Xxh3>,
+    /// The number of unwritten bytes of all tables.
+    waiting: usize,
 }
 
 /// The unwritten part of a table and the state of the whole table.
 #[derive(Clone, Default)]
 struct Page {
     bytes: Vec<u8>,
-    /// The hash of the table from its first byte on.
-    hash: Xxh3,
     grown: bool,
     begun: bool,
 }
@@ -35,11 +38,24 @@ impl Pages {
             level,
             mission_columns: mission.vocabulary().columns,
             tables: Default::default(),
+            hashes: if level.keeps(Table::Ticks) {
+                vec![Xxh3::default(); Table::ALL.len()]
+            } else {
+                Vec::new()
+            },
+            waiting: 0,
         };
         for table in Table::ALL.into_iter().filter(|table| !table.is_optional()) {
             pages.begin(table);
         }
         pages
+    }
+
+    /// Requests the memory that a tick of a run without tables reads, see [`prefetch`](mod@prefetch).
+    #[inline]
+    pub fn prefetch(&self) {
+        prefetch(&self.level);
+        prefetch(&self.waiting);
     }
 
     /// Adds the header line of a table, once.
@@ -74,8 +90,12 @@ impl Pages {
             let page = &mut self.tables[table as usize];
             let start = page.bytes.len();
             rows(&mut page.bytes);
-            page.hash.update(&page.bytes[start..]);
-            page.grown |= page.bytes.len() > start;
+            let added = &page.bytes[start..];
+            if let Some(hash) = self.hashes.get_mut(table as usize) {
+                hash.update(added);
+            }
+            page.grown |= !added.is_empty();
+            self.waiting += added.len();
         }
     }
 
@@ -96,8 +116,10 @@ impl Pages {
             .filter(|table| *table != Table::Ticks)
         {
             let page = &mut self.tables[table as usize];
-            if std::mem::take(&mut page.grown) {
-                let hash = page.hash.digest();
+            if std::mem::take(&mut page.grown)
+                && let Some(hash) = self.hashes.get(table as usize)
+            {
+                let hash = hash.digest();
                 self.add_hash(tick, world, table.file_name(), hash);
             }
         }
@@ -105,7 +127,7 @@ impl Pages {
     }
 
     pub fn waiting(&self) -> usize {
-        self.tables.iter().map(|page| page.bytes.len()).sum()
+        self.waiting
     }
 
     /// Writes all encoded bytes to the sink, ticks.csv last.
@@ -116,6 +138,7 @@ impl Pages {
         for (table, page) in Table::ALL.into_iter().zip(&mut self.tables) {
             if !page.bytes.is_empty() {
                 sink.append(table, &page.bytes)?;
+                self.waiting -= page.bytes.len();
                 page.bytes.clear();
             }
         }

@@ -1,5 +1,6 @@
 //! The hash of one section of a tick.
 
+use prefetch::prefetch;
 use proto::codec;
 use serde::Serialize;
 use xxhash_rust::xxh3::xxh3_64;
@@ -12,6 +13,11 @@ pub struct SectionHash {
 }
 
 impl SectionHash {
+    #[inline]
+    pub(super) fn prefetch(&self) {
+        prefetch(&*self.room);
+    }
+
     pub(super) fn of(&mut self, content: &impl Serialize) -> u64 {
         let length = codec::encode_into(content, &mut self.room)
             // Sections are plain data of known length and are written to memory, which cannot fail.

@@ -5,6 +5,7 @@ use std::iter;
 use std::sync::Arc;
 
 use crate::{Figures, Input, RobotFigures};
+use prefetch::prefetch;
 use proto::control::FaultStatus;
 use proto::telemetry::BehaviorState;
 use scenario::mission::columns::ColumnKind;
@@ -64,6 +65,11 @@ impl Tally {
             roster: Arc::clone(&setup.roster),
             step: SimTime(scenario.step_ms),
         }
+    }
+
+    #[inline]
+    pub fn prefetch(&self) {
+        prefetch(&*self.robots);
     }
 
     pub fn add(&mut self, record: &TickRecord<'_>) {

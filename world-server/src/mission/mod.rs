@@ -20,6 +20,7 @@ mod tests;
 use std::any::Any;
 
 use glam::Vec2;
+use prefetch::Layer;
 use proto::codec;
 use proto::mission::{Action, SensorReading};
 use proto::readings::Pose;
@@ -310,6 +311,10 @@ pub trait MissionWorld: CloneWorld + Any + Send + Sync {
 
     /// Adds the mission's visible parts to a view. The default is none.
     fn add_to_view(&self, _floor: &Floor, _view: &mut View) {}
+
+    /// Requests the lists of the next step from memory, at [`Layer::Elements`], and their contents, at [`Layer::Contents`].
+    /// A batch of environments calls this while other environments step. The default requests nothing.
+    fn prefetch(&self, _layer: Layer) {}
 
     /// Checks the invariants of the mission after a step with any faults. The default checks nothing.
     ///

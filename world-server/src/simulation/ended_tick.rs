@@ -1,5 +1,6 @@
 //! The result of an ended tick, for the recorder.
 
+use prefetch::prefetch;
 use proto::readings::Actuation;
 use proto::team::Broadcast;
 use run_log::Input;
@@ -53,6 +54,15 @@ impl EndedTick {
             self.allocation_messages
                 .extend(messages.drain(..).filter(counts));
         }
+    }
+
+    /// Requests the memory of the lists, see [`prefetch`](mod@prefetch). They will have as many entries as in the latest tick.
+    pub fn prefetch(&self) {
+        prefetch(&*self.gathered.counted);
+        prefetch(&*self.bodies);
+        prefetch(&*self.commands);
+        prefetch(&*self.mission);
+        prefetch(&*self.targets);
     }
 
     /// Reads the mission's values at the end of the tick.

@@ -33,6 +33,7 @@ mod view;
 
 use std::collections::{BTreeMap, VecDeque};
 
+use prefetch::{Layer, prefetch};
 use proto::team::Broadcast;
 use proto::telemetry::{AllocationRow, Motivation};
 use proto::tick::{Outcome, TickMessage};
@@ -177,6 +178,33 @@ impl Simulation {
         simulation.schedule.end_tick();
         simulation.outcome = simulation.decide_outcome();
         simulation
+    }
+
+    /// Requests the memory of a layer, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        match layer {
+            Layer::Fields => prefetch(self),
+            Layer::Lists => {
+                prefetch(&*self.messages);
+                prefetch(&*self.active);
+                prefetch(&*self.reported);
+                prefetch(&*self.answer_bytes);
+                prefetch(&*self.setup.scenario.robots);
+                self.answers.prefetch(layer);
+                self.barrier.prefetch();
+                self.memories.prefetch();
+                self.ended.prefetch();
+                self.world.prefetch(layer);
+            }
+            Layer::Elements => {
+                for message in &self.messages {
+                    message.readings.mission.prefetch();
+                }
+                self.answers.prefetch(layer);
+                self.world.prefetch(layer);
+            }
+            Layer::Contents => self.world.prefetch(layer),
+        }
     }
 
     fn arm_scenario(&mut self) {

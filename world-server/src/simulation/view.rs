@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use glam::Vec2;
+use prefetch::prefetch;
 use proto::control::{AgentState, FaultStatus, Phase};
 use proto::readings::Readings;
 use proto::tick::Report;
@@ -52,6 +53,11 @@ impl ViewHistory {
             left_out: 0,
             corners: None,
         }
+    }
+
+    /// Requests the memory of the lists that each tick reads, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self) {
+        prefetch(&*self.incarnations);
     }
 
     pub fn remember(&mut self, now: SimTime, report: &Report, setup: &Setup) {

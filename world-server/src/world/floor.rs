@@ -1,6 +1,7 @@
 //! The world without its mission: space, bodies, neighbor search and time.
 
 use glam::Vec2;
+use prefetch::prefetch;
 use proto::readings::{Pose, Proximity};
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
@@ -95,6 +96,15 @@ impl Robot {
 }
 
 impl Floor {
+    /// Requests the memory of the lists, see [`prefetch`](mod@prefetch).
+    pub(super) fn prefetch(&self) {
+        prefetch(&*self.robots);
+        self.bodies.prefetch();
+        if let Some(range) = &self.range {
+            range.prefetch();
+        }
+    }
+
     /// Creates the floor at the start of a run. Robots without a start use `starts`, or `start_area` with its lower left and upper
     /// right corner, m.
     ///

@@ -3,6 +3,7 @@
 //! The lists of all cells share one array, so a moving entry allocates no memory. Results depend only on places and ids.
 
 use glam::{UVec2, Vec2};
+use prefetch::prefetch;
 use scenario::Room;
 
 /// The end mark of a list.
@@ -10,6 +11,9 @@ const NONE: u32 = u32::MAX;
 
 /// The largest number of cells. A huge room has larger cells.
 const MOST_CELLS: f32 = 1_048_576.0;
+
+/// The largest number of cells whose lists are requested from memory. Searches read few cells of a larger room.
+const FEW_CELLS: usize = 64;
 
 #[derive(Clone, Debug)]
 pub struct Grid {
@@ -50,6 +54,14 @@ impl Grid {
             cells,
             first: vec![NONE; cells.element_product() as usize],
             entries: Vec::new(),
+        }
+    }
+
+    /// Requests the memory of the lists, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self) {
+        prefetch(&*self.entries);
+        if self.first.len() <= FEW_CELLS {
+            prefetch(&*self.first);
         }
     }
 

@@ -20,6 +20,11 @@ pub(super) struct RadioRange {
 }
 
 impl RadioRange {
+    /// Requests the memory of the index, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self) {
+        self.places.prefetch();
+    }
+
     pub fn new(room: &Room, range_m: f32, places: impl ExactSizeIterator<Item = Vec2>) -> Self {
         let mut grid = Grid::new(room, range_m, places.len());
         for (rank, place) in places.enumerate() {

@@ -2,6 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 
+use prefetch::{Layer, prefetch};
 use proto::mission::Action;
 use proto::readings::{Actuation, Readings};
 use scenario::Setup;
@@ -48,6 +49,16 @@ impl World {
         let floor = Floor::new(&setup.scenario, area, &starts, bars);
         let mission = (kind.new)(setup, &floor);
         Self { floor, mission }
+    }
+
+    /// Requests the memory of a layer below the world's own fields, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        if layer == Layer::Lists {
+            self.floor.prefetch();
+            prefetch(&*self.mission);
+        } else {
+            self.mission.prefetch(layer);
+        }
     }
 
     /// Advances the world by one step. `commands` is indexed by rank; a body without a command or without power stays still.

@@ -2,6 +2,7 @@
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use prefetch::{Layer, prefetch, prefetch_start};
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 
@@ -75,6 +76,18 @@ impl Track {
 }
 
 impl Memory {
+    /// Requests the memory of the used entries, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self, layer: Layer) {
+        if layer == Layer::Elements {
+            // The number of entries comes first.
+            prefetch_start(&self.tracks);
+            prefetch_start(&self.teammates);
+        } else {
+            prefetch(self.tracks.as_slice());
+            prefetch(self.teammates.as_slice());
+        }
+    }
+
     pub fn tracks(&self) -> impl Iterator<Item = &Track> {
         self.tracks.iter()
     }

@@ -11,6 +11,7 @@ mod walk;
 use std::sync::Arc;
 
 use glam::Vec2;
+use prefetch::{Layer, prefetch};
 use proto::mission::{Action, SharedKnowledge};
 use proto::team::{Broadcast, BroadcastContent};
 use robot_agent::mission::{ControllerInput, MissionController, Perception, StepOutput};
@@ -155,6 +156,13 @@ impl MissionController for Observer {
                     (_, TaskKind::Search) => can_go && !is_near,
                 });
         perception.applicable.extend(applicable);
+    }
+
+    fn prefetch(&self, layer: Layer) {
+        if layer == Layer::Elements {
+            prefetch(&self.section);
+        }
+        self.memory.prefetch(layer);
     }
 
     fn act(

@@ -11,6 +11,7 @@ mod watch;
 use std::sync::Arc;
 
 use glam::Vec2;
+use prefetch::Layer;
 use proto::mission::{Action, SensorReading as AnyReading};
 use proto::tick::Outcome;
 use proto::view::{Mark, MarkOutline, MarkRole, View, Work};
@@ -165,6 +166,13 @@ impl MissionWorld for Observe {
 
     fn figures(&self, figures: &mut TeamFigures) {
         self.watch.write_figures(self.constants.step, figures);
+    }
+
+    fn prefetch(&self, layer: Layer) {
+        if layer == Layer::Elements {
+            self.targets.prefetch();
+            self.watch.prefetch();
+        }
     }
 
     /// Shows the region, the targets, and each robot's range with lines to its targets.

@@ -3,6 +3,7 @@
 
 use arrayvec::ArrayVec;
 use glam::Vec2;
+use prefetch::prefetch;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use scenario::Setup;
@@ -20,6 +21,8 @@ use crate::observe::data::{Area, ObserveSection};
 #[derive(Clone, Debug)]
 pub(super) struct Targets {
     all: Vec<Target>,
+    /// The random streams, by target. They are apart from the targets, because a step rarely draws from them.
+    streams: Vec<ChaCha8Rng>,
     grid: Grid,
     area: Area,
     range_m: f32,
@@ -37,7 +40,6 @@ struct Target {
     turns_at: SimTime,
     /// The number of turns, which determines the position in the random stream.
     turns: u32,
-    rng: ChaCha8Rng,
 }
 
 /// Serializes the state as a hash, because there may be thousands of targets.
@@ -69,22 +71,23 @@ impl Targets {
             let at = area.place(Vec2::new(rng.random(), rng.random()));
             let direction = direction(std::f32::consts::TAU * rng.random::<f32>());
             let slowest = section.slowest_m_s;
-            Target {
+            let target = Target {
                 at,
                 direction,
                 speed_m_s: slowest + (section.fastest_m_s - slowest) * rng.random::<f32>(),
                 turns_at: after(SimTime::ZERO, section.turn_hz, &mut rng),
                 turns: 0,
-                rng,
-            }
+            };
+            (target, rng)
         };
-        let all: Vec<Target> = (0..section.n).map(target).collect();
+        let (all, streams): (Vec<Target>, Vec<ChaCha8Rng>) = (0..section.n).map(target).unzip();
         let mut grid = Grid::new(&scenario.room, section.range_m, all.len());
         for (number, target) in all.iter().enumerate() {
             grid.insert(number, target.at);
         }
         Self {
             all,
+            streams,
             grid,
             area,
             range_m: section.range_m,
@@ -92,6 +95,12 @@ impl Targets {
             turn_hz: section.turn_hz,
             turn_rad: section.turn_deg.to_radians(),
         }
+    }
+
+    /// Requests the memory of the lists, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self) {
+        prefetch(&*self.all);
+        self.grid.prefetch();
     }
 
     pub fn len(&self) -> usize {
@@ -105,12 +114,13 @@ impl Targets {
     pub fn step(&mut self, now: SimTime) {
         for (number, target) in self.all.iter_mut().enumerate() {
             while target.turns_at <= now {
-                let turn_rad = self.turn_rad * (2.0 * target.rng.random::<f32>() - 1.0);
+                let rng = &mut self.streams[number];
+                let turn_rad = self.turn_rad * (2.0 * rng.random::<f32>() - 1.0);
                 // Normalizes the direction, so that rounding does not accumulate.
                 target.direction = direction(turn_rad)
                     .rotate(target.direction)
                     .normalize_or(Vec2::X);
-                target.turns_at = after(target.turns_at, self.turn_hz, &mut target.rng);
+                target.turns_at = after(target.turns_at, self.turn_hz, rng);
                 target.turns = target.turns.wrapping_add(1);
             }
             let way_m = target.speed_m_s * self.step_s;

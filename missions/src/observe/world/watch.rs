@@ -1,5 +1,6 @@
 //! The observation of targets by robots, with its events and figures.
 
+use prefetch::prefetch;
 use scenario::ids::RobotId;
 use scenario::time::SimTime;
 use serde::{Serialize, Serializer};
@@ -70,6 +71,16 @@ impl Observation {
                 targets: vec![Times::default(); targets],
             },
         }
+    }
+
+    /// Requests the memory of the lists, see [`prefetch`](mod@prefetch).
+    pub fn prefetch(&self) {
+        prefetch(&*self.looks);
+        prefetch(&*self.looked);
+        prefetch(&*self.seen_by);
+        prefetch(&*self.before);
+        prefetch(&*self.observers);
+        prefetch(&*self.tally.targets);
     }
 
     pub fn look(&mut self, robot: RobotId) {
