@@ -154,11 +154,10 @@ pub fn router(router: &Router<'_>) -> String {
     )
 }
 
-/// The time in which a client gets a session, and an agent an answer to its request to join. A thousand agents that start at
-/// once on two slow cores need half a minute.
-pub const CONNECT_PATIENCE: Duration = Duration::from_secs(60);
+/// The time in which a client gets a session, and an agent an answer to its request to join.
+pub const CONNECT_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Returns the configuration (JSON5) of a client of a router. It tries to connect for a minute, or only once.
+/// Returns the configuration (JSON5) of a client of a router. It tries to connect for ten seconds, or only once.
 #[must_use]
 pub fn client(login: &Login, once: bool) -> String {
     let Login {
