@@ -3,7 +3,6 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::{AsRawFd, OwnedFd};
-use std::time::Duration;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD as STANDARD;
@@ -154,9 +153,6 @@ pub fn router(router: &Router<'_>) -> String {
     )
 }
 
-/// The time in which a client gets a session, and an agent an answer to its request to join.
-pub const CONNECT_PATIENCE: Duration = Duration::from_secs(10);
-
 /// Returns the configuration (JSON5) of a client of a router. It tries to connect for ten seconds, or only once.
 #[must_use]
 pub fn client(login: &Login, once: bool) -> String {
@@ -168,11 +164,7 @@ pub fn client(login: &Login, once: bool) -> String {
     } = login;
     let auth = format!("user: {user:?}, password: {password:?}");
     let common = common(&auth, keyring.as_ref());
-    let timeout_ms = if once {
-        0
-    } else {
-        CONNECT_PATIENCE.as_millis()
-    };
+    let timeout_ms = if once { 0 } else { 10_000 };
     format!(
         r#"{{
   mode: "client",

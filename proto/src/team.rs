@@ -1,12 +1,14 @@
 //! Broadcasts between robots (thesis §3.3.4 and §4.2.3).
 
+use std::fmt::Formatter;
+
 use glam::Vec2;
 use schemars::JsonSchema;
-use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
+use serde::de::{DeserializeOwned, Error, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::allocation::AllocationMessage;
-use crate::codec;
+use crate::codec::{self, CodecError};
 use crate::mission::items::ItemsBulletin;
 use crate::mission::{Payload, SharedKnowledge};
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
@@ -90,6 +92,60 @@ impl Broadcast {
         };
         let set = set.and_then(|set| unknown("behavior set", set.index(), sets));
         set.or_else(|| task.and_then(|task| unknown("task", task.index(), tasks)))
+    }
+}
+
+/// The encoding of a broadcast, which is written once for all receivers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EncodedBroadcast(Vec<u8>);
+
+impl EncodedBroadcast {
+    /// Encodes a broadcast.
+    ///
+    /// # Errors
+    /// Returns [`CodecError::TooLarge`] above the size limit of a message.
+    pub fn of(broadcast: &Broadcast) -> Result<Self, CodecError> {
+        codec::encode(broadcast).map(Self)
+    }
+
+    /// Returns the size, bytes.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Decodes the broadcast.
+    ///
+    /// # Errors
+    /// Returns any [`CodecError`] if the bytes are not a broadcast.
+    pub fn decode(&self) -> Result<Broadcast, CodecError> {
+        codec::decode(&self.0)
+    }
+}
+
+impl Serialize for EncodedBroadcast {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(&self.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for EncodedBroadcast {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Encoding;
+
+        impl Visitor<'_> for Encoding {
+            type Value = EncodedBroadcast;
+
+            fn expecting(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
+                formatter.write_str("the bytes of a broadcast")
+            }
+
+            fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Self::Value, E> {
+                Ok(EncodedBroadcast(bytes.to_vec()))
+            }
+        }
+
+        deserializer.deserialize_bytes(Encoding)
     }
 }
 

@@ -1,15 +1,11 @@
 //! The messages of the lockstep between world and agents.
 
-use std::fmt::Formatter;
-
 use schemars::JsonSchema;
-use serde::de::{Error, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
-use crate::codec::{self, CodecError};
 use crate::link::LinkState;
 use crate::readings::{Actuation, Readings};
-use crate::team::{Broadcast, BroadcastKey};
+use crate::team::{BroadcastKey, EncodedBroadcast};
 use crate::telemetry::{AllocationRow, Motivation, Note, Reception, StateChange};
 use scenario::ids::{BehaviorId, Incarnation, RobotId, TaskId, Tick};
 use scenario::time::SimTime;
@@ -88,57 +84,8 @@ pub enum ToAgent<T = Box<TickMessage>, B = EncodedBroadcast> {
     Dismissed(Incarnation),
 }
 
-/// The encoding of a [`Broadcast`], which is written once for all receivers.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EncodedBroadcast(Vec<u8>);
-
-impl EncodedBroadcast {
-    /// # Errors
-    /// Returns [`CodecError::TooLarge`] above the size limit of a message.
-    pub fn of(broadcast: &Broadcast) -> Result<Self, CodecError> {
-        codec::encode(broadcast).map(Self)
-    }
-
-    /// Returns the size, bytes.
-    #[must_use]
-    pub fn size(&self) -> usize {
-        self.0.len()
-    }
-
-    /// # Errors
-    /// Returns any [`CodecError`] if the bytes are not a broadcast.
-    pub fn decode(&self) -> Result<Broadcast, CodecError> {
-        codec::decode(&self.0)
-    }
-}
-
-impl Serialize for EncodedBroadcast {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_bytes(&self.0)
-    }
-}
-
-impl<'de> Deserialize<'de> for EncodedBroadcast {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Encoding;
-
-        impl<'de> Visitor<'de> for Encoding {
-            type Value = EncodedBroadcast;
-
-            fn expecting(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
-                formatter.write_str("the bytes of a broadcast")
-            }
-
-            fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Self::Value, E> {
-                Ok(EncodedBroadcast(bytes.to_vec()))
-            }
-        }
-
-        deserializer.deserialize_bytes(Encoding)
-    }
-}
-
-/// Agent → world: the result of a tick. The agent publishes it after the tick's broadcasts, on the same session, so that the world has these before.
+/// Agent → world: the result of a tick. The agent publishes it after the tick's broadcasts, on the same session, so that
+/// these reach the world before it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     pub robot: RobotId,

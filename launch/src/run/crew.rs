@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use std::process::Stdio;
 
 use proto::process::ProcessState;
+use proto::view::View;
+use scenario::Robot;
 
 use super::bus::LauncherBus;
 use super::child_processes::{Ending, Process, ProcessChange};
@@ -13,9 +15,9 @@ use super::child_processes::{Ending, Process, ProcessChange};
 /// times out.
 const STARTING: usize = 64;
 
-/// The environment variable with which an agent's memory allocator requests no pages of 2 MB. With them, each process has
+/// The environment variable that permits an agent's memory allocator to request pages of 2 MB. With them, each process has
 /// 14 MB of its own instead of 6, which the kernel must clear at its start.
-const SMALL_PAGES: (&str, &str) = ("MIMALLOC_ALLOW_THP", "0");
+const LARGE_PAGES: &str = "MIMALLOC_ALLOW_THP";
 
 /// The agent processes of a launcher or a host daemon.
 pub struct AgentProcesses {
@@ -23,8 +25,9 @@ pub struct AgentProcesses {
     pub agents: Vec<Process>,
     /// Earlier processes of restarted robots.
     pub former: Vec<Process>,
-    /// The robots whose processes start later, with additional arguments for them.
+    /// The robots whose processes start later.
     waiting: VecDeque<String>,
+    /// The additional arguments of the processes of [`AgentProcesses::start_all`].
     more: Vec<String>,
     pub run: String,
     /// The commands of external controllers, by robot.
@@ -55,14 +58,20 @@ impl AgentProcesses {
     ) -> anyhow::Result<()> {
         self.waiting.extend(robots);
         self.more = more.to_owned();
-        self.start_waiting(&BTreeSet::new())
+        self.start_some(&BTreeSet::new())
     }
 
     /// Starts more processes if others have joined.
-    pub fn start_waiting(&mut self, joined: &BTreeSet<&str>) -> anyhow::Result<()> {
+    pub fn start_waiting(&mut self, robots: &[Robot], view: &View) -> anyhow::Result<()> {
         if self.waiting.is_empty() {
             return Ok(());
         }
+        let joined = robots.iter().zip(&view.robots);
+        let joined = joined.filter(|(_, robot)| robot.pid.is_some());
+        self.start_some(&joined.map(|(robot, _)| robot.name.as_str()).collect())
+    }
+
+    fn start_some(&mut self, joined: &BTreeSet<&str>) -> anyhow::Result<()> {
         let is_starting =
             |agent: &&Process| agent.ending().is_none() && !joined.contains(agent.name());
         let starting = self.agents.iter().filter(is_starting).count();
@@ -97,7 +106,7 @@ impl AgentProcesses {
                 let arguments = ["cluster", "agent", "--robot", robot, "--run", &self.run];
                 let arguments = arguments.into_iter().map(ToOwned::to_owned);
                 let arguments: Vec<String> = arguments.chain(more.iter().cloned()).collect();
-                let variables = [(SMALL_PAGES.0, SMALL_PAGES.1.to_owned())];
+                let variables = [(LARGE_PAGES, "0".to_owned())];
                 Process::start_with(robot, &log, &arguments, Stdio::null(), &variables, false)?
             }
         };

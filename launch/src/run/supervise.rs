@@ -269,10 +269,7 @@ impl RunProcesses {
                 _ = terminate.recv() => interrupted = self.interrupt(interrupted),
                 Ok(()) = views.changed() => {
                     if let Some(view) = views.borrow_and_update().as_ref() {
-                        let robots = plan.setup.scenario.robots.iter().zip(&view.robots);
-                        let joined = robots.filter(|(_, robot)| robot.pid.is_some());
-                        let joined = joined.map(|(robot, _)| robot.name.as_str()).collect();
-                        self.crew.start_waiting(&joined)?;
+                        self.crew.start_waiting(&plan.setup.scenario.robots, view)?;
                         self.progress.show(view);
                         if view.outcome.is_some() {
                             self.release_page();

@@ -214,7 +214,6 @@ async fn join(
         .get(keys.join(robot))
         .payload(payload)
         .attachment(build)
-        .timeout(session::CONNECT_PATIENCE)
         // Any member may answer, so all answers are collected. Only an answer that the world sealed counts.
         .target(QueryTarget::All)
         .consolidation(ConsolidationMode::None)

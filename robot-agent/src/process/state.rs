@@ -4,7 +4,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use proto::codec::CodecError;
 use proto::secret::{OpenError, Secret};
-use proto::tick::{EncodedBroadcast, ManifestEntry, Outcome, TickMessage, ToAgent};
+use proto::team::EncodedBroadcast;
+use proto::tick::{ManifestEntry, Outcome, TickMessage, ToAgent};
 use scenario::ids::{Incarnation, Tick};
 use tokio::sync::oneshot;
 use zenoh::Wait;

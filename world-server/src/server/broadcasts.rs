@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use proto::codec::{CodecError, LIMIT_BYTES};
-use proto::team::{Broadcast, BroadcastKey};
-use proto::tick::{EncodedBroadcast, ManifestEntry, Report, TICK_LIMIT_BYTES};
+use proto::team::{Broadcast, BroadcastKey, EncodedBroadcast};
+use proto::tick::{ManifestEntry, Report, TICK_LIMIT_BYTES};
 
 /// The total size of the broadcasts in a tick message, bytes. The rest of it is as large as any other message.
 const BROADCASTS_BYTES: usize = TICK_LIMIT_BYTES - LIMIT_BYTES;

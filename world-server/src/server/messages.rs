@@ -5,7 +5,7 @@ use proto::process::{ProcessNews, ProcessState};
 use proto::secret::OpenError;
 use proto::team::Broadcast;
 use proto::tick::{Report, ToAgent};
-use scenario::ids::RobotId;
+use scenario::ids::{Incarnation, RobotId, Tick};
 use tokio::time::Instant;
 
 use super::Server;
@@ -69,19 +69,20 @@ impl Server {
         self.advance();
     }
 
-    /// Returns whether a report answers the current tick of a robot that has not answered.
-    fn is_due(&self, report: &Report) -> bool {
+    /// Returns whether a message of a robot belongs to its answer to the current tick, which is not complete.
+    fn is_due(&self, robot: RobotId, incarnation: Incarnation, tick: Tick) -> bool {
         let barrier = self.simulation.barrier();
-        barrier.is_awaited(report.robot)
-            && barrier.incarnation(report.robot) == Some(report.incarnation)
-            && barrier.tick() == report.tick
+        barrier.is_awaited(robot)
+            && barrier.incarnation(robot) == Some(incarnation)
+            && barrier.tick() == tick
     }
 
     /// Returns `true` if a robot is asked to repeat its answer, because its report lists broadcasts that have not arrived.
     /// If they are missing after the repetition, too, they are lost. The report of an external controller then lists
     /// only those before the first gap, because the log contains no others.
     fn waits_for_broadcasts(&mut self, report: &mut Report) -> bool {
-        if !self.is_due(report) || report.broadcasts > MAX_BROADCASTS {
+        let is_due = self.is_due(report.robot, report.incarnation, report.tick);
+        if !is_due || report.broadcasts > MAX_BROADCASTS {
             return false;
         }
         let arrived = self.broadcasts.arrived(report);
@@ -115,13 +116,9 @@ impl Server {
                 return self.refuse("broadcast", &error);
             }
         };
-        let barrier = self.simulation.barrier();
         let (robot, tick) = (broadcast.sender, broadcast.tick);
-        let is_current = barrier.is_awaited(robot)
-            && barrier.incarnation(robot) == Some(broadcast.incarnation)
-            && barrier.tick() == tick
-            && broadcast.index < MAX_BROADCASTS;
-        if !is_current {
+        let is_due = self.is_due(robot, broadcast.incarnation, tick);
+        if !is_due || broadcast.index >= MAX_BROADCASTS {
             if !self.was_resent(robot, tick) {
                 self.refuse("broadcast", &"not of the current tick");
             }

@@ -13,8 +13,8 @@ use proto::mission::items::{
 use proto::mission::{Action, SensorReading, SharedKnowledge};
 use proto::readings::{Actuation, Pose, Readings};
 use proto::secret::{Secret, derived};
-use proto::team::{Broadcast, BroadcastContent, Heartbeat, TaskState};
-use proto::tick::{EncodedBroadcast, ManifestEntry, Report, TickMessage, ToAgent};
+use proto::team::{Broadcast, BroadcastContent, EncodedBroadcast, Heartbeat, TaskState};
+use proto::tick::{ManifestEntry, Report, TickMessage, ToAgent};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use scenario::ids::RobotId;
