@@ -24,9 +24,8 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::{Instant, sleep};
 
 use crate::run::bus::{BusMessage, LauncherBus};
-use crate::run::child_processes::Ending;
+use crate::run::child_processes::{Ending, end_processes};
 use crate::run::crew::AgentProcesses;
-use crate::run::supervise::end_processes;
 use crate::runtime;
 use cluster::host_router::Relay;
 

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use anyhow::{Context, bail};
 use cluster::os_process::{LAUNCHER, has_launcher};
@@ -14,9 +15,13 @@ use nix::sys::signal::{Signal, kill, killpg};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::Pid;
 use terminal::panics::PANICKED;
+use tokio::time::{Instant, sleep};
 
 use super::{controllers, shell};
 use cluster::start::{HostCommandLine, InputHold};
+
+/// The time for a process to end by itself, and again after SIGTERM, before it is killed.
+pub const GRACE: Duration = Duration::from_secs(3);
 
 /// The number of log lines that are shown when a process fails.
 const LAST_LINES: usize = 12;
@@ -271,6 +276,48 @@ pub fn die_with_launcher() -> anyhow::Result<()> {
         bail!("the launcher (process {launcher}) has ended");
     }
     Ok(())
+}
+
+/// Ends processes: waits for `patience`, then sends SIGTERM, then SIGKILL.
+pub async fn end_processes(
+    mut processes: Vec<&mut Process>,
+    patience: Duration,
+    say: &(dyn Fn(&str) + Sync),
+) {
+    let steps = [
+        (None, patience),
+        (Some(Signal::SIGTERM), GRACE),
+        (Some(Signal::SIGKILL), GRACE),
+    ];
+    for (signal, patience) in steps {
+        if let Some(signal) = signal {
+            for process in processes
+                .iter()
+                .filter(|process| process.ending().is_none())
+            {
+                if signal == Signal::SIGKILL {
+                    say(&format!("{} had to be killed", process.name()));
+                }
+                process.signal(signal);
+            }
+        }
+        let until = Instant::now() + patience;
+        while Instant::now() < until {
+            let mut left = false;
+            for process in &mut processes {
+                if process.ending().is_none() && process.trim_log() {
+                    say(&process.trimmed());
+                }
+                // A process whose state cannot be read has ended.
+                while let Ok(Some(_)) = process.poll() {}
+                left |= process.ending().is_none();
+            }
+            if !left {
+                return;
+            }
+            sleep(Duration::from_millis(10)).await;
+        }
+    }
 }
 
 #[cfg(test)]

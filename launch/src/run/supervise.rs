@@ -28,7 +28,7 @@ use tokio::time::{Instant, sleep, timeout};
 use world_server::invocation;
 
 use super::bus::{BusMessage, LauncherBus, lock};
-use super::child_processes::{Ending, Process, ProcessChange};
+use super::child_processes::{Ending, GRACE, Process, ProcessChange, end_processes};
 use super::crew::AgentProcesses;
 use super::news::RunNews;
 use super::observers::{ObserverCommand, poll_observer};
@@ -40,9 +40,6 @@ use crate::page::server::END_OF_RUN_TIMEOUT;
 use crate::ros::bodies::BodyBridge;
 use crate::runtime;
 use cluster::start::InputHold;
-
-/// The time for a process to end by itself, and again after SIGTERM, before it is killed.
-pub const GRACE: Duration = Duration::from_secs(3);
 
 /// The minimum time between two separate requests to end.
 const MIN_SIGNAL_INTERVAL: Duration = Duration::from_millis(500);
@@ -165,6 +162,14 @@ impl RunProcesses {
         team.progress.print_line(&format!("run {}", plan.run));
         team.progress
             .print_line(&paragraph(&format!("process ids: {}", listed(&pids, PIDS))));
+        match team.crew.waiting().count() {
+            0 => {}
+            later => {
+                let line =
+                    format!("the last {later} processes start when earlier ones have joined");
+                team.progress.print_line(&line);
+            }
+        }
         if let Some(link) = link {
             team.start_page(link, plan.open);
         }
@@ -270,7 +275,10 @@ impl RunProcesses {
                 Ok(()) = views.changed() => {
                     if let Some(view) = views.borrow_and_update().as_ref() {
                         self.crew.start_waiting(&plan.setup.scenario.robots, view)?;
-                        self.progress.show(view);
+                        // The clock waits for processes that this program has yet to start.
+                        if self.crew.waiting().next().is_none() {
+                            self.progress.show(view);
+                        }
                         if view.outcome.is_some() {
                             self.release_page();
                         }
@@ -525,48 +533,6 @@ impl RunProcesses {
                     self.world.failure_output()
                 )
             }
-        }
-    }
-}
-
-/// Ends processes: waits for `patience`, then sends SIGTERM, then SIGKILL.
-pub async fn end_processes(
-    mut processes: Vec<&mut Process>,
-    patience: Duration,
-    say: &(dyn Fn(&str) + Sync),
-) {
-    let steps = [
-        (None, patience),
-        (Some(Signal::SIGTERM), GRACE),
-        (Some(Signal::SIGKILL), GRACE),
-    ];
-    for (signal, patience) in steps {
-        if let Some(signal) = signal {
-            for process in processes
-                .iter()
-                .filter(|process| process.ending().is_none())
-            {
-                if signal == Signal::SIGKILL {
-                    say(&format!("{} had to be killed", process.name()));
-                }
-                process.signal(signal);
-            }
-        }
-        let until = Instant::now() + patience;
-        while Instant::now() < until {
-            let mut left = false;
-            for process in &mut processes {
-                if process.ending().is_none() && process.trim_log() {
-                    say(&process.trimmed());
-                }
-                // A process whose state cannot be read has ended.
-                while let Ok(Some(_)) = process.poll() {}
-                left |= process.ending().is_none();
-            }
-            if !left {
-                return;
-            }
-            sleep(Duration::from_millis(10)).await;
         }
     }
 }
