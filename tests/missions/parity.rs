@@ -82,6 +82,23 @@ fn every_allocator_has_the_same_bytes() {
     }
 }
 
+/// The processes start in waves, and all take part from the first tick on.
+#[test]
+fn a_team_that_starts_in_waves_has_the_same_bytes() {
+    let lab = Lab::new();
+    let run = check(&lab, "--robots 70 --limit 2 --log full");
+    assert_eq!(run.result.ticks, 40);
+    assert!(
+        run.result
+            .robots
+            .values()
+            .all(|robot| robot.ticks_counted == 40)
+    );
+    let many = lab.mission("again", "--robots 70 --limit 0.1").expect(1);
+    let line = "the last 6 processes start when earlier ones have joined";
+    assert!(many.stderr.contains(line), "{}", many.stderr);
+}
+
 /// A large team is stepped on several threads, and another thread writes its log.
 #[test]
 fn any_number_of_threads_has_the_same_bytes() {
