@@ -1,4 +1,4 @@
-//! The allocator of a robot whose behavior set the caller of the environment chooses.
+//! The allocators of a robot whose behavior set or whose body the caller of the environment controls.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,10 +7,11 @@ use glam::Vec2;
 use prefetch::{Layer, prefetch};
 use proto::team::{BroadcastContent, Heartbeat, TaskState};
 use robot_agent::allocator::{Allocator, AllocatorKind, Choice, Decision, Input, SelfState};
-use scenario::AllocatorSpec;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
+use scenario::{AllocatorSpec, Setup};
 
+use super::world::Level;
 use crate::rows::rows;
 
 /// The name of the allocator in scenario and log.
@@ -31,12 +32,12 @@ pub struct ExternalAgent {
     pub wanted: Option<BehaviorId>,
     /// `true` if the active set has ended by itself since the flag was last cleared.
     pub has_ended: bool,
-    /// The data of the latest step: time, position, load, choices and active set.
+    /// The data of the latest step: time and position; at level decide also load, choices and active set.
     pub now: SimTime,
     pub position: Option<Vec2>,
     pub is_laden: bool,
     pub choices: Vec<Choice>,
-    /// The place of each choice, m; empty at level drive.
+    /// The place of each choice, m.
     pub places: Vec<Option<Vec2>>,
     pub active: Option<BehaviorId>,
     /// The time since which `active` has its value.
@@ -48,6 +49,19 @@ pub struct ExternalAgent {
 }
 
 impl ExternalAgent {
+    /// Takes the time, the position and the received heartbeats of a step.
+    fn perceive(&mut self, input: &Input<'_>) {
+        for broadcast in input.received {
+            if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body
+                && let Some(mate) = self.mates.get_mut(broadcast.sender.index())
+            {
+                *mate = Some(Mate::from_heartbeat(heartbeat, input.now));
+            }
+        }
+        self.now = input.now;
+        self.position = input.position;
+    }
+
     /// Returns the number of teammates that report to execute a task, without lost ones.
     pub fn claims_of(&self, task: TaskId) -> usize {
         let mates = self.mates.iter().flatten();
@@ -62,16 +76,24 @@ impl ExternalAgent {
 pub struct ExternalAgents {
     /// The data by rank.
     agents: Vec<Mutex<ExternalAgent>>,
-    /// True if the observations contain the places of choices.
-    needs_places: bool,
 }
 
 impl ExternalAgents {
-    pub fn new(robots: usize, needs_places: bool) -> Self {
+    pub fn new(robots: usize) -> Self {
         Self {
             agents: (0..robots).map(|_| Mutex::default()).collect(),
-            needs_places,
         }
+    }
+
+    /// Clears the data of a robot except the chosen set, at the start of an incarnation.
+    fn restart(&self, me: &SelfState) {
+        let mut agent = self.lock(me.robot);
+        *agent = ExternalAgent {
+            wanted: agent.wanted,
+            mates: vec![None; me.team],
+            ceased_after: me.ceased_after,
+            ..ExternalAgent::default()
+        };
     }
 
     pub fn lock(&self, robot: RobotId) -> MutexGuard<'_, ExternalAgent> {
@@ -113,7 +135,7 @@ impl fmt::Debug for ExternalAgents {
 }
 
 /// Returns the allocator for the registry of an environment.
-pub fn kind(agents: Arc<ExternalAgents>) -> AllocatorKind {
+pub fn kind(level: Level, agents: Arc<ExternalAgents>) -> AllocatorKind {
     let spec = AllocatorSpec {
         name: NAME,
         about: "the decisions of an environment's user",
@@ -121,9 +143,14 @@ pub fn kind(agents: Arc<ExternalAgents>) -> AllocatorKind {
         needs_ground_truth: false,
         learns_times: false,
     };
-    AllocatorKind::with_config::<ExternalAllocator>(spec, move |_| Ok(Arc::clone(&agents)))
+    let agents = move |_: &Setup| Ok(Arc::clone(&agents));
+    match level {
+        Level::Decide => AllocatorKind::with_config::<ExternalAllocator>(spec, agents),
+        Level::Drive => AllocatorKind::with_config::<DrivenAllocator>(spec, agents),
+    }
 }
 
+/// The allocator at level decide.
 #[derive(Clone, Debug)]
 struct ExternalAllocator {
     me: RobotId,
@@ -134,14 +161,7 @@ impl Allocator for ExternalAllocator {
     type Config = Arc<ExternalAgents>;
 
     fn new(me: &SelfState, agents: &Arc<ExternalAgents>) -> Self {
-        let mut agent = agents.lock(me.robot);
-        *agent = ExternalAgent {
-            wanted: agent.wanted,
-            mates: vec![None; me.team],
-            ceased_after: me.ceased_after,
-            ..ExternalAgent::default()
-        };
-        drop(agent);
+        agents.restart(me);
         Self {
             me: me.robot,
             agents: Arc::clone(agents),
@@ -157,23 +177,15 @@ impl Allocator for ExternalAllocator {
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
         let mut agent = self.agents.lock(self.me);
         let agent = &mut *agent;
-        for broadcast in input.received {
-            if let BroadcastContent::Heartbeat(heartbeat) = &broadcast.body
-                && let Some(mate) = agent.mates.get_mut(broadcast.sender.index())
-            {
-                *mate = Some(Mate::from_heartbeat(heartbeat, input.now));
-            }
-        }
+        agent.perceive(input);
         agent.choices.clear();
         agent.choices.extend_from_slice(input.choices);
-        if self.agents.needs_places {
-            agent.places.clear();
-            let places = input
-                .choices
-                .iter()
-                .map(|choice| (input.place)(choice.task));
-            agent.places.extend(places);
-        }
+        agent.places.clear();
+        let places = input
+            .choices
+            .iter()
+            .map(|choice| (input.place)(choice.task));
+        agent.places.extend(places);
         let applies = |wanted: BehaviorId| {
             let mut choices = input.choices.iter();
             choices.any(|choice| choice.behavior == wanted && choice.applicable)
@@ -184,11 +196,42 @@ impl Allocator for ExternalAllocator {
         if before != decision.active {
             agent.since = input.now;
         }
-        agent.now = input.now;
-        agent.position = input.position;
         agent.is_laden = input.is_laden;
         agent.active = decision.active;
         rows(self.me, input, decision, |_| None);
+    }
+}
+
+/// The allocator at level drive. The robot has no behavior, because its body follows the actions.
+#[derive(Clone, Debug)]
+struct DrivenAllocator {
+    me: RobotId,
+    agents: Arc<ExternalAgents>,
+}
+
+impl Allocator for DrivenAllocator {
+    type Config = Arc<ExternalAgents>;
+
+    fn selects() -> bool {
+        false
+    }
+
+    fn new(me: &SelfState, agents: &Arc<ExternalAgents>) -> Self {
+        agents.restart(me);
+        Self {
+            me: me.robot,
+            agents: Arc::clone(agents),
+        }
+    }
+
+    /// Exchanges data with another environment, in which a copy of the run continues.
+    fn adopt(&mut self, agents: &Arc<ExternalAgents>) -> bool {
+        self.agents = Arc::clone(agents);
+        true
+    }
+
+    fn step(&mut self, input: &Input<'_>, _: &mut Decision) {
+        self.agents.lock(self.me).perceive(input);
     }
 }
 

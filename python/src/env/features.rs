@@ -2,6 +2,7 @@
 
 use std::f32::consts::FRAC_PI_2;
 use std::iter::repeat;
+use std::slice;
 
 use glam::Vec2;
 use missions::{observe, push};
@@ -36,32 +37,10 @@ const SET_FEATURES: [&str; 8] = [
 /// The time or cost, s, that maps to ½. Larger values approach 1.
 const HALF_S: f64 = 30.0;
 
-/// A writer of numbers, and optionally of their names.
-pub struct Row<'a> {
-    numbers: &'a mut [f32],
-    at: usize,
-    names: Option<&'a mut Vec<String>>,
-}
-
-impl<'a> Row<'a> {
-    pub fn new(numbers: &'a mut [f32], names: Option<&'a mut Vec<String>>) -> Self {
-        Self {
-            numbers,
-            at: 0,
-            names,
-        }
-    }
-
-    #[inline(always)]
-    fn put(&mut self, name: impl FnOnce() -> String, number: f32) {
-        if let Some(place) = self.numbers.get_mut(self.at) {
-            *place = number.clamp(-BOUND, BOUND);
-        }
-        self.at += 1;
-        if let Some(names) = &mut self.names {
-            names.push(name());
-        }
-    }
+/// The receiver of an observation, number by number.
+pub trait Row {
+    /// Receives the next number and its name.
+    fn put(&mut self, name: impl FnOnce() -> String, number: f32);
 
     #[inline(always)]
     fn flag(&mut self, name: &'static str, flag: bool) {
@@ -73,13 +52,41 @@ impl<'a> Row<'a> {
         self.put(|| name.to_owned(), number.unwrap_or(0.0));
     }
 
-    /// Writes an offset in units of `part_m`; `None` for no object.
+    /// Receives an offset in units of `part_m`; `None` for no object.
     #[inline(always)]
     fn offset(&mut self, name: impl Fn() -> String, offset: Option<Vec2>, part_m: f32) {
         let [x, y] = offset.map_or([0.0; 2], |offset| (offset / part_m).to_array());
         self.put(|| format!("{}.there", name()), f32::from(offset.is_some()));
         self.put(|| format!("{}.x", name()), x);
         self.put(|| format!("{}.y", name()), y);
+    }
+}
+
+/// The numbers of an observation. Those beyond the end are ignored.
+pub struct Numbers<'a>(slice::IterMut<'a, f32>);
+
+impl<'a> Numbers<'a> {
+    pub fn new(numbers: &'a mut [f32]) -> Self {
+        Self(numbers.iter_mut())
+    }
+}
+
+impl Row for Numbers<'_> {
+    #[inline(always)]
+    fn put(&mut self, _: impl FnOnce() -> String, number: f32) {
+        if let Some(place) = self.0.next() {
+            *place = number.clamp(-BOUND, BOUND);
+        }
+    }
+}
+
+/// The names of the numbers of an observation.
+#[derive(Default)]
+pub struct Names(pub Vec<String>);
+
+impl Row for Names {
+    fn put(&mut self, name: impl FnOnce() -> String, _: f32) {
+        self.0.push(name());
     }
 }
 
@@ -90,7 +97,7 @@ fn squash(seconds: f64) -> f32 {
 
 /// Writes the observation at level `decide`: the robot, its sets and its teammates. All robots have space for `sets`
 /// sets.
-pub fn decide(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup, sets: usize) {
+pub fn decide(row: &mut impl Row, agent: &ExternalAgent, setup: &Setup, sets: usize) {
     let room = setup.scenario.room;
     let now_s = agent.now.as_secs_f64();
     let position = agent.position.map(|position| shares(&room, position));
@@ -127,7 +134,7 @@ pub fn decide(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup, sets: usi
 }
 
 /// Writes the nearest teammates with a received heartbeat. Teammates without a position come last.
-fn teammates(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup) {
+fn teammates(row: &mut impl Row, agent: &ExternalAgent, setup: &Setup) {
     let part_m = setup.scenario.room.size().max_element();
     let most = setup.scenario.robots.len().saturating_sub(1).min(MATES);
     let mut nearest: [Option<(f32, Mate)>; MATES] = [None; MATES];
@@ -167,7 +174,7 @@ fn teammates(row: &mut Row<'_>, agent: &ExternalAgent, setup: &Setup) {
 }
 
 /// Writes the observation at level `drive`: the sensor readings and the teammates.
-pub fn drive(row: &mut Row<'_>, readings: &Readings, agent: &ExternalAgent, setup: &Setup) {
+pub fn drive(row: &mut impl Row, readings: &Readings, agent: &ExternalAgent, setup: &Setup) {
     let (room, sensors) = (setup.scenario.room, &setup.scenario.sensors);
     let pose = readings.pose;
     let position = pose.map(|pose| shares(&room, pose.position));
@@ -227,7 +234,7 @@ pub fn drive(row: &mut Row<'_>, readings: &Readings, agent: &ExternalAgent, setu
     teammates(row, agent, setup);
 }
 
-fn beam_of(row: &mut Row<'_>, side: &str, beam: usize, hit: Option<Hit>, range_m: f32) {
+fn beam_of(row: &mut impl Row, side: &str, beam: usize, hit: Option<Hit>, range_m: f32) {
     let near = hit.map_or(0.0, |hit| 1.0 - hit.distance_m / range_m);
     row.put(|| format!("{side}{beam}.near"), near);
     let normal = hit.map_or(0.0, |hit| hit.normal_rad / (2.0 * FRAC_PI_2));
@@ -235,7 +242,7 @@ fn beam_of(row: &mut Row<'_>, side: &str, beam: usize, hit: Option<Hit>, range_m
 }
 
 /// Writes the readings of the mission's devices; nothing for an unknown mission.
-fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
+fn mission(row: &mut impl Row, sensed: &SensorReading, setup: &Setup) {
     let section = setup.catalog.mission.name();
     let range_m = setup.scenario.sensors.item_range_m;
     match (section, sensed) {
@@ -269,7 +276,7 @@ fn mission(row: &mut Row<'_>, sensed: &SensorReading, setup: &Setup) {
     }
 }
 
-fn items(row: &mut Row<'_>, sensed: &ItemsReading, range_m: f32) {
+fn items(row: &mut impl Row, sensed: &ItemsReading, range_m: f32) {
     row.flag("items.works", sensed.items.is_some());
     for place in 0..MAX_SENSED_ITEMS {
         let items = sensed.items.as_ref();

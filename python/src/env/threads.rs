@@ -2,10 +2,10 @@
 //! of a small batch.
 
 use std::io;
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
@@ -15,6 +15,10 @@ use crate::errors::alliance_error;
 
 /// The time between two checks for Ctrl-C of a waiting thread.
 pub const BETWEEN_CHECKS: Duration = Duration::from_millis(20);
+
+/// How long a thread looks for a message before it sleeps. To wake a sleeping thread takes as long as a step of a small
+/// batch, too.
+const AWAKE: Duration = Duration::from_micros(200);
 
 /// The work on each part of a batch.
 pub type Work = Arc<dyn Fn(&mut BatchPart) -> PyResult<()> + Send + Sync>;
@@ -77,6 +81,9 @@ impl Threads {
 impl Worker {
     /// Waits for the result of the work. Ctrl-C ends the work, not the wait.
     fn result(&self, interrupt: &Interrupt) -> PyResult<()> {
+        if let Ok(result) = receive_soon(&self.done) {
+            return result;
+        }
         let mut interrupted = Ok(());
         loop {
             match self.done.recv_timeout(BETWEEN_CHECKS) {
@@ -94,7 +101,7 @@ impl Worker {
         let (work, queue) = mpsc::sync_channel::<Work>(1);
         let (results, done) = mpsc::sync_channel(1);
         thread::Builder::new().spawn(move || {
-            for work in queue {
+            while let Ok(work) = receive_soon(&queue).or_else(|_| queue.recv()) {
                 let result = work(&mut lock(&part));
                 if results.send(result).is_err() {
                     return;
@@ -102,6 +109,18 @@ impl Worker {
             }
         })?;
         Ok(Self { work, done })
+    }
+}
+
+/// Returns the next message if it arrives before the thread would sleep.
+fn receive_soon<T>(queue: &Receiver<T>) -> Result<T, TryRecvError> {
+    let start = Instant::now();
+    loop {
+        match queue.try_recv() {
+            // Other threads may need the core.
+            Err(TryRecvError::Empty) if start.elapsed() < AWAKE => thread::yield_now(),
+            received => return received,
+        }
     }
 }
 

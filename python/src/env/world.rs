@@ -26,7 +26,7 @@ use scenario::mission::columns::ColumnKind;
 use scenario::time::SimTime;
 
 use super::external_agent::{self, ExternalAgent, ExternalAgents, NAME};
-use super::features::{self, Row};
+use super::features::{self, Names, Numbers, Row};
 use super::interrupt::{Interrupt, Watch};
 use super::shaping::Shaping;
 use crate::controller::FailureReaction;
@@ -173,20 +173,19 @@ impl Common {
 
     /// Returns the names of the values in an agent's observation.
     pub fn names(&self, agent: usize) -> Vec<String> {
-        let mut names = Vec::new();
         let Some(agent) = self.agents.get(agent) else {
-            return names;
+            return Vec::new();
         };
         let external = ExternalAgent {
             choices: self.sets_of(*agent).into_iter().map(placeholder).collect(),
             ..ExternalAgent::default()
         };
-        let row = &mut Row::new(&mut [], Some(&mut names));
-        self.show(&Readings::default(), &external, row);
-        names
+        let mut names = Names::default();
+        self.show(&Readings::default(), &external, &mut names);
+        names.0
     }
 
-    fn show(&self, readings: &Readings, external: &ExternalAgent, row: &mut Row<'_>) {
+    fn show(&self, readings: &Readings, external: &ExternalAgent, row: &mut impl Row) {
         match self.level {
             Level::Decide => features::decide(row, external, &self.setup, self.sets),
             Level::Drive => features::drive(row, readings, external, &self.setup),
@@ -212,7 +211,7 @@ impl Common {
     /// Returns empty data of all robots for a new environment.
     fn external_agents(&self) -> Arc<ExternalAgents> {
         let robots = self.setup.scenario.robots.len();
-        Arc::new(ExternalAgents::new(robots, self.level == Level::Decide))
+        Arc::new(ExternalAgents::new(robots))
     }
 
     /// Returns the sets of an externally controlled robot, in the order of its actions from 1 on.
@@ -301,7 +300,7 @@ impl Environment {
             .randomised
             .draw_setup(&common.setup, seed, &common.registry);
         let mut setup = drawn.map_err(scenario_error)?;
-        let allocators = || external_agent::kind(Arc::clone(&self.external_agents));
+        let allocators = || external_agent::kind(common.level, Arc::clone(&self.external_agents));
         let mut registry = common.registry.clone().with_allocator_kind(allocators());
         if level != LogLevel::Off {
             // The log keeps the answers of external controllers. The decisions come from outside, so a replay needs
@@ -356,7 +355,7 @@ impl Environment {
     pub fn copied(&self, common: &Common) -> PyResult<Self> {
         let external_agents = common.external_agents();
         external_agents.copy_from(&self.external_agents);
-        let kind = external_agent::kind(Arc::clone(&external_agents));
+        let kind = external_agent::kind(common.level, Arc::clone(&external_agents));
         let registry = common.registry.clone().with_allocator_kind(kind);
         let copy = |team: &Team<Place>| {
             let nowhere = Place::Nowhere(MemoryLog::default());
@@ -537,7 +536,7 @@ impl Environment {
         common.show(
             readings,
             &self.external_agents.lock(robot),
-            &mut Row::new(numbers, None),
+            &mut Numbers::new(numbers),
         );
     }
 

@@ -149,7 +149,7 @@ impl EnvironmentBatch {
         if envs == 0 || threads == 0 {
             return Err(scenario_error("envs and threads: each must be at least 1"));
         }
-        let allocators = external_agent::kind(Arc::new(ExternalAgents::new(0, false)));
+        let allocators = external_agent::kind(level, Arc::new(ExternalAgents::new(0)));
         let ready = asked.ready(Registry::built_in().with_allocator_kind(allocators))?;
         let (period_s, ticks) = length;
         let length = StepLength { period_s, ticks };

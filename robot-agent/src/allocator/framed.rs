@@ -101,6 +101,10 @@ impl<A: Allocator> RunningAllocator for AllocatorRunner<A> {
         prefetch(&*self.progress);
     }
 
+    fn weighs_costs(&self) -> bool {
+        A::selects()
+    }
+
     fn uses_radio(&self) -> bool {
         A::uses_radio()
     }

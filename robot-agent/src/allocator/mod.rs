@@ -119,6 +119,13 @@ pub trait Allocator: Clone + Debug + Send + 'static {
         true
     }
 
+    /// Returns whether the allocator selects behaviors. If false, [`Input::choices`] is empty, and the robot has no active
+    /// behavior. The default is true.
+    #[must_use]
+    fn selects() -> bool {
+        true
+    }
+
     /// Creates the state of a robot at the start of an incarnation, before any message.
     fn new(me: &SelfState, config: &Self::Config) -> Self;
 
