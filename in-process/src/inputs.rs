@@ -35,6 +35,9 @@ impl LoggedInputs {
 
     /// Returns the inputs that take effect before a tick or have no order index in it.
     pub fn unordered(&self, tick: Tick) -> Vec<Input> {
+        if self.by_tick.is_empty() {
+            return Vec::new();
+        }
         let inputs = self.by_tick.get(&tick).into_iter().flatten();
         let unordered = inputs.filter(|input| input.moment().is_none());
         unordered.cloned().collect()
@@ -42,10 +45,12 @@ impl LoggedInputs {
 
     /// Removes and returns the inputs of a tick, without those that are admitted before it.
     pub fn take(&mut self, tick: Tick) -> TickInputs {
-        match self.by_tick.remove(&tick) {
-            Some(inputs) => TickInputs::new(inputs),
-            None => TickInputs::default(),
+        // Most runs have no inputs after their start, and an empty map is not searched.
+        if self.by_tick.is_empty() {
+            return TickInputs::default();
         }
+        let inputs = self.by_tick.remove(&tick).map(TickInputs::new);
+        inputs.unwrap_or_default()
     }
 
     /// Returns the next incarnation of the robot that a process fault starts in this tick.

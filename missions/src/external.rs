@@ -77,7 +77,9 @@ pub fn reading_as_json(sensed: &SensorReading, mission: &str) -> Value {
         ("observe", sensed) => open::<observe::bus::SensorReading>(sensed),
         ("push", sensed) => open::<push::bus::SensorReading>(sensed),
         ("service", sensed) => open::<service::bus::SensorReading>(sensed),
-        (_, SensorReading::Open(open)) => json!({ "bytes": open.bytes().as_slice() }),
+        (_, SensorReading::Open(open)) => {
+            open.with_bytes(|bytes| json!({ "bytes": bytes.as_slice() }))
+        }
         _ => json!({}),
     }
 }

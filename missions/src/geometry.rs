@@ -17,10 +17,10 @@ pub(crate) fn is_possible_place(at: Vec2) -> bool {
     at.abs().cmple(Vec2::splat(FARTHEST_M)).all()
 }
 
-/// Returns the first `N` of all found numbers, given with squared distances. Sorts them by distance and then by number.
+/// Returns the first `N` of all found numbers with their squared distances, sorted by distance and then by number.
 pub(crate) fn nearest<T: Copy + PartialOrd, const N: usize>(
     all: impl Iterator<Item = (f32, T)>,
-) -> ArrayVec<T, N> {
+) -> ArrayVec<(f32, T), N> {
     let mut nearest: ArrayVec<(f32, T), N> = ArrayVec::new();
     for found in all {
         let before = nearest.partition_point(|known| *known < found);
@@ -32,7 +32,7 @@ pub(crate) fn nearest<T: Copy + PartialOrd, const N: usize>(
         }
         nearest.insert(before, found);
     }
-    nearest.into_iter().map(|(_, number)| number).collect()
+    nearest
 }
 
 #[cfg(test)]
@@ -55,9 +55,9 @@ mod tests {
         fn the_nearest_come_first(places in prop::collection::vec((-3..4_i8, -3..4_i8), 0..40)) {
             let squared = |(x, y): &(i8, i8)| f32::from(x * x + y * y) / 9.0;
             let mut all: Vec<(f32, u32)> = places.iter().map(squared).zip(0..).collect();
-            let nearest: ArrayVec<u32, 8> = nearest(all.iter().copied());
+            let nearest: ArrayVec<(f32, u32), 8> = nearest(all.iter().copied());
             all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            prop_assert!(nearest.into_iter().eq(all.iter().take(8).map(|found| found.1)));
+            prop_assert_eq!(&nearest[..], &all[..all.len().min(8)]);
         }
     }
 }

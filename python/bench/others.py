@@ -1,18 +1,24 @@
-"""Agent-steps per second of processor time, in turns with other environments: MPE2, RWARE, VMAS (needs torch) and JaxMARL.
+"""Agent-steps per second, in turns with other environments: MPE2, RWARE, VMAS (needs torch) and JaxMARL.
 
     pip install mpe2 rware vmas jaxmarl
-    python3 others.py [WORD...]    # only rows whose name contains all words
+    python3 others.py [--all-cores] [WORD...]    # only rows whose name contains all words
 
-The missions differ, so a ratio compares only the cost of a step for a learner. Processor time includes all threads. VMAS and
-JaxMARL are limited to one thread.
+The missions differ, so a ratio compares only the cost of a step for a learner. Batches have one thread each, and seconds are
+those of processor time. With `--all-cores`, batches have a thread for each core, and seconds are those of the wall clock.
 """
 
 import os
 import statistics
 import sys
+import time
+
+ALL_CORES = "--all-cores" in sys.argv
+THREADS = os.cpu_count() if ALL_CORES else 1
+CLOCK = time.perf_counter if ALL_CORES else time.process_time
 
 # Read by XLA when JAX is imported.
-os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
+if not ALL_CORES:
+    os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
 from environments import batch, parallel, turn
@@ -61,7 +67,7 @@ def vmas(scenario, envs):
     import torch
     import vmas
 
-    torch.set_num_threads(1)
+    torch.set_num_threads(THREADS)
     env = vmas.make_env(scenario, num_envs=envs, device="cpu", continuous_actions=True, seed=1)
     actions = [torch.rand(envs, 2) * 2 - 1 for _ in env.agents]
     return lambda: env.step(actions)
@@ -104,9 +110,9 @@ def rows():
     yield "4 robots", "RWARE small", rware, 4
     for envs in (1, 32, 1024):
         group, agents = f"batch of {envs}", 3 * envs
-        yield group, "VecEnv, drive", lambda envs=envs: batch("drive", envs, 3), agents
+        yield group, "VecEnv, drive", lambda envs=envs: batch("drive", envs, 3, THREADS), agents
         # In agent-ticks.
-        yield group, "VecEnv, drive, ticks=10", lambda envs=envs: batch("drive", envs, 3, ticks=10), 10 * agents
+        yield group, "VecEnv, drive, ticks=10", lambda envs=envs: batch("drive", envs, 3, THREADS, ticks=10), 10 * agents
         yield group, "VMAS simple_spread", lambda envs=envs: vmas("simple_spread", envs), agents
         for steps in (1, SCANNED):
             name = f"JaxMARL simple_spread, {steps} a call"
@@ -115,8 +121,9 @@ def rows():
 
 if __name__ == "__main__":
     steps = {}
+    words = [word for word in sys.argv[1:] if word != "--all-cores"]
     for group, name, make, agents in rows():
-        if not all(word in f"{group}: {name}" for word in sys.argv[1:]):
+        if not all(word in f"{group}: {name}" for word in words):
             continue
         try:
             step = make()
@@ -128,8 +135,9 @@ if __name__ == "__main__":
     turns = {row: [] for row in steps}
     for _ in range(ROUNDS):
         for row, (step, agents) in steps.items():
-            turns[row].append(turn(step, agents))
-    print(f"{'agent-steps per second of processor time':<52}{'median':>12}{'range':>26}{'reference / row':>28}")
+            turns[row].append(turn(step, agents, CLOCK))
+    unit = "agent-steps per second" if ALL_CORES else "agent-steps per second of processor time"
+    print(f"{unit:<52}{'median':>12}{'range':>26}{'reference / row':>28}")
     reference = {}
     for (group, name), found in turns.items():
         first = reference.setdefault(group, found)

@@ -171,12 +171,18 @@ impl<const N: usize> Bytes<N> {
     /// Returns [`CodecError::TooLarge`] above `N` bytes.
     pub fn encode<T: Serialize>(value: &T) -> Result<Self, CodecError> {
         let mut new = Self::default();
-        let length = codec::encode_to_slice(value, &mut new.bytes)?;
-        new.length = u8::try_from(length)
+        new.fill(value)?;
+        Ok(new)
+    }
+
+    /// Encodes a value into an empty buffer.
+    fn fill<T: Serialize>(&mut self, value: &T) -> Result<(), CodecError> {
+        let length = codec::encode_to_slice(value, &mut self.bytes)?;
+        self.length = u8::try_from(length)
             .ok()
             .filter(|_| length <= N)
             .ok_or(CodecError::TooLarge(length, N))?;
-        Ok(new)
+        Ok(())
     }
 
     /// Decodes the value in the buffer.

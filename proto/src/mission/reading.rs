@@ -1,7 +1,7 @@
 //! The readings of a mission's own devices, as a value of the mission's own type.
 //!
 //! In one process a reading stays a value from the world to the controller. The bus and the hash of a tick need bytes:
-//! [`OpenReading::bytes`] is the only place that encodes a reading, and [`OpenReading::value`] the only one that decodes
+//! [`OpenReading::with_bytes`] is the only place that encodes a reading, and [`OpenReading::value`] the only one that decodes
 //! it.
 
 use std::any::Any;
@@ -41,14 +41,16 @@ enum Content {
 
 /// The object-safe side of [`Reading`].
 trait AnyReading: Any + Debug + Send + Sync {
-    fn bytes(&self) -> Bytes<MAX_READING_BYTES>;
+    /// Encodes the value into an empty buffer.
+    fn encode(&self, bytes: &mut Bytes<MAX_READING_BYTES>);
     fn clone_box(&self) -> Box<dyn AnyReading>;
 }
 
 impl<R: Reading> AnyReading for R {
-    fn bytes(&self) -> Bytes<MAX_READING_BYTES> {
-        Bytes::encode(self)
-            .unwrap_or_else(|error| panic!("cannot encode the readings of the mission: {error}"))
+    fn encode(&self, bytes: &mut Bytes<MAX_READING_BYTES>) {
+        bytes
+            .fill(self)
+            .unwrap_or_else(|error| panic!("cannot encode the readings of the mission: {error}"));
     }
 
     fn clone_box(&self) -> Box<dyn AnyReading> {
@@ -63,15 +65,18 @@ impl Clone for Box<dyn AnyReading> {
 }
 
 impl OpenReading {
-    /// Returns the encoding of the reading.
+    /// Passes the encoding of the reading to `use_bytes`, and returns its result.
     ///
     /// # Panics
     /// Panics if the encoding of a value takes more than [`MAX_READING_BYTES`] bytes.
-    #[must_use]
-    pub fn bytes(&self) -> Cow<'_, Bytes<MAX_READING_BYTES>> {
+    pub fn with_bytes<T>(&self, use_bytes: impl FnOnce(&Bytes<MAX_READING_BYTES>) -> T) -> T {
         match &self.0 {
-            Content::Value(value) => Cow::Owned((**value).bytes()),
-            Content::Bytes(bytes) => Cow::Borrowed(&**bytes),
+            Content::Value(value) => {
+                let mut bytes = Bytes::default();
+                (**value).encode(&mut bytes);
+                use_bytes(&bytes)
+            }
+            Content::Bytes(bytes) => use_bytes(bytes),
         }
     }
 
@@ -83,7 +88,7 @@ impl OpenReading {
         {
             return Cow::Borrowed(value);
         }
-        Cow::Owned(self.bytes().decode().unwrap_or_default())
+        Cow::Owned(self.with_bytes(Bytes::decode).unwrap_or_default())
     }
 }
 
@@ -167,13 +172,13 @@ impl SensorReading {
 /// Compares the encodings, because the values have no common type.
 impl PartialEq for OpenReading {
     fn eq(&self, other: &Self) -> bool {
-        self.bytes() == other.bytes()
+        self.with_bytes(|bytes| other.with_bytes(|other| bytes == other))
     }
 }
 
 impl Serialize for OpenReading {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.bytes().serialize(serializer)
+        self.with_bytes(|bytes| bytes.serialize(serializer))
     }
 }
 

@@ -248,8 +248,8 @@ pub(super) fn events(names: &Names, record: &TickRecord<'_>) -> Vec<EventLine> {
     }
     for counted in record.counted() {
         let report = &counted.report;
-        let robot = names.robot(report.robot);
         for change in &report.changes {
+            let robot = names.robot(report.robot);
             let reason = change.reason.describe(|robot| names.robot(robot));
             let (set, task) = (names.set(Some(change.set)), names.task_of(change.set));
             line(EventKind::State(change.to), [robot, set, &reason, task]);
@@ -257,7 +257,7 @@ pub(super) fn events(names: &Names, record: &TickRecord<'_>) -> Vec<EventLine> {
         for note in &report.notes {
             line(
                 EventKind::Note(names.note(note.kind)),
-                [robot, "", "", &note.detail],
+                [names.robot(report.robot), "", "", &note.detail],
             );
         }
     }

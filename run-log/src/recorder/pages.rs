@@ -80,8 +80,10 @@ impl Pages {
 
     /// Adds rows to a table that exists only if it has rows.
     pub fn add_optional(&mut self, table: Table, rows: impl FnOnce(&mut Vec<u8>)) {
-        self.begin(table);
-        self.add(table, rows);
+        if self.level.keeps(table) {
+            self.begin(table);
+            self.add(table, rows);
+        }
     }
 
     /// Adds rows to a table if the log level includes it.

@@ -189,7 +189,6 @@ impl Simulation {
                 prefetch(&*self.active);
                 prefetch(&*self.reported);
                 prefetch(&*self.answer_bytes);
-                prefetch(&*self.setup.scenario.robots);
                 self.answers.prefetch(layer);
                 self.barrier.prefetch();
                 self.memories.prefetch();

@@ -11,7 +11,7 @@ mod watch;
 use std::sync::Arc;
 
 use glam::Vec2;
-use prefetch::Layer;
+use prefetch::{Layer, prefetch};
 use proto::mission::{Action, SensorReading as AnyReading};
 use proto::tick::Outcome;
 use proto::view::{Mark, MarkOutline, MarkRole, View, Work};
@@ -47,23 +47,6 @@ struct Constants {
     area: Area,
     step: SimTime,
     duration: SimTime,
-}
-
-impl Observe {
-    fn in_sight(&self, robot: RobotId, floor: &Floor) -> SensorReading {
-        let (position, ahead) = (floor.pose(robot).position, floor.ahead(robot));
-        let nearest = self.targets.nearest(position).into_iter();
-        let seen = nearest.map(|number| {
-            let offset = self.targets.at(number) - position;
-            SensedTarget {
-                target: number as u32,
-                offset: Vec2::new(ahead.dot(offset), ahead.perp_dot(offset)),
-            }
-        });
-        SensorReading {
-            targets: Some(seen.collect()),
-        }
-    }
 }
 
 impl MissionWorld for Observe {
@@ -108,7 +91,18 @@ impl MissionWorld for Observe {
     }
 
     fn sense(&self, robot: RobotId, floor: &Floor, sensed: &mut AnyReading) -> Validity {
-        *sensed.value_mut() = self.in_sight(robot, floor);
+        let (position, ahead) = (floor.pose(robot).position, floor.ahead(robot));
+        let sensed = &mut sensed.value_mut::<SensorReading>().targets;
+        // Written in place: lists of fixed capacity are expensive to move.
+        let sensed = sensed.get_or_insert_default();
+        sensed.clear();
+        sensed.extend(self.targets.nearest(position).iter().map(|(_, number)| {
+            let offset = self.targets.at(*number) - position;
+            SensedTarget {
+                target: *number as u32,
+                offset: Vec2::new(ahead.dot(offset), ahead.perp_dot(offset)),
+            }
+        }));
         Validity::ThisTick
     }
 
@@ -170,6 +164,7 @@ impl MissionWorld for Observe {
 
     fn prefetch(&self, layer: Layer) {
         if layer == Layer::Elements {
+            prefetch(&*self.constants);
             self.targets.prefetch();
             self.watch.prefetch();
         }

@@ -144,8 +144,8 @@ impl Targets {
         with_distance.filter(|(_, squared)| *squared <= self.range_m * self.range_m)
     }
 
-    /// Returns the nearest targets in range of a place, sorted by distance and then by number.
-    pub fn nearest(&self, place: Vec2) -> ArrayVec<usize, MAX_SENSED_TARGETS> {
+    /// Returns the nearest targets in range of a place with their squared distances, sorted by distance and then by number.
+    pub fn nearest(&self, place: Vec2) -> ArrayVec<(f32, usize), MAX_SENSED_TARGETS> {
         let in_range = self.in_range(place);
         nearest(in_range.map(|(number, squared)| (squared, number)))
     }

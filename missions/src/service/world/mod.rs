@@ -337,8 +337,8 @@ impl Service {
         let near = self
             .points
             .open_near(position, self.constants.section.sight_m);
-        near.into_iter()
-            .map(|point| {
+        near.iter()
+            .map(|&(_, point)| {
                 let offset = self.points.at(point) - position;
                 let at = Vec2::new(ahead.dot(offset), ahead.perp_dot(offset));
                 PointFact {

@@ -347,8 +347,9 @@ impl Points {
         self.change(number, |point| point.left_s = point.spec.work_s);
     }
 
-    /// Returns the open points within sight of a place, nearest first, by number at equal distance.
-    pub fn open_near(&self, place: Vec2, sight_m: f32) -> ArrayVec<u32, MAX_SENSED> {
+    /// Returns the open points within sight of a place with their squared distances, nearest first, by number at equal
+    /// distance.
+    pub fn open_near(&self, place: Vec2, sight_m: f32) -> ArrayVec<(f32, u32), MAX_SENSED> {
         let near = self.open.near(place, sight_m);
         let near = near.map(|(point, at)| (at.distance_squared(place), point as u32));
         nearest(near.filter(|(squared, _)| *squared <= sight_m * sight_m))

@@ -68,11 +68,11 @@ impl Waste {
             least = least.min(squared);
             (squared <= reach_m * reach_m).then_some((squared, item))
         });
-        let nearest: ArrayVec<ItemId, MAX_SENSED_ITEMS> = nearest(in_reach);
+        let nearest: ArrayVec<(f32, ItemId), MAX_SENSED_ITEMS> = nearest(in_reach);
         wasteless.set(Circle::new(position, least.sqrt() - reach_m), 0);
         let ahead = floor.ahead(robot);
         let left = ahead.perp();
-        sensed.extend(nearest.into_iter().map(|item| {
+        sensed.extend(nearest.iter().map(|(_, item)| {
             let offset = self.floor.items()[item.0 as usize].position - position;
             Vec2::new(ahead.dot(offset), left.dot(offset))
         }));
