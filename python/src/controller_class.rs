@@ -62,7 +62,7 @@ impl ControllerClass {
         let spec = AllocatorSpec {
             name: self.name,
             about: "a controller in Python",
-            parameters: self.parameters()?,
+            parameters: self.parameters()?.into(),
             needs_ground_truth: false,
             learns_times: false,
         };

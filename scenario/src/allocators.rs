@@ -2,6 +2,7 @@
 //! allocators.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use serde_json::{Map, Value};
 
@@ -19,8 +20,8 @@ pub struct AllocatorSpec {
     pub name: &'static str,
     /// The decision rule in one line.
     pub about: &'static str,
-    /// The keys of `[allocators.NAME]`.
-    pub parameters: Vec<ParameterSpec>,
+    /// The keys of `[allocators.NAME]`. Copies share them.
+    pub parameters: Arc<[ParameterSpec]>,
     /// True if its robots receive the ground truth.
     pub needs_ground_truth: bool,
     /// True if its robots learn times that a [`Profile`](super::Profile) carries to a later run.
@@ -34,7 +35,7 @@ impl AllocatorSpec {
         Self {
             name: Scenario::DEFAULT_ALLOCATOR,
             about: "ALLIANCE: motivations that grow until a behavior set activates (Parker 1998)",
-            parameters: Vec::new(),
+            parameters: [].into(),
             needs_ground_truth: false,
             learns_times: false,
         }

@@ -31,8 +31,10 @@ impl<'l> Team<'l> {
         let pids = after("process ids: ")
             .split(", ")
             .map(|entry| {
-                let (name, pid) = entry.split_once(' ').unwrap();
-                (name.to_owned(), pid.parse().unwrap())
+                // The last entry of a large team ends with "and 5 more".
+                let mut words = entry.split(' ');
+                let mut word = || words.next().unwrap();
+                (word().to_owned(), word().parse().unwrap())
             })
             .collect();
         Self {

@@ -139,7 +139,7 @@ pub fn kind(level: Level, agents: Arc<ExternalAgents>) -> AllocatorKind {
     let spec = AllocatorSpec {
         name: NAME,
         about: "the decisions of an environment's user",
-        parameters: Vec::new(),
+        parameters: [].into(),
         needs_ground_truth: false,
         learns_times: false,
     };

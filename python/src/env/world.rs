@@ -18,7 +18,7 @@ use proto::view::View;
 use pyo3::prelude::*;
 use robot_agent::allocator::Choice;
 use run_log::recorder::{Folder, RecordError, Sink};
-use run_log::{Document, LogLevel, MemoryLog, Table};
+use run_log::{Document, LogLevel, Table};
 use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::mission::FigureValue;
@@ -80,22 +80,21 @@ pub const DRIVE_ACTION_LEN: usize = 4;
 
 /// The destination of an episode's log.
 pub enum Place {
-    Nowhere(MemoryLog),
+    Nowhere,
     Folder(Folder),
 }
 
 impl Sink for Place {
     fn append(&mut self, table: Table, bytes: &[u8]) -> Result<(), RecordError> {
         match self {
-            // The tables are discarded: a long episode would fill the memory.
-            Self::Nowhere(_) => Ok(()),
+            Self::Nowhere => Ok(()),
             Self::Folder(folder) => folder.append(table, bytes),
         }
     }
 
     fn replace(&mut self, document: Document, text: &str) -> Result<(), RecordError> {
         match self {
-            Self::Nowhere(memory) => memory.replace(document, text),
+            Self::Nowhere => Ok(()),
             Self::Folder(folder) => folder.replace(document, text),
         }
     }
@@ -290,7 +289,7 @@ impl Environment {
     pub fn reset(&mut self, common: &Common, seed: u64, spaces: &mut Workspaces) -> PyResult<()> {
         self.close()?;
         let (level, place) = match self.record.take() {
-            None => (LogLevel::Off, Place::Nowhere(MemoryLog::default())),
+            None => (LogLevel::Off, Place::Nowhere),
             Some(folder) => {
                 let folder = Folder::create(folder).map_err(alliance_error)?;
                 (LogLevel::Full, Place::Folder(folder))
@@ -358,8 +357,7 @@ impl Environment {
         let kind = external_agent::kind(common.level, Arc::clone(&external_agents));
         let registry = common.registry.clone().with_allocator_kind(kind);
         let copy = |team: &Team<Place>| {
-            let nowhere = Place::Nowhere(MemoryLog::default());
-            let copied = team.copied(&registry, &common.agents, nowhere);
+            let copied = team.copied(&registry, &common.agents, Place::Nowhere);
             copied.ok_or_else(|| {
                 alliance_error("a recorded episode cannot be copied; copy one without a log")
             })

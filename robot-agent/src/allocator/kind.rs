@@ -71,7 +71,7 @@ impl AllocatorKind {
         let spec = AllocatorSpec {
             name,
             about,
-            parameters: A::parameters(),
+            parameters: A::parameters().into(),
             needs_ground_truth: A::uses_ground_truth(),
             learns_times: false,
         };

@@ -82,7 +82,7 @@ fn controller_kind(connection: Connection) -> AllocatorKind {
     let spec = AllocatorSpec {
         name: CONTROLLER,
         about: "a node of ROS 2",
-        parameters: Vec::new(),
+        parameters: [].into(),
         needs_ground_truth: false,
         learns_times: false,
     };

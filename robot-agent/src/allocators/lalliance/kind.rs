@@ -15,7 +15,7 @@ pub fn kind() -> AllocatorKind {
     let spec = AllocatorSpec {
         name: NAME,
         about: "ALLIANCE with learned times: motivation and patience follow each robot's measured task times (Parker 1995)",
-        parameters: Config::parameters(),
+        parameters: Config::parameters().into(),
         needs_ground_truth: false,
         learns_times: true,
     };

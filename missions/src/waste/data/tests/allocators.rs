@@ -17,7 +17,7 @@ fn vocabulary() -> Vocabulary {
     let nearest = AllocatorSpec {
         name: "nearest",
         about: "the nearest task",
-        parameters: vec![
+        parameters: [
             ParameterSpec {
                 unit: "s",
                 ..parameter("patience_s", ParameterRange::Above(0.0, 10.0))
@@ -25,13 +25,14 @@ fn vocabulary() -> Vocabulary {
             parameter("bids", ParameterRange::Whole(1, 9)),
             parameter("greedy", ParameterRange::Flag),
             parameter("tie", ParameterRange::Choice(&["low", "high"])),
-        ],
+        ]
+        .into(),
         ..AllocatorSpec::alliance()
     };
     let market = AllocatorSpec {
         name: "market",
         about: "auctions",
-        parameters: vec![parameter("rounds", ParameterRange::Whole(1, 9))],
+        parameters: [parameter("rounds", ParameterRange::Whole(1, 9))].into(),
         needs_ground_truth: true,
         ..AllocatorSpec::alliance()
     };
