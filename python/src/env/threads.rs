@@ -1,11 +1,12 @@
 //! Worker threads for the parts of a batch. They wait between steps, because starting a thread takes as long as a step
 //! of a small batch.
 
+use std::hint::spin_loop;
 use std::io;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use pyo3::prelude::*;
 
@@ -16,9 +17,12 @@ use crate::errors::alliance_error;
 /// The time between two checks for Ctrl-C of a waiting thread.
 pub const BETWEEN_CHECKS: Duration = Duration::from_millis(20);
 
-/// How long a thread looks for a message before it sleeps. To wake a sleeping thread takes as long as a step of a small
-/// batch, too.
-const AWAKE: Duration = Duration::from_micros(200);
+/// How often a thread looks for a message before it sleeps. This takes about 200 µs. To wake a sleeping thread takes as long
+/// as a step of a small batch.
+const LOOKS: u32 = 400;
+
+/// The pauses between two looks, so that they disturb no other thread.
+const PAUSES: u32 = 20;
 
 /// The work on each part of a batch.
 pub type Work = Arc<dyn Fn(&mut BatchPart) -> PyResult<()> + Send + Sync>;
@@ -114,14 +118,18 @@ impl Worker {
 
 /// Returns the next message if it arrives before the thread would sleep.
 fn receive_soon<T>(queue: &Receiver<T>) -> Result<T, TryRecvError> {
-    let start = Instant::now();
-    loop {
+    for _ in 0..LOOKS {
         match queue.try_recv() {
-            // Other threads may need the core.
-            Err(TryRecvError::Empty) if start.elapsed() < AWAKE => thread::yield_now(),
+            Err(TryRecvError::Empty) => {}
             received => return received,
         }
+        for _ in 0..PAUSES {
+            spin_loop();
+        }
+        // Other threads may need the core.
+        thread::yield_now();
     }
+    Err(TryRecvError::Empty)
 }
 
 /// Locks a part. A poisoned lock is accepted: the run keeps its state from before the panic.
