@@ -47,6 +47,7 @@ pub use pool::threads_for;
 pub use robot_agent::agent::AgentSnapshot;
 use run::Run;
 pub use seat::Workspaces;
+pub use threads::look_for;
 pub use traffic::{BroadcastCount, BroadcastCounts};
 
 /// An error that prevents a run in one process from starting.

@@ -15,6 +15,22 @@ const LOOKS: u32 = 4_000;
 /// The pauses between two looks, so that they disturb no other thread.
 const PAUSES: u32 = 20;
 
+/// Looks for something at most `looks` times before a thread sleeps. A look takes about half a microsecond, and other threads
+/// may use the core between two looks. Returns `None` if there was nothing.
+pub fn look_for<T>(looks: u32, look: impl Fn() -> Option<T>) -> Option<T> {
+    for _ in 0..looks {
+        let found = look();
+        if found.is_some() {
+            return found;
+        }
+        for _ in 0..PAUSES {
+            spin_loop();
+        }
+        yield_now();
+    }
+    None
+}
+
 /// The calling thread and a pool of further threads.
 pub(super) struct Threads {
     pool: ThreadPool,
@@ -73,15 +89,8 @@ impl Threads {
         let shared = Arc::clone(&self.shared);
         let before = shared.load(Ordering::Acquire);
         self.pool.spawn(move || {
-            for _ in 0..LOOKS {
-                if shared.load(Ordering::Acquire) != before {
-                    break;
-                }
-                for _ in 0..PAUSES {
-                    spin_loop();
-                }
-                yield_now();
-            }
+            let has_changed = || shared.load(Ordering::Acquire) != before;
+            look_for(LOOKS, || has_changed().then_some(()));
         });
     }
 }

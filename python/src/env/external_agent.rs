@@ -1,4 +1,4 @@
-//! The allocators of a robot whose behavior set or whose body the caller of the environment controls.
+//! The allocator of a robot whose behavior set or whose body the caller of the environment controls.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -145,20 +145,25 @@ pub fn kind(level: Level, agents: Arc<ExternalAgents>) -> AllocatorKind {
     };
     let agents = move |_: &Setup| Ok(Arc::clone(&agents));
     match level {
-        Level::Decide => AllocatorKind::with_config::<ExternalAllocator>(spec, agents),
-        Level::Drive => AllocatorKind::with_config::<DrivenAllocator>(spec, agents),
+        Level::Decide => AllocatorKind::with_config::<ExternalAllocator<true>>(spec, agents),
+        Level::Drive => AllocatorKind::with_config::<ExternalAllocator<false>>(spec, agents),
     }
 }
 
-/// The allocator at level decide.
+/// The allocator at level decide, or at level drive without choices: a driven robot has no behavior, because its body
+/// follows the actions.
 #[derive(Clone, Debug)]
-struct ExternalAllocator {
+struct ExternalAllocator<const DECIDES: bool> {
     me: RobotId,
     agents: Arc<ExternalAgents>,
 }
 
-impl Allocator for ExternalAllocator {
+impl<const DECIDES: bool> Allocator for ExternalAllocator<DECIDES> {
     type Config = Arc<ExternalAgents>;
+
+    fn weighs_costs() -> bool {
+        DECIDES
+    }
 
     fn new(me: &SelfState, agents: &Arc<ExternalAgents>) -> Self {
         agents.restart(me);
@@ -178,6 +183,9 @@ impl Allocator for ExternalAllocator {
         let mut agent = self.agents.lock(self.me);
         let agent = &mut *agent;
         agent.perceive(input);
+        if !DECIDES {
+            return;
+        }
         agent.choices.clear();
         agent.choices.extend_from_slice(input.choices);
         agent.places.clear();
@@ -199,39 +207,6 @@ impl Allocator for ExternalAllocator {
         agent.is_laden = input.is_laden;
         agent.active = decision.active;
         rows(self.me, input, decision, |_| None);
-    }
-}
-
-/// The allocator at level drive. The robot has no behavior, because its body follows the actions.
-#[derive(Clone, Debug)]
-struct DrivenAllocator {
-    me: RobotId,
-    agents: Arc<ExternalAgents>,
-}
-
-impl Allocator for DrivenAllocator {
-    type Config = Arc<ExternalAgents>;
-
-    fn selects() -> bool {
-        false
-    }
-
-    fn new(me: &SelfState, agents: &Arc<ExternalAgents>) -> Self {
-        agents.restart(me);
-        Self {
-            me: me.robot,
-            agents: Arc::clone(agents),
-        }
-    }
-
-    /// Exchanges data with another environment, in which a copy of the run continues.
-    fn adopt(&mut self, agents: &Arc<ExternalAgents>) -> bool {
-        self.agents = Arc::clone(agents);
-        true
-    }
-
-    fn step(&mut self, input: &Input<'_>, _: &mut Decision) {
-        self.agents.lock(self.me).perceive(input);
     }
 }
 

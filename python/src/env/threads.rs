@@ -1,13 +1,13 @@
 //! Worker threads for the parts of a batch. They wait between steps, because starting a thread takes as long as a step
 //! of a small batch.
 
-use std::hint::spin_loop;
 use std::io;
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender, TryRecvError};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use in_process::look_for;
 use pyo3::prelude::*;
 
 use super::interrupt::Interrupt;
@@ -17,12 +17,9 @@ use crate::errors::alliance_error;
 /// The time between two checks for Ctrl-C of a waiting thread.
 pub const BETWEEN_CHECKS: Duration = Duration::from_millis(20);
 
-/// How often a thread looks for a message before it sleeps. This takes about 200 µs. To wake a sleeping thread takes as long
-/// as a step of a small batch.
+/// The number of looks for a message before a thread sleeps. They take about 200 µs, as long as several steps of a small
+/// batch, because to wake a sleeping thread takes as long as such a step.
 const LOOKS: u32 = 400;
-
-/// The pauses between two looks, so that they disturb no other thread.
-const PAUSES: u32 = 20;
 
 /// The work on each part of a batch.
 pub type Work = Arc<dyn Fn(&mut BatchPart) -> PyResult<()> + Send + Sync>;
@@ -85,7 +82,7 @@ impl Threads {
 impl Worker {
     /// Waits for the result of the work. Ctrl-C ends the work, not the wait.
     fn result(&self, interrupt: &Interrupt) -> PyResult<()> {
-        if let Ok(result) = receive_soon(&self.done) {
+        if let Some(result) = look_for(LOOKS, || self.done.try_recv().ok()) {
             return result;
         }
         let mut interrupted = Ok(());
@@ -105,7 +102,8 @@ impl Worker {
         let (work, queue) = mpsc::sync_channel::<Work>(1);
         let (results, done) = mpsc::sync_channel(1);
         thread::Builder::new().spawn(move || {
-            while let Ok(work) = receive_soon(&queue).or_else(|_| queue.recv()) {
+            let next = || look_for(LOOKS, || queue.try_recv().ok()).or_else(|| queue.recv().ok());
+            while let Some(work) = next() {
                 let result = work(&mut lock(&part));
                 if results.send(result).is_err() {
                     return;
@@ -114,22 +112,6 @@ impl Worker {
         })?;
         Ok(Self { work, done })
     }
-}
-
-/// Returns the next message if it arrives before the thread would sleep.
-fn receive_soon<T>(queue: &Receiver<T>) -> Result<T, TryRecvError> {
-    for _ in 0..LOOKS {
-        match queue.try_recv() {
-            Err(TryRecvError::Empty) => {}
-            received => return received,
-        }
-        for _ in 0..PAUSES {
-            spin_loop();
-        }
-        // Other threads may need the core.
-        thread::yield_now();
-    }
-    Err(TryRecvError::Empty)
 }
 
 /// Locks a part. A poisoned lock is accepted: the run keeps its state from before the panic.

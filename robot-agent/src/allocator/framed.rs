@@ -102,7 +102,7 @@ impl<A: Allocator> RunningAllocator for AllocatorRunner<A> {
     }
 
     fn weighs_costs(&self) -> bool {
-        A::selects()
+        A::weighs_costs()
     }
 
     fn uses_radio(&self) -> bool {

@@ -119,10 +119,10 @@ pub trait Allocator: Clone + Debug + Send + 'static {
         true
     }
 
-    /// Returns whether the allocator selects behaviors. If false, [`Input::choices`] is empty, and the robot has no active
-    /// behavior. The default is true.
+    /// Returns whether the algorithm uses [`Input::choices`]. If false, they are not computed, and the robot can have no
+    /// active behavior. The default is true.
     #[must_use]
-    fn selects() -> bool {
+    fn weighs_costs() -> bool {
         true
     }
 
