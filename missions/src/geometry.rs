@@ -4,11 +4,6 @@ use arrayvec::ArrayVec;
 use glam::Vec2;
 use scenario::limits::LONGEST_M;
 
-/// Returns the unit vector of a direction, rad counter-clockwise from x.
-pub(crate) fn direction(angle_rad: f32) -> Vec2 {
-    Vec2::new(libm::cosf(angle_rad), libm::sinf(angle_rad))
-}
-
 /// The largest coordinate of a received place, m. Faulty sensors report places outside the room, but not so far away.
 const FARTHEST_M: f32 = 10.0 * LONGEST_M as f32;
 

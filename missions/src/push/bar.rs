@@ -5,8 +5,6 @@ use glam::Vec2;
 use proto::readings::Pose;
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::direction;
-
 /// An end of a bar, as seen in the direction of the push.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum BarEnd {
@@ -59,7 +57,7 @@ impl BarEnd {
 /// one.
 #[must_use]
 pub fn axes(pose: &Pose) -> (Vec2, Vec2) {
-    let ahead = direction(pose.heading_rad);
+    let ahead = Vec2::from_angle(pose.heading_rad);
     (ahead, ahead.perp())
 }
 

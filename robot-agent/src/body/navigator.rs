@@ -202,7 +202,7 @@ impl Navigator {
         let met = around.blocked_by().is_some_and(|hit| {
             let reach = chassis.radius_m + hit.distance_m;
             let heading = around.pose.heading_rad;
-            let ahead = Vec2::new(libm::cosf(heading), libm::sinf(heading)) * reach;
+            let ahead = Vec2::from_angle(heading) * reach;
             around.may_be_robot(&hit)
                 && right_of_way.into_iter().any(|teammate| {
                     let moved =

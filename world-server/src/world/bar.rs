@@ -306,7 +306,7 @@ mod tests {
         #[test]
         fn a_sweeping_disc_stops_at_the_bar(bar in bar(), from in point(), heading in -3.2..3.2_f32, radius_m in 0.05..0.5_f32) {
             let outline = Outline::Bar(bar);
-            let direction = Vec2::new(libm::cosf(heading), libm::sinf(heading));
+            let direction = Vec2::from_angle(heading);
             prop_assume!(bar.surface(from).0 > radius_m + 2.0 * SKIN_M);
             let max_m = 8.0;
             let stop = outline.sweep(from, radius_m, direction, max_m);
@@ -331,7 +331,7 @@ mod tests {
             let bar = Bar { from, to: from + Vec2::new(0.1, 2.4), half_width_m: 0.1 };
             let (normal, along) = (Vec2::new(2.4, -0.1).normalize_or_zero(), Vec2::new(0.1, 2.4).normalize_or_zero());
             let center = from + along * y - normal * (0.3 + gap_m * SKIN_M);
-            let direction = normal.rotate(Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad)));
+            let direction = normal.rotate(Vec2::from_angle(heading_rad));
             let stop = Outline::Bar(bar).sweep(center, 0.2, direction, 0.025);
             prop_assert!(stop.is_some_and(|stop| stop.distance_m < 0.001), "{stop:?}");
         }

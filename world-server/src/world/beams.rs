@@ -159,7 +159,7 @@ impl Scan {
         // A comparison with NaN is false.
         let is_measured = range_m >= self.min_m && range_m < self.max_m;
         let angle = self.first_rad + self.step_rad * beam as f32;
-        is_measured.then(|| range_m * Vec2::new(libm::cosf(angle), libm::sinf(angle)))
+        is_measured.then(|| range_m * Vec2::from_angle(angle))
     }
 }
 

@@ -87,7 +87,7 @@ impl Robot {
     pub fn set_heading(&mut self, heading_rad: f32) {
         self.unchanged.invalidate();
         self.component.pose.heading_rad = heading_rad;
-        self.ahead = Vec2::new(libm::cosf(heading_rad), libm::sinf(heading_rad));
+        self.ahead = Vec2::from_angle(heading_rad);
     }
 
     pub fn can_act(&self) -> bool {

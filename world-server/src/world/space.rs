@@ -192,7 +192,7 @@ pub fn directions_around(heading_rad: f32) -> impl Iterator<Item = Vec2> {
             index.midpoint(1)
         };
         let angle_rad = heading_rad + turns as f32 * (std::f32::consts::TAU / DIRECTIONS as f32);
-        Vec2::new(libm::cosf(angle_rad), libm::sinf(angle_rad))
+        Vec2::from_angle(angle_rad)
     })
 }
 

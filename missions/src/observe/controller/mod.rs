@@ -21,7 +21,7 @@ use scenario::time::SimTime;
 
 use super::bus::{MAX_SENSED_TARGETS, ObserveAction, SensorReading, SharedSightings, Sighting};
 use super::data::{ObserveSection, Policy, TaskKind};
-use crate::geometry::{direction, is_possible_place};
+use crate::geometry::is_possible_place;
 use memory::{Memory, Ranges};
 use walk::Walk;
 
@@ -47,7 +47,7 @@ impl Observer {
         let (Some(targets), Some(pose)) = (&sensed.targets, input.readings.pose) else {
             return false;
         };
-        let ahead = direction(pose.heading_rad);
+        let ahead = Vec2::from_angle(pose.heading_rad);
         let mut is_new = false;
         for seen in targets {
             let sighting = Sighting {

@@ -12,7 +12,6 @@ use scenario::ids::RobotId;
 use scenario::rng::{Purpose, robot_stream};
 use scenario::time::SimTime;
 
-use crate::geometry::direction;
 use crate::observe::data::Area;
 
 /// The distance between the hull and the region's edge at which a robot turns back, m.
@@ -40,7 +39,7 @@ impl Walk {
             chassis: Chassis::new(scenario, &scenario.robots[robot.index()]),
             navigator: Navigator::default(),
             area: Area::from_scenario(scenario).inset(scenario.body.radius_m + MARGIN_M),
-            course: direction(TAU * rng.random::<f32>()),
+            course: Vec2::from_angle(TAU * rng.random::<f32>()),
             turns_at: SimTime::ZERO,
             rng,
         }
@@ -88,7 +87,7 @@ impl Walk {
     /// Returns a direction turned by a random angle of at most `most_rad`, rad.
     fn turned(&mut self, from: Vec2, most_rad: f32) -> Vec2 {
         let angle = most_rad * (2.0 * self.rng.random::<f32>() - 1.0);
-        direction(angle).rotate(from).normalize_or(Vec2::X)
+        Vec2::from_angle(angle).rotate(from).normalize_or(Vec2::X)
     }
 
     fn go(&mut self, way: Vec2, around: &Surroundings, now: SimTime) -> (Actuation, Status) {

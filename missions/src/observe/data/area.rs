@@ -6,7 +6,6 @@ use glam::Vec2;
 use scenario::Scenario;
 
 use super::{ObserveSection, Region};
-use crate::geometry::direction;
 
 /// The golden angle, rad. Successive places on a disc that differ by it spread evenly, for any number of places.
 const GOLDEN_RAD: f32 = 2.399_963_2;
@@ -93,7 +92,7 @@ impl Area {
     pub fn place(&self, share: Vec2) -> Vec2 {
         match *self {
             Self::Disc { center, radius_m } => {
-                center + radius_m * share.x.sqrt() * direction(TAU * share.y)
+                center + radius_m * share.x.sqrt() * Vec2::from_angle(TAU * share.y)
             }
             Self::Rectangle { min, max } => min + share * (max - min),
         }
@@ -105,7 +104,7 @@ impl Area {
         (0..count).map(move |index| match area {
             Self::Disc { center, radius_m } => {
                 let share = (index as f32 + 0.5) / count as f32;
-                center + radius_m * share.sqrt() * direction(GOLDEN_RAD * index as f32)
+                center + radius_m * share.sqrt() * Vec2::from_angle(GOLDEN_RAD * index as f32)
             }
             Self::Rectangle { .. } => area.place((0.5 + PLASTIC * (index as f32 + 1.0)).fract()),
         })

@@ -14,7 +14,7 @@ use serde::{Serialize, Serializer};
 use world_server::world::Grid;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-use crate::geometry::{direction, nearest};
+use crate::geometry::nearest;
 use crate::observe::bus::MAX_SENSED_TARGETS;
 use crate::observe::data::{Area, ObserveSection};
 
@@ -69,7 +69,7 @@ impl Targets {
         let target = |number| {
             let mut rng = robot_stream(setup.seed, Purpose::Targets, RobotId(number));
             let at = area.place(Vec2::new(rng.random(), rng.random()));
-            let direction = direction(std::f32::consts::TAU * rng.random::<f32>());
+            let direction = Vec2::from_angle(std::f32::consts::TAU * rng.random::<f32>());
             let slowest = section.slowest_m_s;
             let target = Target {
                 at,
@@ -117,7 +117,7 @@ impl Targets {
                 let rng = &mut self.streams[number];
                 let turn_rad = self.turn_rad * (2.0 * rng.random::<f32>() - 1.0);
                 // Normalizes the direction, so that rounding does not accumulate.
-                target.direction = direction(turn_rad)
+                target.direction = Vec2::from_angle(turn_rad)
                     .rotate(target.direction)
                     .normalize_or(Vec2::X);
                 target.turns_at = after(target.turns_at, self.turn_hz, rng);

@@ -24,8 +24,6 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{Room, Setup};
 
-use crate::geometry::direction;
-
 use super::bar::{self, BarEnd};
 use super::bus::{BarReport, BarSeen, SensorReading, SharedKnowledge, Stroke};
 use super::data::{PushSection, bar_and_end};
@@ -124,7 +122,7 @@ impl Pusher {
     /// Records a reading of the nearest bar. Returns its index in memory, if it belongs to the robot's tasks.
     fn see(&mut self, seen: &BarSeen, pose: &Pose) -> Option<usize> {
         let place = self.place_of(seen.bar)?;
-        let near_end = pose.position + direction(pose.heading_rad).rotate(seen.near_end);
+        let near_end = pose.position + Vec2::from_angle(pose.heading_rad).rotate(seen.near_end);
         let there = bar::with_end(near_end, seen.end, seen.lead_m, self.section.length_m);
         self.known[place].add_reading(there, self.now, &self.section);
         Some(place)

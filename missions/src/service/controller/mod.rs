@@ -34,8 +34,6 @@ use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use crate::geometry::direction;
-
 use super::bus::{Action, MAX_SHARED, ObservedFact, PointFact, SensorReading};
 use super::data::{self, KnowledgeSource, Origin, TaskGranularity};
 use briefing::Briefing;
@@ -138,7 +136,7 @@ impl ServiceController {
         let Some(pose) = input.readings.pose else {
             return;
         };
-        let ahead = direction(pose.heading_rad);
+        let ahead = Vec2::from_angle(pose.heading_rad);
         for fact in points {
             let at = pose.position + ahead.rotate(fact.at);
             let at = at.clamp(self.briefing.room.low(), self.briefing.room.high());

@@ -5,7 +5,6 @@ use proto::mission::items::Locations;
 use proto::readings::{Pose, Readings};
 
 use super::compass::Compass;
-use crate::geometry::direction;
 use robot_agent::body::wrap;
 
 /// The maximum angle between a border sensor and the normal of a wall at which the reading identifies the wall, rad.
@@ -57,7 +56,7 @@ impl Extremes {
     }
 
     fn sense(&mut self, pose: &Pose, angle_rad: f32, distance: f32) {
-        self.include(pose.position + direction(angle_rad) * distance);
+        self.include(pose.position + Vec2::from_angle(angle_rad) * distance);
         for wall in Compass::CLOCKWISE {
             self.sensed[wall as usize] |= wrap(wall.heading() - angle_rad).abs() < SQUARE_RAD;
         }
@@ -85,7 +84,7 @@ mod tests {
     /// Returns the readings of a robot with both border sensors in a room of [`SIZE`].
     fn readings(position: Vec2, heading_rad: f32) -> Readings {
         let border = |angle_rad: f32| {
-            let ray = direction(angle_rad);
+            let ray = Vec2::from_angle(angle_rad);
             // A ray along a wall never meets it.
             let to_far_wall = ((SIZE - position) / ray.max(Vec2::ZERO).abs()).min_element();
             let to_near_wall = (position / (-ray).max(Vec2::ZERO).abs()).min_element();

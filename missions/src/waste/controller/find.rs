@@ -6,7 +6,6 @@ use scenario::time::SimTime;
 
 use super::compass::Compass;
 use super::extremes::Extremes;
-use crate::geometry::direction;
 use robot_agent::body::{Goal, Status, wrap};
 
 /// The distance at which the robot turns at a wall and at which it follows a wall, m.
@@ -85,7 +84,7 @@ impl Methodical {
         if correction == 0.0 {
             return wall.vector();
         }
-        direction(wall.heading() + correction)
+        Vec2::from_angle(wall.heading() + correction)
     }
 }
 

@@ -51,7 +51,6 @@ use scenario::Setup;
 use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 
-use crate::geometry::direction;
 use briefing::Briefing;
 use extremes::Extremes;
 use find::{Methodical, Wander};
@@ -228,7 +227,7 @@ impl Facing {
     fn ahead(&mut self, heading_rad: f32) -> Vec2 {
         if self.heading_rad.to_bits() != heading_rad.to_bits() {
             self.heading_rad = heading_rad;
-            self.ahead = direction(heading_rad);
+            self.ahead = Vec2::from_angle(heading_rad);
         }
         self.ahead
     }

@@ -5,7 +5,6 @@ use std::f32::consts::TAU;
 use glam::Vec2;
 
 use super::sight::FloorView;
-use crate::geometry::direction;
 use robot_agent::body::goal::{is_within, length};
 
 /// The number of points on a ring inside the spill that represent the spill, together with its center.
@@ -37,7 +36,7 @@ impl Views {
                 return center;
             };
             let angle = TAU * index as f32 / RING as f32;
-            center + direction(angle) * (radius_m * RING_RADII)
+            center + Vec2::from_angle(angle) * (radius_m * RING_RADII)
         };
         Self {
             points: std::array::from_fn(|index| Point {
