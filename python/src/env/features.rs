@@ -2,14 +2,14 @@
 
 use std::f32::consts::FRAC_PI_2;
 use std::iter::repeat;
-use std::slice;
 
+use arrayvec::ArrayVec;
 use glam::Vec2;
 use missions::{observe, push};
 use proto::mission::SensorReading;
 use proto::mission::items::{ItemsReading, MAX_SENSED_ITEMS, Zone};
 use proto::readings::{Hit, Readings};
-use scenario::{Room, Setup};
+use scenario::{Energy, Room, Setup};
 
 use super::external_agent::{ExternalAgent, Mate};
 
@@ -22,60 +22,59 @@ const TARGETS: usize = 8;
 /// The largest absolute value in an observation. Larger values are clipped; typical values are at most 1.
 pub const BOUND: f32 = 2.0;
 
-/// The features of a behavior set.
-const SET_FEATURES: [&str; 8] = [
-    "applicable",
-    "active",
-    "cost",
-    "age",
-    "claims",
-    "there",
-    "x",
-    "y",
-];
+/// The features of a behavior set, without its offset.
+const SET_FEATURES: [&str; 5] = ["applicable", "active", "cost", "age", "claims"];
 
 /// The time or cost, s, that maps to ½. Larger values approach 1.
 const HALF_S: f64 = 30.0;
 
-/// The receiver of an observation, number by number.
+/// The receiver of an observation, some numbers at a time.
 pub trait Row {
-    /// Receives the next number and its name.
-    fn put(&mut self, name: impl FnOnce() -> String, number: f32);
+    /// Receives the next numbers and their names.
+    fn put<const N: usize>(&mut self, names: impl FnOnce() -> [String; N], numbers: [f32; N]);
+
+    /// Receives numbers like [`Row::put`] whose absolute value is at most [`BOUND`].
+    fn put_bounded<const N: usize>(
+        &mut self,
+        names: impl FnOnce() -> [String; N],
+        numbers: [f32; N],
+    );
 
     #[inline(always)]
     fn flag(&mut self, name: &'static str, flag: bool) {
-        self.put(|| name.to_owned(), f32::from(flag));
+        self.put_bounded(|| [name.to_owned()], [f32::from(flag)]);
     }
 
+    /// Receives numbers of a device; zeros for `None`.
     #[inline(always)]
-    fn number(&mut self, name: &'static str, number: Option<f32>) {
-        self.put(|| name.to_owned(), number.unwrap_or(0.0));
+    fn numbers<const N: usize>(&mut self, names: [&'static str; N], numbers: Option<[f32; N]>) {
+        self.put(|| names.map(str::to_owned), numbers.unwrap_or([0.0; N]));
     }
 
-    /// Receives an offset in units of `part_m`; `None` for no object.
+    /// Receives whether an object is there, and its offset in units of `part_m`; `None` for no object.
     #[inline(always)]
     fn offset(&mut self, name: impl Fn() -> String, offset: Option<Vec2>, part_m: f32) {
-        let [x, y] = offset.map_or([0.0; 2], |offset| (offset / part_m).to_array());
-        self.put(|| format!("{}.there", name()), f32::from(offset.is_some()));
-        self.put(|| format!("{}.x", name()), x);
-        self.put(|| format!("{}.y", name()), y);
+        let names = || names_of(&name(), ["there", "x", "y"]);
+        match offset {
+            Some(offset) => self.put(names, [1.0, offset.x / part_m, offset.y / part_m]),
+            None => self.put_bounded(names, [0.0; 3]),
+        }
     }
 }
 
 /// The numbers of an observation. Those beyond the end are ignored.
-pub struct Numbers<'a>(slice::IterMut<'a, f32>);
-
-impl<'a> Numbers<'a> {
-    pub fn new(numbers: &'a mut [f32]) -> Self {
-        Self(numbers.iter_mut())
-    }
-}
+pub struct Numbers<'a>(pub &'a mut [f32]);
 
 impl Row for Numbers<'_> {
     #[inline(always)]
-    fn put(&mut self, _: impl FnOnce() -> String, number: f32) {
-        if let Some(place) = self.0.next() {
-            *place = number.clamp(-BOUND, BOUND);
+    fn put<const N: usize>(&mut self, names: impl FnOnce() -> [String; N], numbers: [f32; N]) {
+        self.put_bounded(names, numbers.map(|number| number.clamp(-BOUND, BOUND)));
+    }
+
+    #[inline(always)]
+    fn put_bounded<const N: usize>(&mut self, _: impl FnOnce() -> [String; N], numbers: [f32; N]) {
+        if let Some(next) = self.0.split_off_mut(..N) {
+            next.copy_from_slice(&numbers);
         }
     }
 }
@@ -85,9 +84,22 @@ impl Row for Numbers<'_> {
 pub struct Names(pub Vec<String>);
 
 impl Row for Names {
-    fn put(&mut self, name: impl FnOnce() -> String, _: f32) {
-        self.0.push(name());
+    fn put<const N: usize>(&mut self, names: impl FnOnce() -> [String; N], _: [f32; N]) {
+        self.0.extend(names());
     }
+
+    fn put_bounded<const N: usize>(
+        &mut self,
+        names: impl FnOnce() -> [String; N],
+        numbers: [f32; N],
+    ) {
+        self.put(names, numbers);
+    }
+}
+
+/// Returns the names of numbers that describe one object.
+fn names_of<const N: usize>(object: &str, what: [&str; N]) -> [String; N] {
+    what.map(|what| format!("{object}.{what}"))
 }
 
 /// Maps seconds to a number from 0 to 1.
@@ -102,33 +114,31 @@ pub fn decide(row: &mut impl Row, agent: &ExternalAgent, setup: &Setup, sets: us
     let now_s = agent.now.as_secs_f64();
     let position = agent.position.map(|position| shares(&room, position));
     row.flag("position.works", position.is_some());
-    row.number("position.x", position.map(|position| position.x));
-    row.number("position.y", position.map(|position| position.y));
+    row.numbers(["position.x", "position.y"], position);
     row.flag("laden", agent.is_laden);
-    row.number("time", Some((now_s / setup.scenario.limit_s) as f32));
+    let time = (now_s / setup.scenario.limit_s) as f32;
+    row.numbers(["time"], Some([time]));
     let part_m = room.size().max_element();
     let places = agent.places.iter().chain(repeat(&None));
     for (choice, place) in agent.choices.iter().zip(places) {
-        let name = |what: &str| {
-            let set = setup.catalog.behavior_name(choice.behavior);
-            format!("{set}.{what}")
-        };
+        let set = || setup.catalog.behavior_name(choice.behavior).to_owned();
         let is_active = agent.active == Some(choice.behavior);
         let age_s = agent.now.since(agent.since).as_secs_f64();
-        row.put(|| name("applicable"), f32::from(choice.applicable));
-        row.put(|| name("active"), f32::from(is_active));
-        row.put(|| name("cost"), choice.cost_s.map_or(1.0, squash));
-        row.put(|| name("age"), if is_active { squash(age_s) } else { 0.0 });
-        let claims = agent.claims_of(choice.task) as f32 / choice.max_robots.max(1) as f32;
-        row.put(|| name("claims"), claims);
+        let numbers = [
+            f32::from(choice.applicable),
+            f32::from(is_active),
+            choice.cost_s.map_or(1.0, squash),
+            if is_active { squash(age_s) } else { 0.0 },
+            agent.claims_of(choice.task) as f32 / choice.max_robots.max(1) as f32,
+        ];
+        row.put(|| names_of(&set(), SET_FEATURES), numbers);
         let offset = place.zip(agent.position).map(|(place, from)| place - from);
-        let set = || setup.catalog.behavior_name(choice.behavior).to_owned();
         row.offset(set, offset, part_m);
     }
     for place in agent.choices.len()..sets {
-        for what in SET_FEATURES {
-            row.put(|| format!("no-set{place}.{what}"), 0.0);
-        }
+        let set = || format!("no-set{place}");
+        row.put(|| names_of(&set(), SET_FEATURES), [0.0; SET_FEATURES.len()]);
+        row.offset(set, None, part_m);
     }
     teammates(row, agent, setup);
 }
@@ -137,39 +147,35 @@ pub fn decide(row: &mut impl Row, agent: &ExternalAgent, setup: &Setup, sets: us
 fn teammates(row: &mut impl Row, agent: &ExternalAgent, setup: &Setup) {
     let part_m = setup.scenario.room.size().max_element();
     let most = setup.scenario.robots.len().saturating_sub(1).min(MATES);
-    let mut nearest: [Option<(f32, Mate)>; MATES] = [None; MATES];
-    let mut count = 0;
+    let mut nearest: ArrayVec<(f32, &Mate), MATES> = ArrayVec::new();
     for mate in agent.mates.iter().flatten() {
         let offset = agent
             .position
             .zip(mate.position)
             .map(|(own, mate)| mate - own);
         let distance_squared = offset.map_or(f32::INFINITY, Vec2::length_squared);
-        let nearer = nearest[..count]
-            .iter()
-            .flatten()
-            .filter(|(other, _)| *other <= distance_squared)
-            .count();
+        let is_nearer = |(other, _): &&(f32, &Mate)| *other <= distance_squared;
+        let nearer = nearest.iter().filter(is_nearer).count();
         if nearer < most {
-            count = (count + 1).min(most);
-            nearest[nearer..count].rotate_right(1);
-            nearest[nearer] = Some((distance_squared, *mate));
+            nearest.truncate(most - 1);
+            nearest.insert(nearer, (distance_squared, mate));
         }
     }
     let tasks = setup.catalog.tasks.len() as f32;
-    for (place, mate) in nearest.iter().take(most).enumerate() {
-        let mate = mate.map(|(_, mate)| mate);
+    for place in 0..most {
+        let mate = nearest.get(place).map(|(_, mate)| *mate);
+        let name = || format!("mate{place}");
+        let received = f32::from(mate.is_some());
+        row.put_bounded(|| names_of(&name(), ["received"]), [received]);
         let offset = mate.and_then(|mate| Some(mate.position? - agent.position?));
-        row.put(
-            || format!("mate{place}.received"),
-            f32::from(mate.is_some()),
-        );
-        row.offset(|| format!("mate{place}"), offset, part_m);
+        row.offset(name, offset, part_m);
         let task = mate.and_then(|mate| mate.executing);
-        let task = task.map_or(0.0, |task| (task + 1) as f32 / tasks);
-        row.put(|| format!("mate{place}.task"), task);
         let age_s = mate.map(|mate| agent.now.since(mate.received).as_secs_f64());
-        row.put(|| format!("mate{place}.age"), age_s.map_or(0.0, squash));
+        let numbers = [
+            task.map_or(0.0, |task| (task + 1) as f32 / tasks),
+            age_s.map_or(0.0, squash),
+        ];
+        row.put(|| names_of(&name(), ["task", "age"]), numbers);
     }
 }
 
@@ -179,66 +185,47 @@ pub fn drive(row: &mut impl Row, readings: &Readings, agent: &ExternalAgent, set
     let pose = readings.pose;
     let position = pose.map(|pose| shares(&room, pose.position));
     row.flag("position.works", pose.is_some());
-    row.number("position.x", position.map(|position| position.x));
-    row.number("position.y", position.map(|position| position.y));
+    row.numbers(["position.x", "position.y"], position);
     // The simulation's own sine and cosine return the same bits on every machine.
-    let ahead = pose.map(|pose| Vec2::from_angle(pose.heading_rad));
-    row.number("heading.cos", ahead.map(|direction| direction.x));
-    row.number("heading.sin", ahead.map(|direction| direction.y));
-    let border_m = sensors.border_range_m;
-    for (works, near, reading) in [
-        ("front.works", "front.near", readings.front_border),
-        ("side.works", "side.near", readings.side_border),
-    ] {
-        row.flag(works, reading.is_some());
-        row.number(
-            near,
-            reading
-                .flatten()
-                .map(|distance_m| 1.0 - distance_m / border_m),
-        );
-    }
-    let proximity = readings.proximity.unwrap_or_default();
+    let ahead = pose.map(|pose| Vec2::from_angle(pose.heading_rad).to_array());
+    row.numbers(["heading.cos", "heading.sin"], ahead);
+    let near = |distance_m: f32| [1.0 - distance_m / sensors.border_range_m];
+    row.flag("front.works", readings.front_border.is_some());
+    row.numbers(["front.near"], readings.front_border.flatten().map(near));
+    row.flag("side.works", readings.side_border.is_some());
+    row.numbers(["side.near"], readings.side_border.flatten().map(near));
     row.flag("proximity.works", readings.proximity.is_some());
-    for (side, hits) in [
-        ("ahead", proximity.ahead),
-        ("left", proximity.left),
-        ("right", proximity.right),
-    ] {
-        for (beam, hit) in hits.iter().enumerate() {
-            beam_of(row, side, beam, *hit, sensors.avoidance_range_m);
-        }
-    }
+    let proximity = readings.proximity.unwrap_or_default();
+    beams(row, "ahead", &proximity.ahead, sensors.avoidance_range_m);
+    beams(row, "left", &proximity.left, sensors.avoidance_range_m);
+    beams(row, "right", &proximity.right, sensors.avoidance_range_m);
     row.flag("ground.works", readings.ground.is_some());
-    row.number(
-        "ground.here",
-        readings.ground.map(|ground| ground.here - 1.0),
-    );
-    row.number(
-        "ground.ahead",
-        readings.ground.map(|ground| ground.ahead - 1.0),
-    );
-    let capacity_j = setup
-        .scenario
-        .energy
-        .as_ref()
-        .map(|energy| energy.capacity_j);
-    let energy = readings.energy_j.zip(capacity_j);
+    let ground = readings.ground;
+    let ground = ground.map(|ground| [ground.here - 1.0, ground.ahead - 1.0]);
+    row.numbers(["ground.here", "ground.ahead"], ground);
+    let share = |energy: &Energy| Some([readings.energy_j? / energy.capacity_j]);
+    let energy = setup.scenario.energy.as_ref().and_then(share);
     row.flag("energy.works", energy.is_some());
-    row.number("energy", energy.map(|(left, most)| left / most));
-    row.number(
-        "time",
-        Some((agent.now.as_secs_f64() / setup.scenario.limit_s) as f32),
-    );
+    row.numbers(["energy"], energy);
+    let time = (agent.now.as_secs_f64() / setup.scenario.limit_s) as f32;
+    row.numbers(["time"], Some([time]));
     mission(row, &readings.mission, setup);
     teammates(row, agent, setup);
 }
 
-fn beam_of(row: &mut impl Row, side: &str, beam: usize, hit: Option<Hit>, range_m: f32) {
-    let near = hit.map_or(0.0, |hit| 1.0 - hit.distance_m / range_m);
-    row.put(|| format!("{side}{beam}.near"), near);
-    let normal = hit.map_or(0.0, |hit| hit.normal_rad / (2.0 * FRAC_PI_2));
-    row.put(|| format!("{side}{beam}.normal"), normal);
+/// Writes the hits of the beams on one side.
+#[inline(always)]
+fn beams(row: &mut impl Row, side: &str, hits: &[Option<Hit>], range_m: f32) {
+    for (beam, hit) in hits.iter().enumerate() {
+        let names = || names_of(&format!("{side}{beam}"), ["near", "normal"]);
+        match hit {
+            Some(hit) => {
+                let near = 1.0 - hit.distance_m / range_m;
+                row.put(names, [near, hit.normal_rad / (2.0 * FRAC_PI_2)]);
+            }
+            None => row.put_bounded(names, [0.0; 2]),
+        }
+    }
 }
 
 /// Writes the readings of the mission's devices; nothing for an unknown mission.
@@ -266,9 +253,9 @@ fn mission(row: &mut impl Row, sensed: &SensorReading, setup: &Setup) {
                 bar.map(|bar| bar.near_end),
                 setup.scenario.room.size().max_element(),
             );
-            row.number("bar.lead", bar.map(|bar| bar.lead_m));
-            let is_left = bar.map(|bar| f32::from(bar.end == push::bar::BarEnd::Left));
-            row.number("bar.left", is_left);
+            row.numbers(["bar.lead"], bar.map(|bar| [bar.lead_m]));
+            let is_left = bar.is_some_and(|bar| bar.end == push::bar::BarEnd::Left);
+            row.flag("bar.left", is_left);
             row.flag("touch.works", sensed.touch.is_some());
             row.flag("touch", sensed.touch == Some(true));
         }
@@ -293,6 +280,6 @@ fn items(row: &mut impl Row, sensed: &ItemsReading, range_m: f32) {
 }
 
 /// Returns a place in units of half the room's extents: from -1 to 1 in the room.
-fn shares(room: &Room, place: Vec2) -> Vec2 {
-    2.0 * (place - room.low()) / room.size() - Vec2::ONE
+fn shares(room: &Room, place: Vec2) -> [f32; 2] {
+    (2.0 * (place - room.low()) / room.size() - Vec2::ONE).to_array()
 }
