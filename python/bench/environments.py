@@ -47,9 +47,9 @@ def parallel(level, robots):
     return step
 
 
-def batch(level, envs, robots, threads=1, ticks=None):
+def batch(level, envs, robots, threads=1, **options):
     """Returns a step of all environments of a batch."""
-    env = VecEnv("observe" if level == "drive" else "service", envs, level=level, robots=robots, threads=threads, ticks=ticks)
+    env = VecEnv("observe" if level == "drive" else "service", envs, level=level, robots=robots, threads=threads, **options)
     env.reset()
     rng = np.random.default_rng(1)
     shape = (envs, robots)
@@ -62,7 +62,9 @@ def rows():
     for row in on_one_thread():
         yield *row, time.process_time
     for envs, target in {64: 540_000, 1024: 600_000}.items():
-        yield f"VecEnv, drive, {envs} of 3 robots, 2 threads", batch("drive", envs, 3, 2), envs, target, time.perf_counter
+        name = f"VecEnv, drive, {envs} of 3 robots, 2 threads"
+        yield name, batch("drive", envs, 3, 2), envs, target, time.perf_counter
+        yield f"{name}, no hashes", batch("drive", envs, 3, 2, hashes=False), envs, target, time.perf_counter
 
 
 def on_one_thread():

@@ -3,7 +3,7 @@
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use proto::allocation::{AllocationMessage, OpenMessage};
@@ -24,38 +24,59 @@ use crate::values::{Message, SetDefinition};
 #[derive(Clone)]
 pub enum FailureReaction {
     /// The error is stored for the caller of the run. All controllers stop from then on.
-    Stored(Arc<Mutex<Option<PyErr>>>),
+    Stored(Arc<StoredError>),
     /// The error is printed and the process ends, which the team observes as a crash of the robot.
     EndsProcess,
     /// The error ends the run of a plan, which records it as the reason of the failure.
     EndsRun,
 }
 
+/// The first error of the controllers of a run.
+#[derive(Default)]
+pub struct StoredError {
+    /// True if there is an error. All threads of a batch look at it after each tick, and a lock would delay them.
+    is_there: AtomicBool,
+    error: Mutex<Option<PyErr>>,
+}
+
+impl StoredError {
+    fn lock(&self) -> MutexGuard<'_, Option<PyErr>> {
+        self.error.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn take(&self) -> Option<PyErr> {
+        if !self.is_there.load(Ordering::Relaxed) {
+            return None;
+        }
+        self.is_there.store(false, Ordering::Relaxed);
+        self.lock().take()
+    }
+
+    fn store(&self, error: PyErr) {
+        self.lock().get_or_insert(error);
+        self.is_there.store(true, Ordering::Relaxed);
+    }
+}
+
 impl FailureReaction {
     /// Removes and returns the stored error, if there is one.
     pub fn take(&self) -> Option<PyErr> {
         match self {
-            Self::Stored(place) => place.lock().unwrap_or_else(PoisonError::into_inner).take(),
+            Self::Stored(stored) => stored.take(),
             Self::EndsProcess | Self::EndsRun => None,
         }
     }
 
     fn is_stored(&self) -> bool {
         match self {
-            Self::Stored(place) => {
-                let place = place.lock().unwrap_or_else(PoisonError::into_inner);
-                place.is_some()
-            }
+            Self::Stored(stored) => stored.is_there.load(Ordering::Relaxed),
             Self::EndsProcess | Self::EndsRun => false,
         }
     }
 
     fn note(&self, py: Python<'_>, error: PyErr) {
         match self {
-            Self::Stored(place) => {
-                let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
-                place.get_or_insert(error);
-            }
+            Self::Stored(stored) => stored.store(error),
             Self::EndsProcess => {
                 terminal::stderr_line!("robot-agent {}", error.value(py));
                 std::process::exit(terminal::panics::PANICKED);

@@ -1,7 +1,7 @@
 //! The description of a run: arguments of `alliance run`, a scenario document, faults, and the controllers of robots.
 
 use std::fmt::Display;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use clap::Parser;
 use launch::Registry;
@@ -63,7 +63,7 @@ impl RunRequest {
     /// # Errors
     /// Returns a `ScenarioError` with one line, as the program prints it.
     pub fn ready(self, registry: Registry) -> PyResult<PreparedRun> {
-        let failure = FailureReaction::Stored(Arc::new(Mutex::new(None)));
+        let failure = FailureReaction::Stored(Arc::default());
         let built_in = registry.vocabulary().allocators;
         let mut registry = registry;
         for (_, name, class) in &self.controllers {

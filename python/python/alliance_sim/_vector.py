@@ -83,12 +83,16 @@ class VecEnv(VectorEnv):
         render_mode: str | None = None,
         randomise: Iterable[str] = (),
         shaping: Mapping[str, float] | None = None,
+        hashes: bool = True,
     ) -> None:
         """`controllers`: robots with other controllers, as in `run`. All robots without an entry are agents of the environment.
 
         `period_s`: duration of a step at level `decide`, s; default 1. `ticks`: the same in ticks of the run, at both levels; default at
         level `drive` 1. The step repeats its action. `copy`: false to return the arrays of the environment themselves, which each
         call overwrites. `randomise`: what each episode draws from its seed, as in `run`.
+
+        `hashes`: false to leave out the hash of each episode, which takes about a sixth of a step. The results are the same; `hash` is `None`
+        unless the episode is recorded.
 
         `shaping`: the weights of the terms that are summed to the reward of a step. `progress` (default 1): the mission's own reward. Others
         are 0 by default and sums over the agents: `approach`, the decrease of the distance to the open work that was nearest at the start of
@@ -106,13 +110,14 @@ class VecEnv(VectorEnv):
             raise _engine.ScenarioError(f"render_mode: there is no {shown(render_mode)}; use 'rgb_array' or None")
         request = asked(scenario, controllers, 0, faults, robots, size, limit, randomise=randomise)
         weights = [(str(term), float(weight)) for term, weight in (shaping or {}).items()]
-        self._worlds = _engine.EnvironmentBatch(request, level, (period_s, ticks), (envs, threads), weights, render_mode is not None)
+        self._worlds = _engine.EnvironmentBatch(request, level, (period_s, ticks), (envs, threads), weights, (render_mode is not None, hashes))
         self.level, self.auto_reset, self.copy, self.render_mode = level, auto_reset, copy, render_mode
         self.metadata = {**type(self).metadata, "autoreset_mode": AutoresetMode.SAME_STEP if auto_reset else AutoresetMode.DISABLED}
         self.num_envs = envs
         self.agents: list[str] = self._worlds.agents
         _, width, features, actions = self._worlds.shape
-        self.observation = np.zeros((envs, width, features), np.float32)
+        self._seen_shape = (envs, width, features)
+        self.observation = np.zeros(self._seen_shape, np.float32)[...]
         self.action_mask = np.zeros((envs, width, actions), np.int8)
         self.alive = np.zeros((envs, width), np.int8)
         self.reward = np.zeros(envs, np.float32)
@@ -133,8 +138,8 @@ class VecEnv(VectorEnv):
         vars(self).update(batch_spaces(level, envs, (width, features), counts, _engine.BOUND))
 
     def _split_arrays(self) -> list[tuple[np.ndarray, ...]]:
-        """Returns the arrays of each part of the batch. There is one part per thread."""
-        names, size = ("observation", "action_mask", "alive", "reward", "done"), self._worlds.part_size
+        """Returns the arrays of each part of the batch, without observations. There is one part per thread."""
+        names, size = ("action_mask", "alive", "reward", "done"), self._worlds.part_size
         for name in names:
             # A view, because NumPy can resize an array that owns its memory, and the parts would keep the old memory.
             setattr(self, name, getattr(self, name)[...])
@@ -175,8 +180,8 @@ class VecEnv(VectorEnv):
         self._worlds.reset([number if chosen else None for number, chosen in zip(seeds, mask.tolist(), strict=True)])
         self._is_running, self.closed = True, False
         self._seed, self._history = seeds[0], None
-        self._update_arrays()
-        return self._returned(self.observation), self._infos()
+        self._update_arrays(are_returned=True)
+        return self.observation, self._infos()
 
     def _mask(self, mask: Any, name: str) -> np.ndarray:
         chosen: np.ndarray = np.ones(self.num_envs, bool) if mask is None else np.asarray(mask)
@@ -202,8 +207,8 @@ class VecEnv(VectorEnv):
             raise RuntimeError("call reset() before restore()")
         self._worlds.restore(snapshot.states, self._mask(mask, "mask").tolist())
         self._seed, self._history = snapshot.past
-        self._update_arrays()
-        return self._returned(self.observation), self._infos()
+        self._update_arrays(are_returned=True)
+        return self.observation, self._infos()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> VecEnv:
         own = {name: value for name, value in vars(self).items() if name not in ("_worlds", "_parts")}
@@ -261,16 +266,16 @@ class VecEnv(VectorEnv):
         self._remember(actions)
         # The arrays still have the mask of these actions, which the engine has found to be in range.
         masked = self.action_mask.reshape(-1)[self._first_action + actions] == 0 if self.level == "decide" else None
-        self._update_arrays()
+        self._update_arrays(are_returned=True)
         infos = self._infos()
         if masked is not None:
             infos["masked_action"] = masked
         if is_over:
             if self.auto_reset:
                 infos |= self._final_infos()
-            return self._returned(self.observation), self._returned(self.reward), self.done == 1, self.done == 2, infos
+            return self.observation, self._returned(self.reward), self.done == 1, self.done == 2, infos
         running = np.zeros((2, self.num_envs), bool)
-        return self._returned(self.observation), self._returned(self.reward), running[0], running[1], infos
+        return self.observation, self._returned(self.reward), running[0], running[1], infos
 
     def advance(self, actions: np.ndarray) -> None:
         """Makes one step like `step`, with an array of the right shape and type, and without results: the arrays of the environment have them."""
@@ -321,7 +326,7 @@ class VecEnv(VectorEnv):
         seeds = np.zeros(self.num_envs, np.uint64)
         for place, observation, run, outcome, seed in self._worlds.ends():
             ended[place] = True
-            observations[place] = np.array(observation, np.float32).reshape(self.observation.shape[1:])
+            observations[place] = np.array(observation, np.float32).reshape(self._seen_shape[1:])
             hashes[place], outcomes[place], seeds[place] = run, outcome, seed
         final = {"hash": hashes, "_hash": ended, "outcome": outcomes, "_outcome": ended, "seed": seeds, "_seed": ended}
         return {"final_obs": observations, "_final_obs": ended, "final_info": final, "_final_info": ended}
@@ -372,6 +377,11 @@ class VecEnv(VectorEnv):
     def __repr__(self) -> str:
         return f"<VecEnv of {self.num_envs} environments with {len(self.agents)} agents, level {self.level}>"
 
-    def _update_arrays(self) -> None:
+    def _update_arrays(self, *, are_returned: bool = False) -> None:
+        """Reads the results of a call. Observations that the call returns have a new array, unless the environment's own ones are wanted."""
+        if are_returned and self.copy:
+            # A view cannot be resized.
+            self.observation = np.empty(self._seen_shape, np.float32)[...]
+        size = self._worlds.part_size
         for number, arrays in enumerate(self._parts):
-            self._worlds.see(number, *arrays)
+            self._worlds.see(number, self.observation[number * size : (number + 1) * size], *arrays)

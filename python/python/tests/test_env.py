@@ -1,6 +1,7 @@
 """Learning environments."""
 
 import copy
+import json
 import os
 import pickle
 import warnings
@@ -313,6 +314,35 @@ def test_a_batch_is_identical_on_any_number_of_threads():
     assert done.any(0).all() and (done[done != 0] == 2).all(), "not every environment started again"
     assert not all(arrays[3].all() for arrays in one), "no robot was killed"
     assert len({array.tobytes() for array in one[0][0]}) > 3, "environments share a seed"
+
+
+@pytest.mark.parametrize("level", ["decide", "drive"])
+def test_episodes_without_hashes_differ_in_nothing_else(level, tmp_path):
+    def episodes(hashes, recorded=None):
+        env = VecEnv("waste-cleanup", 3, level=level, limit=4.0, faults=KILLED, threads=2, hashes=hashes)
+        env.action_space.seed(1)
+        if recorded:
+            env.record(recorded)
+        results, endings = [env.reset(10)[0].tobytes()], []
+        for _ in range(85):
+            actions = env.action_space.sample()
+            *step, infos = env.step(actions)
+            results += [array.tobytes() for array in (*step, infos["alive"])]
+            results += [(env.row(place), env.events(place)) for place in range(3)]
+            if "final_info" in infos:
+                results.append(infos["final_info"]["outcome"].tolist())
+                endings.append(infos["final_info"]["hash"].tolist())
+        return results, endings
+
+    hashed, hashes = episodes(True)
+    plain, none = episodes(False)
+    assert plain == hashed
+    assert hashes and all(len(set(of_step)) == 3 and None not in of_step for of_step in hashes)
+    assert none == [[None] * 3] * len(hashes), "no hash is reported that nothing has computed"
+    # A recorded episode has its hash in any case.
+    _, recorded = episodes(False, tmp_path / "log")
+    logged = json.loads((tmp_path / "log" / "run.json").read_text())
+    assert recorded == [[logged["hash"], None, None], *none[1:]]
 
 
 @pytest.mark.parametrize("mission", ["cmommt", "waste-cleanup", "parker-box"])

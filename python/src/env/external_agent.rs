@@ -72,22 +72,17 @@ impl ExternalAgent {
     }
 }
 
-/// The exchanged data of all robots.
-pub struct ExternalAgents {
-    /// The data by rank.
-    agents: Vec<Mutex<ExternalAgent>>,
-}
+/// The exchanged data of all robots, by rank. Only the thread that steps the environment uses them.
+pub struct ExternalAgents(Mutex<Vec<ExternalAgent>>);
 
 impl ExternalAgents {
     pub fn new(robots: usize) -> Self {
-        Self {
-            agents: (0..robots).map(|_| Mutex::default()).collect(),
-        }
+        Self(Mutex::new(vec![ExternalAgent::default(); robots]))
     }
 
     /// Clears the data of a robot except the chosen set, at the start of an incarnation.
     fn restart(&self, me: &SelfState) {
-        let mut agent = self.lock(me.robot);
+        let agent = &mut self.lock()[me.robot.index()];
         *agent = ExternalAgent {
             wanted: agent.wanted,
             mates: vec![None; me.team],
@@ -96,9 +91,8 @@ impl ExternalAgents {
         };
     }
 
-    pub fn lock(&self, robot: RobotId) -> MutexGuard<'_, ExternalAgent> {
-        let agent = self.agents[robot.index()].lock();
-        agent.unwrap_or_else(PoisonError::into_inner)
+    pub fn lock(&self) -> MutexGuard<'_, Vec<ExternalAgent>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Requests the memory of a layer, see [`prefetch`](mod@prefetch).
@@ -106,14 +100,11 @@ impl ExternalAgents {
         match layer {
             Layer::Fields => {}
             Layer::Lists => prefetch(self),
-            Layer::Elements => prefetch(&*self.agents),
+            Layer::Elements => prefetch(&**self.lock()),
             Layer::Contents => {
-                for agent in &self.agents {
-                    // No other thread uses the agents of this environment.
-                    if let Ok(agent) = agent.try_lock() {
-                        prefetch(&*agent.choices);
-                        prefetch(&*agent.mates);
-                    }
+                for agent in &*self.lock() {
+                    prefetch(&*agent.choices);
+                    prefetch(&*agent.mates);
                 }
             }
         }
@@ -121,10 +112,8 @@ impl ExternalAgents {
 
     /// Copies the data of all robots from another environment.
     pub fn copy_from(&self, other: &Self) {
-        for (own, other) in self.agents.iter().zip(&other.agents) {
-            let other = other.lock().unwrap_or_else(PoisonError::into_inner).clone();
-            *own.lock().unwrap_or_else(PoisonError::into_inner) = other;
-        }
+        let other = other.lock().clone();
+        *self.lock() = other;
     }
 }
 
@@ -180,8 +169,7 @@ impl<const DECIDES: bool> Allocator for ExternalAllocator<DECIDES> {
     }
 
     fn step(&mut self, input: &Input<'_>, decision: &mut Decision) {
-        let mut agent = self.agents.lock(self.me);
-        let agent = &mut *agent;
+        let agent = &mut self.agents.lock()[self.me.index()];
         agent.perceive(input);
         if !DECIDES {
             return;

@@ -171,15 +171,14 @@ impl BatchPart {
 
     /// Writes the observations of an environment.
     fn observe(&mut self, common: &Common, at: usize) {
-        let (features, actions) = (common.features, actions(common));
-        let (world, seen) = (&self.places[at].world, &mut self.observations);
-        for (agent, robot) in common.agents.iter().enumerate() {
-            let place = at * width(common) + agent;
-            seen.alive[place] = i8::from(world.is_alive(*robot));
-            let numbers = &mut seen.observation[place * features..][..features];
-            world.observe(common, agent, numbers);
-            world.mask(common, agent, &mut seen.mask[place * actions..][..actions]);
-        }
+        let (agents, seen) = (width(common), &mut self.observations);
+        let (features, actions) = (agents * common.features, agents * actions(common));
+        self.places[at].world.observe(
+            common,
+            &mut seen.alive[at * agents..][..agents],
+            &mut seen.observation[at * features..][..features],
+            &mut seen.mask[at * actions..][..actions],
+        );
     }
 
     /// Ends the current episodes and their logs.

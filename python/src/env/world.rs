@@ -116,6 +116,8 @@ pub struct Common {
     pub agents: Vec<RobotId>,
     /// True if the last picture of an episode is kept.
     renders: bool,
+    /// True if each episode has a hash. Others have one only if they are recorded.
+    hashes: bool,
     /// The number of values in an observation, the same for all agents.
     pub features: usize,
     /// The largest number of sets that an agent has.
@@ -129,7 +131,7 @@ impl Common {
         level: Level,
         length: &StepLength,
         shaping: Shaping,
-        renders: bool,
+        (renders, hashes): (bool, bool),
     ) -> PyResult<Self> {
         let PreparedRun {
             setup,
@@ -163,6 +165,7 @@ impl Common {
             period,
             agents,
             renders,
+            hashes,
             features: 0,
             sets,
         };
@@ -307,7 +310,7 @@ impl Environment {
             registry = registry.with_controller(allocators());
         }
         for agent in &common.agents {
-            self.external_agents.lock(*agent).wanted = None;
+            self.external_agents.lock()[agent.index()].wanted = None;
             if level != LogLevel::Off {
                 let robot = &mut setup.scenario.robots[agent.index()];
                 (robot.allocator, robot.controller) = (None, Some(NAME.to_owned()));
@@ -318,6 +321,9 @@ impl Environment {
             Team::with_registry(&registry, setup, joins, level, place).map_err(scenario_error)?;
         // Earlier events are discarded.
         team.take_events();
+        if !common.hashes && level == LogLevel::Off {
+            team.omit_hash();
+        }
         (self.outcome, self.hash, self.done) = (None, None, 0);
         self.is_recorded = level != LogLevel::Off;
         self.team = Some(team);
@@ -396,7 +402,7 @@ impl Environment {
     pub fn decide(&mut self, common: &Common, agent: usize, action: i64) {
         let number = usize::try_from(action).unwrap_or(0);
         let set = number.checked_sub(1);
-        let mut external = self.external_agents.lock(common.agents[agent]);
+        let external = &mut self.external_agents.lock()[common.agents[agent].index()];
         external.wanted = set.and_then(|set| self.sets[agent].get(set)).copied();
         external.has_ended = false;
     }
@@ -449,10 +455,7 @@ impl Environment {
         for _ in 0..common.period {
             watch.count(1, &common.interrupt)?;
             reward += self.tick(common, spaces)?;
-            let mut agents = common.agents.iter();
-            if self.outcome.is_some()
-                || agents.any(|agent| self.external_agents.lock(*agent).has_ended)
-            {
+            if self.outcome.is_some() || self.has_ended(common) {
                 break;
             }
         }
@@ -463,6 +466,15 @@ impl Environment {
         let step_s = ticks as f64 * common.setup.scenario.step_ms as f64 / 1000.0;
         let (shaping, agents) = (&common.shaping, &common.agents);
         Ok(shaping.reward(&start, team.simulation(), agents, step_s, reward))
+    }
+
+    /// Returns whether the chosen set of an agent has ended by itself in this step. A driven robot has no set.
+    fn has_ended(&self, common: &Common) -> bool {
+        common.level == Level::Decide && {
+            let external = self.external_agents.lock();
+            let mut agents = common.agents.iter();
+            agents.any(|agent| external[agent.index()].has_ended)
+        }
     }
 
     /// Executes one tick and returns the reward of the team. The reward is the increase of the completed work. If the
@@ -507,8 +519,10 @@ impl Environment {
                     Box::new((setup, team.view()))
                 }),
             };
-            let (run, _) = team.end(outcome).map_err(alliance_error)?;
-            self.hash = run.hash;
+            if common.hashes || self.is_recorded {
+                let (run, _) = team.end(outcome).map_err(alliance_error)?;
+                self.hash = run.hash;
+            }
         }
         Ok(())
     }
@@ -523,19 +537,41 @@ impl Environment {
         self.team.as_ref().map_or_else(ended, faults)
     }
 
-    /// Writes the observation of an agent: zeros while its robot is not present.
-    pub fn observe(&self, common: &Common, agent: usize, numbers: &mut [f32]) {
-        let robot = common.agents[agent];
-        let team = self.team.as_ref().filter(|_| self.is_alive(robot));
-        let Some(team) = team else {
-            return numbers.fill(0.0);
-        };
-        let readings = &team.simulation().message(robot).readings;
-        common.show(
-            readings,
-            &self.external_agents.lock(robot),
-            &mut Numbers::new(numbers),
-        );
+    /// Writes for each agent whether its robot takes part, its observation, and at level decide the available actions:
+    /// idle, and the applicable sets. The observation of a robot that does not take part is zero, and it can only idle.
+    pub fn observe(
+        &self,
+        common: &Common,
+        alive: &mut [i8],
+        observation: &mut [f32],
+        mask: &mut [i8],
+    ) {
+        let external = self.external_agents.lock();
+        let observations = observation.chunks_exact_mut(common.features.max(1));
+        let masks = mask.chunks_exact_mut(common.sets + 1);
+        let rows = alive.iter_mut().zip(observations).zip(masks);
+        for (robot, ((alive, numbers), mask)) in common.agents.iter().zip(rows) {
+            let external = &external[robot.index()];
+            let takes_part =
+                |team: &&Team<Place>| team.simulation().agent_state(*robot) == AgentState::Present;
+            let team = self.team.as_ref().filter(takes_part);
+            *alive = i8::from(team.is_some());
+            match team {
+                Some(team) => {
+                    let readings = &team.simulation().message(*robot).readings;
+                    common.show(readings, external, &mut Numbers(numbers));
+                }
+                None => numbers.fill(0.0),
+            }
+            if common.level == Level::Decide {
+                mask.fill(0);
+                mask[0] = 1;
+                let choices = external.choices.iter().filter(|_| team.is_some());
+                for (place, choice) in mask[1..].iter_mut().zip(choices) {
+                    *place = i8::from(choice.applicable);
+                }
+            }
+        }
     }
 
     /// Returns the poses of all robots by rank: x, y, m, and heading, rad.
@@ -552,25 +588,6 @@ impl Environment {
             (None, None) => return Ok(None),
         };
         pixels.map(Some).map_err(alliance_error)
-    }
-
-    /// Writes the available actions of an agent at level decide: idle, and its applicable sets.
-    pub fn mask(&self, common: &Common, agent: usize, mask: &mut [i8]) {
-        let robot = common.agents[agent];
-        mask.fill(0);
-        mask[0] = 1;
-        if self.is_alive(robot) {
-            let external = self.external_agents.lock(robot);
-            for (place, choice) in mask[1..].iter_mut().zip(&external.choices) {
-                *place = i8::from(choice.applicable);
-            }
-        }
-    }
-
-    /// Returns whether the robot has an agent that takes part.
-    pub fn is_alive(&self, robot: RobotId) -> bool {
-        let state = |team: &Team<Place>| team.simulation().agent_state(robot);
-        self.team.as_ref().map(state) == Some(AgentState::Present)
     }
 }
 

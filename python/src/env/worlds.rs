@@ -135,7 +135,7 @@ impl EnvironmentBatch {
         length: (Option<f64>, Option<u64>),
         size: (usize, usize),
         shaping: Vec<(String, f64)>,
-        renders: bool,
+        extras: (bool, bool),
     ) -> PyResult<Self> {
         let (envs, threads) = size;
         let level = match level {
@@ -154,7 +154,7 @@ impl EnvironmentBatch {
         let (period_s, ticks) = length;
         let length = StepLength { period_s, ticks };
         let shaping = Shaping::from_weights(&shaping).map_err(scenario_error)?;
-        let common = Common::new(ready, level, &length, shaping, renders)?;
+        let common = Common::new(ready, level, &length, shaping, extras)?;
         check_memory(&common, envs)?;
         let size = envs.div_ceil(threads);
         Ok(Self {

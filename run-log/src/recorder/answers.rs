@@ -15,7 +15,8 @@ use super::section_hash::SectionHash;
 #[derive(Clone, Default)]
 pub struct Answers {
     by_rank: Vec<Answer>,
-    hash: SectionHash,
+    /// `None` if reports are not hashed.
+    hash: Option<SectionHash>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -91,13 +92,31 @@ impl Answers {
     pub fn new(robots: usize) -> Self {
         Self {
             by_rank: vec![Answer::default(); robots],
-            hash: SectionHash::default(),
+            hash: Some(SectionHash::default()),
         }
+    }
+
+    /// Stores the reports from now on without hashes, which a run without a hash does not need.
+    pub fn omit_hashes(&mut self) {
+        self.hash = None;
+    }
+
+    #[must_use]
+    pub fn are_hashed(&self) -> bool {
+        self.hash.is_some()
     }
 
     /// Stores and hashes a report together with the readings that the robot received before it.
     pub fn store(&mut self, readings: &Readings, report: &Report) {
-        self.by_rank[report.robot.index()].update(&mut self.hash, readings, report);
+        let answer = &mut self.by_rank[report.robot.index()];
+        match &mut self.hash {
+            Some(hash) => answer.update(hash, readings, report),
+            None => {
+                answer.hashes = None;
+                let same_motivations = have_same_motivations(&answer.report, report);
+                answer.store(report, same_motivations);
+            }
+        }
     }
 
     pub fn count(&mut self, counted: &[bool]) {
@@ -123,7 +142,9 @@ impl Answers {
         match layer {
             Layer::Lists => {
                 prefetch(&*self.by_rank);
-                self.hash.prefetch();
+                if let Some(hash) = &self.hash {
+                    hash.prefetch();
+                }
             }
             Layer::Elements => {
                 for Answer { report, .. } in &self.by_rank {
@@ -179,12 +200,12 @@ impl Answer {
             },
         });
         self.readings_hold = true;
-        self.deliveries = Deliveries::of(&report.receptions);
         self.store(report, same_motivations);
     }
 
     /// Copies a report into the existing buffers, so that the caller keeps its own buffers, which are in the cache.
     fn store(&mut self, report: &Report, same_motivations: bool) {
+        self.deliveries = Deliveries::of(&report.receptions);
         let stored = &mut self.report;
         stored.robot = report.robot;
         stored.incarnation = report.incarnation;

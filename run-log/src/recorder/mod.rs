@@ -20,6 +20,7 @@ mod background;
 mod changed_rows;
 mod encode;
 mod encoder;
+mod events;
 mod hash;
 mod in_flight;
 mod names;
@@ -49,6 +50,7 @@ use encoder::Encoder;
 
 pub use answers::{Answer, Answers, Deliveries};
 pub use background::BackgroundRecorder;
+pub use events::EventCollector;
 pub use record::{BodyRecord, Event, EventKind, FaultEvent, FaultHits, TickRecord};
 pub(crate) use row::Row;
 pub use section_hash::SectionHash;

@@ -33,7 +33,7 @@ impl Simulation {
         self.refuse_if_over()?;
         let Setup {
             scenario, catalog, ..
-        } = &self.setup;
+        } = &*self.setup;
         order.check(scenario, catalog)?;
         if order.fault.affects_process() && !self.has_launcher {
             let name = order.fault.name();
@@ -110,7 +110,7 @@ impl Simulation {
     fn refusal(&self, order: &Order) -> Option<Problem> {
         let Setup {
             scenario, catalog, ..
-        } = &self.setup;
+        } = &*self.setup;
         if order.check(scenario, catalog).is_err() {
             return None;
         }
@@ -236,7 +236,7 @@ impl Simulation {
                 self.schedule.choose_id(Some(id), &[])?;
             }
         }
-        self.setup = setup;
+        *self.setup = setup;
         if let Some(orders) = &branch.faults {
             for fault in self.schedule.all() {
                 if self.schedule.disarm(fault) {

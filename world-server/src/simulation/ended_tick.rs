@@ -72,7 +72,6 @@ impl EndedTick {
         self.targets.clear();
         mission.targets(&mut self.targets);
         self.mission_state = mission.state_hash();
-        self.figures = None;
     }
 }
 

@@ -67,7 +67,8 @@ pub use view::SENSING_TEAM_MAX;
 /// A clone continues with the same state.
 #[derive(Clone)]
 pub struct Simulation {
-    setup: Setup,
+    /// Boxed, because a tick needs little of it, and batches request the memory of the other fields.
+    setup: Box<Setup>,
     world: World,
     barrier: Barrier,
     /// The last message to each robot, by rank.
@@ -172,7 +173,7 @@ impl Simulation {
             messages_dropped: 0,
             outcome: None,
             ended: EndedTick::default(),
-            setup,
+            setup: Box::new(setup),
         };
         simulation.arm_scenario();
         simulation.schedule.end_tick();
@@ -185,6 +186,12 @@ impl Simulation {
         match layer {
             Layer::Fields => prefetch(self),
             Layer::Lists => {
+                // The parts of the setup that each tick needs.
+                prefetch(&self.setup.scenario.robots);
+                prefetch(&self.setup.scenario.limit_s);
+                prefetch(&self.setup.alliance.threshold);
+                prefetch(&self.setup.catalog);
+                prefetch(&self.setup.roster);
                 prefetch(&*self.messages);
                 prefetch(&*self.active);
                 prefetch(&*self.reported);
@@ -207,7 +214,7 @@ impl Simulation {
     }
 
     fn arm_scenario(&mut self) {
-        let Setup { seed, scenario, .. } = &self.setup;
+        let Setup { seed, scenario, .. } = &*self.setup;
         let mut orders = scenario.faults.timeline.clone();
         if let Some(random) = &scenario.faults.random {
             orders.extend(campaign::expand(random, scenario, *seed));

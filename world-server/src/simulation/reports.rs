@@ -71,6 +71,11 @@ impl Simulation {
         self.allocation_messages = Some(vec![Vec::new(); self.setup.scenario.robots.len()]);
     }
 
+    /// Leaves out from now on what only a recorder needs: hashes of reports, states of bodies and the mission's values.
+    pub fn omit_records(&mut self) {
+        self.answers.omit_hashes();
+    }
+
     /// Returns whether the contents of allocators' messages are recorded.
     #[must_use]
     pub fn records_allocation_messages(&self) -> bool {

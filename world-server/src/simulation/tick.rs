@@ -178,7 +178,10 @@ impl Simulation {
         self.undecodable.clear();
         let messages = self.allocation_messages.as_mut();
         ended.take_broadcasts(answers.all(), &mut self.broadcasts, messages);
-        ended.read_mission(self.world.mission());
+        ended.figures = None;
+        if answers.are_hashed() {
+            ended.read_mission(self.world.mission());
+        }
         self.answers = answers;
         self.ended = ended;
         self.schedule.end_tick();
@@ -211,7 +214,9 @@ impl Simulation {
     /// Moves the bodies by the commands of the counting reports, and collects the events of the tick.
     fn move_bodies(&mut self, answers: &Answers, ended: &mut EndedTick) {
         ended.bodies.clear();
-        ended.bodies.extend(self.bodies());
+        if answers.are_hashed() {
+            ended.bodies.extend(self.bodies());
+        }
         let commands = &mut ended.commands;
         commands.clear();
         let reported = answers.all().iter();
