@@ -1,16 +1,15 @@
-"""Learning libraries accept the environments. Needs torch, which is large, so these tests are skipped without it.
+"""Learning libraries accept the environments. Needs torch, which is large.
 
-    pip install stable-baselines3 supersuit torchrl
+    pip install --requirement requirements-torch.txt
 """
 
 import numpy as np
-import pytest
 from alliance_sim.env import parallel_env
+from conftest import needed
 
 
 def test_stable_baselines_learns_with_supersuit():
-    stable_baselines = pytest.importorskip("stable_baselines3")
-    supersuit = pytest.importorskip("supersuit")
+    stable_baselines, supersuit = needed("stable_baselines3"), needed("supersuit")
     env = parallel_env("observe", level="drive", robots=3, limit=30)
     env = supersuit.pettingzoo_env_to_vec_env_v1(env)
     env = supersuit.concat_vec_envs_v1(env, 2, num_cpus=1, base_class="stable_baselines3")
@@ -23,7 +22,7 @@ def test_stable_baselines_learns_with_supersuit():
 
 
 def test_torchrl_accepts_the_specifications():
-    pytest.importorskip("torchrl")
+    needed("torchrl")
     from torchrl.envs import PettingZooWrapper
     from torchrl.envs.utils import check_env_specs
 
