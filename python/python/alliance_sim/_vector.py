@@ -108,9 +108,12 @@ class VecEnv(VectorEnv):
         ticks = None if ticks is None else whole(ticks, "ticks", 1)
         if render_mode not in (None, "rgb_array"):
             raise _engine.ScenarioError(f"render_mode: there is no {shown(render_mode)}; use 'rgb_array' or None")
+        if hashes not in (True, False):
+            raise _engine.ScenarioError(f"hashes: {shown(hashes)} is neither True nor False")
         request = asked(scenario, controllers, 0, faults, robots, size, limit, randomise=randomise)
         weights = [(str(term), float(weight)) for term, weight in (shaping or {}).items()]
-        self._worlds = _engine.EnvironmentBatch(request, level, (period_s, ticks), (envs, threads), weights, (render_mode is not None, hashes))
+        extras = (render_mode is not None, bool(hashes))
+        self._worlds = _engine.EnvironmentBatch(request, level, (period_s, ticks), (envs, threads), weights, extras)
         self.level, self.auto_reset, self.copy, self.render_mode = level, auto_reset, copy, render_mode
         self.metadata = {**type(self).metadata, "autoreset_mode": AutoresetMode.SAME_STEP if auto_reset else AutoresetMode.DISABLED}
         self.num_envs = envs

@@ -380,6 +380,7 @@ def test_arrays_are_written_in_place_only_on_request():
         (lambda: parallel_env("servise"), "neither a built-in scenario nor a file"),
         (lambda: parallel_env({"name": "own", "mission": "football"}), "mission: unknown key; there are "),
         (lambda: VecEnv({"name": "own", "football": {"goals": 2}}), "football: unknown key; there are "),
+        (lambda: VecEnv("janitorial", hashes="no"), "hashes: 'no' is neither True nor False"),
         (lambda: parallel_env("janitorial", level="fly"), "level: there is no 'fly'; use 'decide' or 'drive'"),
         (lambda: parallel_env("service", level="drive"), "a robot of the mission 'service' cannot be driven"),
         (lambda: parallel_env("janitorial", period_s=0.01), "period_s: 0.01 is shorter than a step"),
