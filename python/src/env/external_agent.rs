@@ -11,7 +11,7 @@ use scenario::ids::{BehaviorId, RobotId, TaskId};
 use scenario::time::SimTime;
 use scenario::{AllocatorSpec, Setup};
 
-use super::world::Level;
+use super::common::Level;
 use crate::rows::rows;
 
 /// The name of the allocator in scenario and log.

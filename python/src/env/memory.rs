@@ -5,8 +5,8 @@ use std::fs;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
+use super::common::Common;
 use super::part::{actions, width};
-use super::world::Common;
 
 /// The bytes of an episode without its robots. These numbers were fitted to measured batches of teams of 3 to 30 robots.
 const EPISODE: usize = 20_000;

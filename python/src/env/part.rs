@@ -5,8 +5,9 @@ use prefetch::Layer;
 use proto::tick::Outcome;
 use pyo3::prelude::*;
 
+use super::common::{Common, DRIVE_ACTION_LEN};
 use super::interrupt::Watch;
-use super::world::{Common, DRIVE_ACTION_LEN, Environment};
+use super::world::Environment;
 
 /// The duration of a reset in ticks.
 const TICKS_PER_RESET: u32 = 64;

@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use pyo3::prelude::*;
 
+use super::common::Common;
 use super::part::{BatchPart, Slot, actions, width};
-use super::world::Common;
 
 /// The states of some environments of a batch, in the order of their numbers.
 #[pyclass(frozen, module = "alliance_sim")]

@@ -14,13 +14,13 @@ use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::PyBytes;
 
+use super::common::{Common, DRIVE_ACTION_LEN, Level, StepLength};
 use super::external_agent::{self, ExternalAgents};
 use super::memory::check_memory;
 use super::part::{Actions, BatchPart, Slot, actions, width};
 use super::shaping::Shaping;
 use super::snapshot::EnvironmentStates;
 use super::threads::{Threads, Work};
-use super::world::{Common, DRIVE_ACTION_LEN, Level, StepLength};
 use crate::errors::scenario_error;
 use crate::request::RunRequest;
 
