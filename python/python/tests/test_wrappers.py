@@ -1,6 +1,6 @@
 """Learning libraries accept the environments. Needs torch, which is large.
 
-    pip install --requirement requirements-torch.txt
+    pip install --requirement requirements-learning.txt
 """
 
 import numpy as np
