@@ -76,6 +76,7 @@ class ParallelEnv(Parallel):  # type: ignore[misc]
             render_mode=render_mode,
             randomise=randomise,
             shaping=shaping,
+            hashes=True,
         )
         self._revive, self._reward, self._time_cost, self._info_events = revive, reward, time_cost, info_events
         self.render_mode = render_mode

@@ -63,6 +63,7 @@ class RobotEnv(gymnasium.Env[np.ndarray, Any]):
             render_mode=render_mode,
             randomise=randomise,
             shaping=shaping,
+            hashes=True,
         )
         self.robot, self.render_mode, self._level = robot, render_mode, level
         features = self._vec.observation.shape[-1]

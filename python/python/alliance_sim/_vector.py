@@ -58,7 +58,7 @@ class VecEnv(VectorEnv):
     actions have no effect.
 
     With `auto_reset` (`AutoresetMode.SAME_STEP`), an environment whose episode ends starts another one in the same step. Then `infos` has
-    the last observation of the episode in `final_obs`, and its `hash`, `outcome` and `seed` in `final_info`. Without it
+    the last observation of the episode in `final_obs`, and its `outcome`, `seed` and `hash` (see `hashes`) in `final_info`. Without it
     (`AutoresetMode.DISABLED`), `reset(options={"reset_mask": mask})` starts the next episodes.
     """
 
@@ -83,7 +83,7 @@ class VecEnv(VectorEnv):
         render_mode: str | None = None,
         randomise: Iterable[str] = (),
         shaping: Mapping[str, float] | None = None,
-        hashes: bool = True,
+        hashes: bool = False,
     ) -> None:
         """`controllers`: robots with other controllers, as in `run`. All robots without an entry are agents of the environment.
 
@@ -91,8 +91,8 @@ class VecEnv(VectorEnv):
         level `drive` 1. The step repeats its action. `copy`: false to return the arrays of the environment themselves, which each
         call overwrites. `randomise`: what each episode draws from its seed, as in `run`.
 
-        `hashes`: false to leave out the hash of each episode, which takes about a sixth of a step. The results are the same; `hash` is `None`
-        unless the episode is recorded.
+        `hashes`: true to compute the hash of each episode, which takes about a sixth of a step. Otherwise `hash` is `None`, unless the episode
+        is recorded. The results are the same.
 
         `shaping`: the weights of the terms that are summed to the reward of a step. `progress` (default 1): the mission's own reward. Others
         are 0 by default and sums over the agents: `approach`, the decrease of the distance to the open work that was nearest at the start of
@@ -363,7 +363,7 @@ class VecEnv(VectorEnv):
         return None if self.render_mode is None else tuple(self.picture(env) for env in range(self.num_envs))
 
     def ended(self, env: int = 0) -> tuple[str | None, str | None]:
-        """Returns hash and outcome of the finished episode. Without `auto_reset` only."""
+        """Returns hash (see `hashes`) and outcome of the finished episode. Without `auto_reset` only."""
         return self._worlds.ended(env)
 
     def record(self, folder: str | os.PathLike[str], env: int = 0) -> None:

@@ -44,8 +44,8 @@ def test_a_batch_is_a_vector_environment(level):
 
 def test_the_last_observation_of_an_episode_is_kept():
     """The final observation and hash equal those of the same episode without autoreset."""
-    same = VecEnv("cmommt", 2, level="drive", limit=2.0, faults=KILLED)
-    apart = VecEnv("cmommt", 2, level="drive", limit=2.0, faults=KILLED, auto_reset=False)
+    same = VecEnv("cmommt", 2, level="drive", limit=2.0, faults=KILLED, hashes=True)
+    apart = VecEnv("cmommt", 2, level="drive", limit=2.0, faults=KILLED, auto_reset=False, hashes=True)
     assert apart.metadata["autoreset_mode"] is AutoresetMode.DISABLED
     same.reset(seed=[7, 3]), apart.reset(seed=[7, 3])
     actions = np.random.default_rng(1).uniform(-1, 1, (50, 2, 5, 4)).astype(np.float32)
@@ -55,6 +55,7 @@ def test_the_last_observation_of_an_episode_is_kept():
         if truncated.any():
             break
     assert truncated.all() and infos["_final_obs"].all()
+    assert None not in infos["final_info"]["hash"]
     for place in range(2):
         assert np.array_equal(infos["final_obs"][place], apart.observation[place])
         assert (infos["final_info"]["hash"][place], infos["final_info"]["outcome"][place]) == apart.ended(place)

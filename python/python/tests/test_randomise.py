@@ -101,7 +101,7 @@ def test_an_exported_run_has_the_same_hash_in_processes(tmp_path, alliance):
 def test_an_episode_has_the_draws_of_a_run(mission):
     options, _ = MISSIONS[mission]
     drawn = run(mission, {"*": "alliance"}, seed=7, limit=10.0, randomise=["start", "layout"], **options)
-    env = VecEnv(mission, 1, controllers={"*": "alliance"}, limit=10.0, randomise=["start", "layout"], auto_reset=False, **options)
+    env = VecEnv(mission, 1, controllers={"*": "alliance"}, limit=10.0, randomise=["start", "layout"], auto_reset=False, hashes=True, **options)
     poses = set()
     for seed in [*SEEDS, 7]:
         env.reset(seed)
