@@ -2,6 +2,9 @@
 //!
 //! Equal sources and dependencies give an equal identity on every machine. It is not a hash of the executable, because
 //! `alliance`, `world-server` and `robot-agent` of the same sources must have the same identity.
+//!
+//! Links the programs to a fixed address. Otherwise each process has 2 MB of relocated data of its own, which displace
+//! those of the other robots from the cache: with 30 robots a run then has two thirds of the speed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,6 +26,9 @@ const CRATES: [&str; 11] = [
 ];
 
 fn main() {
+    if std::env::var_os("CARGO_CFG_TARGET_OS").is_some_and(|system| system == "linux") {
+        println!("cargo::rustc-link-arg-bins=-no-pie");
+    }
     let mut files = vec![PathBuf::from("../Cargo.lock")];
     for name in CRATES {
         let folder = Path::new("..").join(name);
