@@ -221,6 +221,9 @@ impl Process {
         if lines.is_empty() {
             let log = self.log.display();
             match self.ending {
+                _ if !self.log.exists() => {
+                    format!("its log {log} is gone: check whether the run folder was deleted")
+                }
                 Some(Ending::Signal(_)) => format!("its log {log} is empty"),
                 _ => format!("its log {log} is empty: check whether the disk is full"),
             }
@@ -359,10 +362,14 @@ mod tests {
 
     #[test]
     fn an_empty_log_of_a_killed_process_does_not_suggest_a_full_disk() {
-        let log = PathBuf::from("nowhere/world.log");
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("world.log");
+        File::create(&log).unwrap();
         let output = |ending| process(log.clone(), Some(ending)).failure_output();
         let killed = output(Ending::Signal(9));
-        assert_eq!(killed, "its log nowhere/world.log is empty");
+        assert_eq!(killed, format!("its log {} is empty", log.display()));
         assert!(output(Ending::Exit(1)).ends_with("check whether the disk is full"));
+        std::fs::remove_file(&log).unwrap();
+        assert!(output(Ending::Exit(1)).ends_with("check whether the run folder was deleted"));
     }
 }
