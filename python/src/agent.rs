@@ -127,14 +127,21 @@ struct ActionFields {
 }
 
 /// Returns the error of a value that does not fit a field of an action, with the name that users see.
-fn field_error(py: Python<'_>, error: PyErr) -> PyErr {
+fn field_error(error: PyErr) -> PyErr {
     let text = error.to_string();
-    match (text.rsplit_once("ActionFields."), error.cause(py)) {
-        (Some((_, field)), Some(cause)) => PyTypeError::new_err(format!(
-            "Action: the value of {field} does not fit: {cause}"
-        )),
-        _ => error,
-    }
+    let Some((_, field)) = text.rsplit_once("ActionFields.") else {
+        return error;
+    };
+    let form = match field {
+        "work" | "read" => "None or a whole number from 0 to 4294967295",
+        "report" | "watch" | "progress" => "True or False",
+        "gripper" => "a text",
+        "doing" => "None or a text",
+        _ => "a number",
+    };
+    PyTypeError::new_err(format!(
+        "Action: the value of {field} does not fit; write {form}"
+    ))
 }
 
 impl MissionController for PythonController {
@@ -203,10 +210,7 @@ impl PythonController {
                 "step returned {class_name}; it must return an Action"
             )));
         }
-        let result = self.step_result(
-            &action.extract().map_err(|error| field_error(py, error))?,
-            input,
-        )?;
+        let result = self.step_result(&action.extract().map_err(field_error)?, input)?;
         controller.call_method1(
             intern!(py, "_send_all"),
             (action.getattr(intern!(py, "send"))?,),

@@ -13,7 +13,7 @@ use scenario::time::SimTime;
 
 use crate::controller::{ClassData, ControllerObject};
 use crate::rows::rows;
-use crate::values::Set;
+use crate::set::Set;
 
 /// The allocator of one robot.
 #[derive(Clone, Debug)]
@@ -79,7 +79,7 @@ impl PythonAllocator {
         self.object.set_attribute(
             py,
             intern!(py, "position"),
-            input.position.map(|position| position.to_array()),
+            input.position.map(<(f32, f32)>::from),
         )?;
         self.object
             .set_attribute(py, intern!(py, "heading"), input.heading_rad)?;

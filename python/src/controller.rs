@@ -17,8 +17,9 @@ use scenario::Setup;
 use scenario::ids::{RobotId, TaskId};
 
 use crate::errors::ControllerError;
+use crate::message::Message;
+use crate::set::SetDefinition;
 use crate::stream::Stream;
-use crate::values::{Message, SetDefinition};
 
 /// The reaction to an error of a controller.
 #[derive(Clone)]
@@ -309,11 +310,14 @@ impl ControllerObject {
         let given = given(received)?;
         let done = if self.common.twice {
             let module = py.import(intern!(py, "alliance_sim._controllers"))?;
-            module.call_method1(intern!(py, "step_twice"), (&controller, given))?
+            module.call_method1(intern!(py, "step_twice"), (&controller, given))
         } else {
-            controller.call_method1(intern!(py, "step"), given)?
+            controller.call_method1(intern!(py, "step"), given)
         };
-        self.check_shared(py)?;
+        // After a failed step too, so that later runs in this process know what it has changed. Its own error counts.
+        let checked = self.check_shared(py);
+        let done = done?;
+        checked?;
         Ok(Some((controller, done)))
     }
 

@@ -14,7 +14,7 @@ use scenario::{AllocatorSpec, ParameterDefault, ParameterRange, ParameterSpec, S
 use crate::agent::{FollowingAllocator, PythonAgents};
 use crate::allocator::PythonAllocator;
 use crate::controller::*;
-use crate::values::loads;
+use crate::set::loads;
 
 /// A controller class with its name.
 pub struct ControllerClass {
@@ -38,7 +38,7 @@ impl ControllerClass {
 }
 
 /// Returns a copy of the name that lives as long as the program. Each name is stored once.
-fn interned(name: &str) -> &'static str {
+pub fn interned(name: &str) -> &'static str {
     static NAMES: OnceLock<Mutex<Vec<&'static str>>> = OnceLock::new();
     let names = NAMES.get_or_init(Mutex::default);
     let mut names = names.lock().unwrap_or_else(PoisonError::into_inner);

@@ -2,7 +2,7 @@
 //!
 //! - [`request`]: the description of a run, with the arguments of the command line.
 //! - [`controller`]: controllers written in Python, which replace an [`allocator`] or the whole controller ([`agent`]).
-//! - [`values`], [`readings`]: the arguments of a controller's step. [`stream`]: its random numbers.
+//! - [`set`], [`message`], [`readings`]: the arguments of a controller's step. [`stream`]: its random numbers.
 //! - [`math`]: numerical functions for such controllers.
 //! - [`plan`]: sweeps, comparisons and searches. [`run`]: a whole run in this process. [`env`]: runs that are stepped from
 //!   outside. [`process`]: one robot as a process.
@@ -20,15 +20,16 @@ mod controller_class;
 mod env;
 mod errors;
 mod math;
+mod message;
 mod plan;
 mod process;
 mod readings;
 mod request;
 mod rows;
 mod run;
+mod set;
 mod stream;
 mod table;
-mod values;
 
 /// The Python module `alliance_sim._engine`.
 #[pymodule]
@@ -40,17 +41,19 @@ mod _engine {
     #[pymodule_export]
     use crate::errors::{AllianceError, ControllerError, ScenarioError};
     #[pymodule_export]
+    use crate::message::{Message, restored_message};
+    #[pymodule_export]
     use crate::plan::execute_plan;
     #[pymodule_export]
     use crate::process::run_agent;
     #[pymodule_export]
     use crate::run::run;
     #[pymodule_export]
+    use crate::set::Set;
+    #[pymodule_export]
     use crate::stream::Stream;
     #[pymodule_export]
     use crate::table::full_table;
-    #[pymodule_export]
-    use crate::values::{Message, Set};
 
     #[pymodule_init]
     fn prepare(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -10,7 +10,7 @@ import dis
 import pickle
 import sys
 import sysconfig
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
@@ -27,6 +27,9 @@ LARGE_STEPS = 256
 #: Folders of the standard library, of installed packages and of this package. Their variables are not checked.
 LIBRARIES = {Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib")} | {Path(__file__).resolve().parent}
 
+#: Depth to which a value that cannot be pickled is compared.
+DEPTH = 50
+
 #: Types whose values cannot change.
 CONSTANT = (bool, bytes, complex, float, int, str, type(None), type(...))
 
@@ -35,6 +38,9 @@ STORE_GLOBAL = dis.opmap["STORE_GLOBAL"]
 
 #: Instruction that imports a module.
 IMPORT_NAME = dis.opmap["IMPORT_NAME"]
+
+#: Remedy for a shared variable.
+KEEP = "Keep it in self, or name it in `collected` if no step reads it"
 
 #: Value of a variable that does not exist.
 MISSING = object()
@@ -74,30 +80,46 @@ def read_only(value: Any) -> Any:
 class Variable:
     """Variable outside the controllers, with its value at the start of a run."""
 
-    def __init__(self, name: str, read: Callable[[], Any]) -> None:
+    def __init__(self, name: str, read: Callable[[], Any], owner: object) -> None:
+        """`owner`: the object that contains the variable. Two variables of a name differ in it."""
         self.name = name
+        self.owner = owner
         self._read = read
         self._value = read()
-        self._content = None if isinstance(self._value, CONSTANT) or self._value is MISSING else _pickled(self._value)
-        self.is_large = self._content is not None and len(self._content) > LARGE
+        is_constant = isinstance(self._value, CONSTANT) or self._value is MISSING
+        self._bytes = None if is_constant else _pickled(self._value)
+        #: Parts of a value that cannot be pickled.
+        self._parts = None if is_constant or self._bytes is not None else _parts_of(self._value)
+        self.is_large = self._bytes is not None and len(self._bytes) > LARGE
 
     def has_changed(self) -> bool:
-        """Compares the variable with the start of the run. Of a value that could not be pickled then, only the identity is compared."""
+        """Compares the variable with the start of the run."""
         now = self._read()
         if now is not self._value:
             return not (isinstance(now, CONSTANT) and type(now) is type(self._value) and now == self._value)
-        if self._content is None:
+        if self._parts is not None:
+            return bool(_parts_of(now) != self._parts)
+        if self._bytes is None:
             return False
         content = _pickled(now)
-        if content == self._content:
+        if content == self._bytes:
             return False
         if content is None:
             return True
         # Equal values can have different bytes, for example if a text is stored twice.
-        if not is_same(pickle.loads(self._content), now):
+        if not is_same(pickle.loads(self._bytes), now):
             return True
-        self._content = content
+        self._bytes = content
         return False
+
+    def again(self) -> Variable:
+        """Returns the variable with its present value."""
+        return Variable(self.name, self._read, self.owner)
+
+
+#: Variables that a run of this process has changed, with the values that it has left. Without them, a later run would take these
+#: values for those of a start.
+left_behind: dict[tuple[str, int], Variable] = {}
 
 
 class SharedVariables:
@@ -105,26 +127,38 @@ class SharedVariables:
 
     def __init__(self, controller: type) -> None:
         self._search = Search(controller)
-        self._variables = self._search.variables()
+        self._variables: list[Variable] = []
+        #: Names of variables that still have the values of an earlier run.
+        self._used: list[str] = []
+        self._add_found()
         self._steps = 0
 
     def check(self) -> None:
         """Raises a `RuntimeError` that names a variable which has changed since the start of the run."""
         self._steps += 1
         self._compare(with_large=self._steps % LARGE_STEPS == 0 or self._steps & (self._steps - 1) == 0)
-        self._variables += self._search.variables()
+        self._add_found()
 
     def check_all(self) -> None:
         """Raises the error of `check`, also for large values."""
         self._compare(with_large=True)
 
+    def _add_found(self) -> None:
+        for variable in self._search.variables():
+            self._variables.append(variable)
+            key = (variable.name, id(variable.owner))
+            if key in left_behind and left_behind[key].has_changed():
+                del left_behind[key]
+            elif key in left_behind:
+                self._used.append(variable.name)
+
     def _compare(self, *, with_large: bool) -> None:
+        for name in self._used:
+            raise RuntimeError(f"{name} was changed by an earlier run of this process: set it to its first value, or start Python again. {KEEP}")
         for variable in self._variables:
             if (with_large or not variable.is_large) and variable.has_changed():
-                raise RuntimeError(
-                    f"{variable.name} was changed, which all robots of this process share; robots in processes do not. "
-                    "Keep it in self, or name it in `collected` if no step reads it"
-                )
+                left_behind[variable.name, id(variable.owner)] = variable.again()
+                raise RuntimeError(f"{variable.name} was changed, which all robots of this process share; robots in processes do not. {KEEP}")
 
 
 def is_own(file: Path) -> bool:
@@ -137,6 +171,45 @@ def _pickled(value: Any) -> bytes | None:
         return pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
     except Exception:  # A foreign class may raise any error.
         return None
+
+
+class Identity:
+    """Object of which only the identity can be compared."""
+
+    def __init__(self, value: object) -> None:
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Identity) and other.value is self.value
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _parts_of(value: Any, above: tuple[int, ...] = ()) -> Any:
+    """Returns a value that is equal as long as the parts of `value` are the same. Parts that cannot be pickled have their identity.
+
+    `above` are the ids of the values that contain this one.
+    """
+    if isinstance(value, CONSTANT):
+        return type(value), repr(value)
+    if id(value) in above or len(above) > DEPTH:
+        return Identity(value)
+    above = (*above, id(value))
+    parts = partial(_parts_of, above=above)
+    if type(value) is dict:
+        return dict, [(parts(key), parts(one)) for key, one in value.items()]
+    if type(value) in (list, tuple, set, frozenset):
+        return type(value), [parts(one) for one in value]
+    if isinstance(value, type | FunctionType | ModuleType):
+        return Identity(value)
+    try:
+        reduced = value.__reduce_ex__(pickle.HIGHEST_PROTOCOL)
+    except Exception:  # A foreign class may raise any error.
+        return Identity(value), parts(getattr(value, "__dict__", None))
+    if isinstance(reduced, str):
+        return Identity(value)
+    # The last two are iterators over items.
+    return [parts(list(one) if place > 2 and one is not None else one) for place, one in enumerate(reduced)]
 
 
 class Search:
@@ -195,36 +268,42 @@ class Search:
         file = getattr(sys.modules.get(module), "__file__", None)
         return file is not None and is_own(Path(file))
 
-    def _variable(self, name: str, read: Callable[[], Any], names: tuple[str, ...]) -> Iterator[Variable]:
+    def _variable(self, name: str, read: Callable[[], Any], owner: object, names: tuple[str, ...] = ()) -> Iterator[Variable]:
         """Yields a variable, unless its value leads to others."""
         value = read()
         if name.rpartition(".")[2] not in self._exempt and not self._follow(value, names):
             self._follow(type(value), ())
-            yield Variable(name, read)
+            yield Variable(name, read, owner)
 
-    def _of_class(self, kind: type) -> Iterator[Variable]:
-        for base in kind.__mro__[1:]:
-            self._follow(base, ())
-        own = [name for name in vars(kind) if not _is_special(name) or isinstance(vars(kind)[name], FunctionType)]
-        for name in own:
-            yield from self._variable(f"{kind.__name__}.{name}", partial(vars(kind).get, name, MISSING), ())
-        known, count = {*vars(kind), *self._exempt}, len(vars(kind))
+    def _of_attributes(self, owner: type | FunctionType, name: str, own: Iterable[str]) -> Iterator[Variable]:
+        """Yields these attributes of a class or a function, and a variable with the names of attributes that it gets later."""
+        attributes = vars(owner)
+        for attribute in own:
+            yield from self._variable(f"{name}.{attribute}", partial(attributes.get, attribute, MISSING), owner)
+        known, count = {*attributes, *self._exempt}, len(attributes)
 
         def added() -> str:
-            names = () if len(vars(kind)) == count else vars(kind)
+            names = () if len(attributes) == count else attributes
             return ", ".join(name for name in names if not _is_special(name) and name not in known)
 
-        yield Variable(f"a new attribute of {kind.__name__}", added)
+        yield Variable(f"a new attribute of {name}", added, owner)
+
+    def _of_class(self, kind: type) -> Iterator[Variable]:
+        for base in (type(kind), *kind.__mro__[1:]):
+            self._follow(base, ())
+        own = [name for name in vars(kind) if not _is_special(name) or isinstance(vars(kind)[name], FunctionType)]
+        yield from self._of_attributes(kind, kind.__name__, own)
 
     def _of_function(self, function: FunctionType) -> Iterator[Variable]:
         code = function.__code__
         names = _names(code)
+        yield from self._of_attributes(function, function.__qualname__, [name for name in vars(function) if not _is_special(name)])
         for name, cell in zip(code.co_freevars, function.__closure__ or (), strict=True):
             if not _is_special(name):
-                yield from self._variable(f"{function.__qualname__}.{name}", partial(_content_of, cell), names)
+                yield from self._variable(f"{function.__qualname__}.{name}", partial(_content_of, cell), cell, names)
         given = dict(zip(reversed(code.co_varnames[: code.co_argcount]), reversed(function.__defaults__ or ()), strict=False))
         for name, default in {**given, **(function.__kwdefaults__ or {})}.items():
-            yield from self._variable(f"{function.__qualname__}.{name}", partial(_identity, default), names)
+            yield from self._variable(f"{function.__qualname__}.{name}", partial(_identity, default), function, names)
         for module in _imports(code, function.__globals__.get("__package__") or ""):
             self._follow_import(module, names)
         yield from self._of_namespace(function.__globals__, function.__globals__["__name__"], names, _stores_globals(code))
@@ -239,7 +318,7 @@ class Search:
         """Yields the variables of these names. `with_new`: also those that do not exist yet."""
         for name in names:
             if name in namespace or (with_new and not hasattr(builtins, name)):
-                yield from self._variable(f"{module}.{name}", partial(namespace.get, name, MISSING), names)
+                yield from self._variable(f"{module}.{name}", partial(namespace.get, name, MISSING), namespace, names)
 
 
 def _identity(value: Any) -> Any:

@@ -1,8 +1,11 @@
 """Robots in one process share no memory, as robots in processes do."""
 
+import collections
 import copy
 import functools
 import json
+import pickle
+import queue
 import signal
 import threading
 import time
@@ -16,6 +19,16 @@ TOTAL = 0
 BOARD: dict[str, float] = {}
 SETS = {}
 LARGE = list(range(5000))
+
+
+@pytest.fixture(autouse=True)
+def first_values():
+    """Sets the variables of modules to their first values, because a run refuses those that an earlier one has left."""
+    yield
+    BOARD.clear()
+    SETS.clear()
+    state.NOTES.clear()
+    LARGE[0] = 0
 
 
 def nearest(sets):
@@ -124,6 +137,54 @@ class AtStart(Allocator):
         self.born.append(self.name)
 
 
+class Defaults(Allocator):
+    claims = collections.defaultdict(lambda: None)
+
+    def step(self, now, messages, sets):
+        free = [option for option in sets if option.applicable and self.claims[option.task] in (None, self.rank)]
+        chosen = nearest(free)
+        if chosen:
+            self.claims[chosen.task] = self.rank
+        return chosen
+
+
+class Waiting(Allocator):
+    line: queue.Queue[str] = queue.Queue()
+
+    def step(self, now, messages, sets):
+        self.line.put(self.name)
+
+
+class FunctionAttribute(Allocator):
+    def step(self, now, messages, sets):
+        chosen_by.count += 1
+
+
+class NewFunctionAttribute(Allocator):
+    def step(self, now, messages, sets):
+        free.latest = self.name
+
+
+def chosen_by():
+    pass
+
+
+def free():
+    pass
+
+
+chosen_by.count = 0
+
+
+class Meta(type):
+    seen: list[str] = []
+
+
+class Metaclass(Allocator, metaclass=Meta):
+    def step(self, now, messages, sets):
+        type(type(self)).seen.append(self.name)
+
+
 class Whole(Agent):
     log: list[str] = []
 
@@ -149,6 +210,11 @@ class Whole(Agent):
         (LocalImport, "state.NOTES"),
         (LateImport, "late.NOTES"),
         (AtStart, "AtStart.born"),
+        (Defaults, "Defaults.claims"),
+        (Waiting, "Waiting.line"),
+        (FunctionAttribute, "chosen_by.count"),
+        (NewFunctionAttribute, "a new attribute of free"),
+        (Metaclass, "Meta.seen"),
         (Whole, "Whole.log"),
     ],
 )
@@ -172,6 +238,37 @@ def test_a_variable_of_an_enclosing_function_is_refused_unless_it_is_collected()
     seen.clear()
     run("janitorial", {"*": type("Collector", (Watcher,), {"collected": {"seen"}})}, limit=1)
     assert len(seen) == 60
+
+
+def test_values_of_a_refused_run_are_no_start_of_a_later_one():
+    class Once(Allocator):
+        first = True
+        fails = False
+
+        def step(self, now, messages, sets):
+            if self.first:
+                type(self).first = False
+            assert not self.fails
+            return nearest(sets)
+
+    def refused():
+        with pytest.raises(ControllerError) as error:
+            run("janitorial", {"*": Once}, limit=1)
+        return str(error.value)
+
+    assert "Once.first was changed, which" in refused()
+    for _ in range(2):
+        assert "Once.first was changed by an earlier run of this process: set it to its first value, or start Python again" in refused()
+    # Another value is the author's.
+    Once.first = True
+    assert "Once.first was changed, which" in refused()
+    Once.first = 0
+    run("janitorial", {"*": Once}, limit=1)
+    # A step that fails for another reason leaves its changes, too.
+    Once.first, Once.fails = True, True
+    assert "AssertionError" in refused()
+    Once.fails = False
+    assert "Once.first was changed by an earlier run" in refused()
 
 
 def test_a_large_value_is_compared_at_the_end_of_the_run():
@@ -220,6 +317,23 @@ def test_the_setup_is_read_only():
     run("janitorial", {"*": Copier}, limit=1)
 
 
+def test_messages_and_sets_can_be_kept():
+    class Keeper(Allocator):
+        def reset(self):
+            self.last, self.chosen = {}, None
+
+        def step(self, now, messages, sets):
+            for message in messages:
+                self.last[message.sender] = message
+                assert pickle.loads(pickle.dumps(message)) == message and pickle.loads(pickle.dumps(message)).size == message.size
+            assert pickle.loads(pickle.dumps(sets)) == sets
+            self.chosen = nearest(sets)
+            return self.chosen
+
+    plain = run("service", {"*": Keeper}, robots=3, limit=20)
+    assert run("service", {"*": Keeper}, robots=3, limit=20, twice=True).hash == plain.hash
+
+
 def test_an_allocator_knows_its_body():
     known = {}
 
@@ -233,7 +347,8 @@ def test_an_allocator_knows_its_body():
     run("janitorial", {"*": "nearest", "gold": Curious}, limit=5)
     speed = run("janitorial", limit=1).file["scenario"]["body"]["speed_m_s"]
     first, last = known["gold"][0], known["gold"][-1]
-    assert first[1:] == (speed, False, {"dust": 0.5, "garbage": 1.0}) and len(first[0]) == 2
+    assert first[1:] == (speed, False, {"dust": 0.5, "garbage": 1.0})
+    assert type(first[0]) is tuple and len(first[0]) == 2
     assert first[0] != last[0], "the position does not follow the robot"
 
 
@@ -291,5 +406,10 @@ def test_sets_and_messages_can_be_made_for_tests():
     assert (claim.state, claim.task, claim.since, claim.position) == ("executing", 0, 0.5, (1.0, 2.0))
     assert greedy.step(1.0, [claim], [dust, floor]) is None
     assert Message(2, content=b"hello").content == b"hello" and Message(2, content=b"").state == "message"
+    for value in (dust, floor, claim, Message(2, content=b"hello")):
+        copied = pickle.loads(pickle.dumps(value))
+        assert copied == value and hash(copied) == hash(value) and repr(copied) == repr(value)
+        assert copy.deepcopy(value) is value and copy.copy(value) is value
+    assert dust != floor and claim != Message(1, "executing", task=0, set=0, since=0.6, position=(1.0, 2.0)) and dust != 1
     with pytest.raises(ValueError, match="state: there is no 'busy'; use one of executing, waiting, idle, released"):
         Message(1, "busy")

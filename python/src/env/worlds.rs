@@ -13,6 +13,7 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::PyBytes;
+use run_log::recorder::Folder;
 
 use super::common::{Common, DRIVE_ACTION_LEN, Level, StepLength};
 use super::external_agent::{self, ExternalAgents};
@@ -21,7 +22,7 @@ use super::part::{Actions, BatchPart, Slot, actions, width};
 use super::shaping::Shaping;
 use super::snapshot::EnvironmentStates;
 use super::threads::{Threads, Work};
-use crate::errors::scenario_error;
+use crate::errors::{alliance_error, scenario_error};
 use crate::request::RunRequest;
 
 /// A batch of environments of one scenario.
@@ -109,8 +110,16 @@ impl EnvironmentBatch {
             }
             Level::Drive => {
                 let read = PyBuffer::<f32>::get(actions)?.to_vec(py)?;
-                if let Some(wrong) = read.iter().find(|value| !value.is_finite()) {
-                    let why = format!("an action contains {wrong}, which is not a finite number");
+                let wrong = read.iter().position(|value| !value.is_finite());
+                let mut in_turn = self.common.agents.iter().cycle();
+                if let Some(place) = wrong
+                    && let Some(agent) = in_turn.nth(place / DRIVE_ACTION_LEN)
+                {
+                    let robot = self.common.setup.roster.name(*agent);
+                    let why = format!(
+                        "action of '{robot}': {} is not a finite number",
+                        read[place]
+                    );
                     return Err(PyValueError::new_err(why));
                 }
                 let found = read.len();
@@ -214,8 +223,9 @@ impl EnvironmentBatch {
         done.copy_from_slice(py, &seen.done)
     }
 
-    /// Records the next episode of an environment in a folder.
+    /// Records the next episode of an environment in a folder, which must not contain a run.
     fn record(&self, py: Python<'_>, index: usize, folder: PathBuf) -> PyResult<()> {
+        Folder::check_unused(&folder).map_err(alliance_error)?;
         self.at(py, index, |place| place.world.record = Some(folder))
     }
 

@@ -39,13 +39,22 @@ impl Folder {
         let path = path.into();
         let logs = path.join("logs");
         fs::create_dir_all(&logs).map_err(|source| RecordError::write(&logs, source))?;
-        if path.join(Document::Run.file_name()).exists() {
-            return Err(RecordError::FolderInUse(path));
-        }
+        Self::check_unused(&path)?;
         Ok(Self {
             path,
             open: BTreeMap::new(),
         })
+    }
+
+    /// Checks that the folder contains no run. It need not exist.
+    ///
+    /// # Errors
+    /// Returns [`RecordError::FolderInUse`] if the folder contains a run.
+    pub fn check_unused(path: &Path) -> Result<(), RecordError> {
+        if path.join(Document::Run.file_name()).exists() {
+            return Err(RecordError::FolderInUse(path.to_owned()));
+        }
+        Ok(())
     }
 
     #[must_use]
