@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import signal
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -79,6 +80,9 @@ def main() -> NoReturn:
     if sys.flags.hash_randomization and "PYTHONHASHSEED" not in os.environ:
         # A fixed hash seed: the same inputs must give the same bytes, even if a controller iterates over a set of texts.
         os.execve(sys.executable, sys.orig_argv, {**os.environ, "PYTHONHASHSEED": "0"})
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        # The command handles Ctrl-C itself. Python would also raise a KeyboardInterrupt, after the command's last line.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     words = ["alliance", *sys.argv[1:]]
     try:
         files = files_in(words)

@@ -209,7 +209,7 @@ class Readings:
     - `ground`: penetrability of the ground under the center and ahead; 1 is neutral.
     - `energy`: remaining energy, J; `None` without a simulation of energy.
     - `mission`: readings of the mission's own devices by name, as on the bus. observe: `targets`. waste: `items`, `zone`, `at_site`,
-      `holding`. push: `bar`, `touch`. service: `points`, `values`, `effect`. Other missions: `bytes`.
+      `holding`. push: `bar`, `touch`. service: `points`, `board_line`, `effect`. Other missions: `bytes`.
     """
 
     position: tuple[float, float] | None

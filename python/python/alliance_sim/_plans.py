@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -14,7 +15,7 @@ from typing import Any
 
 from ._controllers import Agent, Allocator
 from ._engine import AllianceError, ScenarioError
-from ._plain import plain, shown, whole
+from ._plain import items, path, plain, shown, whole
 from ._results import Results, load
 from ._run import name_of
 
@@ -38,12 +39,12 @@ def compare(plan: Plan, controllers: Controllers = (), *, out: str | os.PathLike
 
     Raises `ScenarioError` for a mistake in the plan, with one line. Warns about failed runs, which the results contain.
     """
-    return _execute("compare", plan, controllers, Path(out), jobs)
+    return _execute("compare", plan, controllers, path(out, "out"), jobs)
 
 
 def sweep(plan: Plan, controllers: Controllers = (), *, out: str | os.PathLike[str], jobs: int | None = None) -> Results:
     """Runs many variants of a mission with many seeds, as `alliance sweep` does. See `compare` for the arguments."""
-    return _execute("sweep", plan, controllers, Path(out), jobs)
+    return _execute("sweep", plan, controllers, path(out, "out"), jobs)
 
 
 def tune(plan: Plan, controllers: Controllers = (), *, out: str | os.PathLike[str], jobs: int | None = None) -> Results:
@@ -51,24 +52,29 @@ def tune(plan: Plan, controllers: Controllers = (), *, out: str | os.PathLike[st
 
     The parameters of a controller in Python are those that its class declares in `parameters`.
     """
-    return _execute("tune", plan, controllers, Path(out), jobs)
+    return _execute("tune", plan, controllers, path(out, "out"), jobs)
 
 
 def _execute(command: str, plan: Plan, controllers: Controllers, out: Path, jobs: int | None) -> Results:
     options = [f"--out={out}"]
     if jobs is not None:
         options.append(f"--jobs={whole(jobs, 'jobs', 1)}")
-    for controller in controllers:
-        options += ["--controller", f"{name_of(controller)}={_file_of(controller)}"]
+    for controller in items(controllers, "controllers", "a list of classes"):
+        controller_file = _file_of(controller)
+        options += ["--controller", f"{name_of(controller)}={controller_file}"]
     with tempfile.TemporaryDirectory() as folder:
         if isinstance(plan, Mapping):
             file = Path(folder) / f"{out.name}.toml"
             file.write_text(_toml(_with_absolute_paths(plain(plan, "plan"))), encoding="utf-8")
         else:
-            file = Path(plan)
+            file = path(plan, "plan")
         words = [sys.executable, "-m", "alliance_sim", command, *options, "--", str(file)]
         done = subprocess.run(words, stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONHASHSEED": "0"})
-    lines = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
+    errors = done.stderr
+    if isinstance(plan, Mapping):
+        # The file is deleted.
+        errors = re.sub(rf"{re.escape(str(file))}(:\d+)?(?=:)", "plan", errors)
+    lines = errors.strip().splitlines() or [f"exit status {done.returncode}"]
     if done.returncode == FAILED_RUNS:
         failed = [line for line in lines if " failed: " in line]
         warnings.warn("; ".join(failed[:3]) or lines[-1], RuntimeWarning, stacklevel=3)

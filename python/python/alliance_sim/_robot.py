@@ -12,6 +12,7 @@ import numpy as np
 from gymnasium import spaces
 
 from ._engine import BOUND
+from ._plain import shown
 from ._run import Controller, Scenario
 from ._vector import DRAWN_MAX, ENVIRONMENT, Snapshot, VecEnv
 
@@ -91,9 +92,14 @@ class RobotEnv(gymnasium.Env[np.ndarray, Any]):
         """Makes one step. The time limit truncates; completion and the loss of the last robot terminate."""
         masked = None
         if self._level == "decide":
-            action = operator.index(action)
+            try:
+                action = operator.index(action)
+            except TypeError:
+                raise TypeError(f"action of '{self.robot}': {shown(action)} is not a whole number") from None
             mask = self._vec.action_mask[0, 0]
             masked = 0 <= action < len(mask) and not mask[action]
+        else:
+            action = self._numbers(action)
         self._vec.step([[action]])
         info = self._info()
         if masked is not None:
@@ -123,6 +129,21 @@ class RobotEnv(gymnasium.Env[np.ndarray, Any]):
     def close(self) -> None:
         """Ends the current episode and its log."""
         self._vec.close()
+
+    def __repr__(self) -> str:
+        return f"<RobotEnv of robot '{self.robot}', level {self._level}>"
+
+    def _numbers(self, action: Any) -> np.ndarray:
+        """Checks the form of an action at level `drive`."""
+        try:
+            numbers = np.asarray(action)
+        except ValueError:
+            raise ValueError(f"action of '{self.robot}': {shown(action)} is not an array of four numbers") from None
+        if numbers.shape != (4,):
+            raise ValueError(f"action of '{self.robot}': the shape is {numbers.shape}; it must be (4,)")
+        if numbers.dtype.kind not in "fiub":
+            raise TypeError(f"action of '{self.robot}': {shown(action)} is not an array of four numbers")
+        return numbers
 
     def _info(self) -> dict[str, Any]:
         info: dict[str, Any] = {"alive": bool(self._vec.alive[0, 0])}

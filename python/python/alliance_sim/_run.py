@@ -15,7 +15,7 @@ from . import _engine
 from ._engine import ControllerError, ScenarioError
 from ._controllers import Agent, Allocator
 from ._isolation import SharedVariables
-from ._plain import plain, shown, whole
+from ._plain import flag, items, path, plain, seconds, shown, text, whole
 from ._results import Results, load
 
 #: Controller of a robot: a class, or the name of a built-in allocator.
@@ -94,11 +94,11 @@ def run(
     Raises `ScenarioError` for a wrong argument and `ControllerError` if a controller fails, both with one line. A
     `KeyboardInterrupt` and a `SystemExit` of a controller pass unchanged.
     """
-    folder = None if log is None else Path(log)
+    folder = None if log is None else path(log, "log")
     request = asked(scenario, controllers, seed, faults, robots, size, limit, twice, randomise)
     classes = dict.fromkeys(controller for _, _, controller in request["controllers"] if controller is not None)
     shared = [SharedVariables(controller) for controller in classes]
-    file = json.loads(_engine.run(request, folder, level))
+    file = json.loads(_engine.run(request, folder, text(level, "level")))
     for variables in shared:
         # The steps compare large values rarely.
         try:
@@ -124,28 +124,35 @@ def asked(
     if isinstance(scenario, Mapping):
         document = json.dumps(plain(scenario, "scenario"))
     elif isinstance(scenario, str | os.PathLike):
-        words.append(os.fsdecode(scenario))
+        words.append(text(os.fsdecode(scenario), "scenario"))
     elif scenario is not None:
         raise ScenarioError(f"scenario: {shown(scenario)} is neither a name, nor a file, nor a dict")
-    if controllers is not None and not isinstance(controllers, Mapping):
-        raise ScenarioError(f"controllers: {shown(controllers)} is not a dict; write {{'*': …}} for all robots")
     seed = whole(seed, "seed", 0, 2**64 - 1)
     robots = None if robots is None else whole(robots, "robots", 1)
     size = None if size is None else whole(size, "size", 1)
+    limit = None if limit is None else seconds(limit, "limit")
     given = {"seed": seed, "robots": robots, "size": size, "limit": limit}
     words += [f"--{word}={value}" for word, value in given.items() if value is not None]
     if document and (robots or size):
         raise ScenarioError("robots and size: a scenario in a dict already has them")
     if faults is not None and not isinstance(faults, Mapping):
-        faults = {"timeline": list(faults)}
+        faults = {"timeline": items(faults, "faults", "a list of orders or a dict")}
+    names = [randomise] if isinstance(randomise, str) else items(randomise, "randomise", "a list of texts; write ['start', 'layout']")
     return {
         "arguments": words,
         "document": document,
         "faults": None if faults is None else json.dumps(plain(faults, "faults")),
-        "controllers": _named(controllers or {}),
-        "twice": twice,
-        "randomise": [randomise] if isinstance(randomise, str) else [str(name) for name in randomise],
+        "controllers": _named(by_robot(controllers)),
+        "twice": flag(twice, "twice"),
+        "randomise": [text(name, "randomise") for name in names],
     }
+
+
+def by_robot(controllers: Mapping[str, Controller] | None) -> dict[str, Controller]:
+    """Returns a copy of the controllers. Raises `ScenarioError` for a value that is no dict."""
+    if controllers is not None and not isinstance(controllers, Mapping):
+        raise ScenarioError(f"controllers: {shown(controllers)} is not a dict; write {{'*': …}} for all robots")
+    return dict(controllers or {})
 
 
 def _named(controllers: Mapping[str, Controller]) -> list[tuple[str, str, type | None]]:
@@ -155,8 +162,9 @@ def _named(controllers: Mapping[str, Controller]) -> list[tuple[str, str, type |
     for robot, controller in controllers.items():
         if not isinstance(robot, str):
             raise ScenarioError(f"controllers: {shown(robot)} is not the name of a robot; write the names as texts, or '*' for all others")
+        text(robot, "controllers")
         if isinstance(controller, str):
-            named.append((robot, controller, None))
+            named.append((robot, text(controller, "controllers"), None))
         elif isinstance(controller, type) and issubclass(controller, (Allocator, Agent)):
             name = name_of(controller)
             if classes.setdefault(name, controller) is not controller:

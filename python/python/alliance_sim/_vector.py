@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from . import _engine
-from ._plain import shown, whole
-from ._run import Controller, Scenario, asked
+from ._plain import flag, seconds, shown, text, whole
+from ._run import Controller, Scenario, asked, by_robot
 from ._spaces import AutoresetMode, VectorEnv, batch_spaces
 
 #: Text columns of an event.
@@ -87,9 +87,9 @@ class VecEnv(VectorEnv):
     ) -> None:
         """`controllers`: robots with other controllers, as in `run`. All robots without an entry are agents of the environment.
 
-        `period_s`: duration of a step at level `decide`, s; default 1. `ticks`: the same in ticks of the run, at both levels; default at
-        level `drive` 1. The step repeats its action. `copy`: false to return the arrays of the environment themselves, which each
-        call overwrites. `randomise`: what each episode draws from its seed, as in `run`.
+        `period_s`: duration of a step at level `decide`, s, rounded to whole ticks; default 1. `ticks`: the same in ticks of the run, at both
+        levels; default at level `drive` 1. The step repeats its action. `copy`: false to return the arrays of the environment themselves,
+        which each call overwrites. `randomise`: what each episode draws from its seed, as in `run`.
 
         `hashes`: true to compute the hash of each episode, which takes about a sixth of a step. Otherwise `hash` is `None`, unless the episode
         is recorded. The results are the same.
@@ -103,19 +103,19 @@ class VecEnv(VectorEnv):
         """
         # An unpickled environment is created from the arguments.
         self._arguments = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
-        controllers = {"*": ENVIRONMENT} | dict(controllers or {})
+        controllers = {"*": ENVIRONMENT} | by_robot(controllers)
         envs, threads = whole(envs, "envs", 1), whole(threads, "threads", 1)
         ticks = None if ticks is None else whole(ticks, "ticks", 1)
         if render_mode not in (None, "rgb_array"):
             raise _engine.ScenarioError(f"render_mode: there is no {shown(render_mode)}; use 'rgb_array' or None")
-        if hashes not in (True, False):
-            raise _engine.ScenarioError(f"hashes: {shown(hashes)} is neither True nor False")
+        period_s = None if period_s is None else seconds(period_s, "period_s")
         request = asked(scenario, controllers, 0, faults, robots, size, limit, randomise=randomise)
-        weights = [(str(term), float(weight)) for term, weight in (shaping or {}).items()]
-        extras = (render_mode is not None, bool(hashes))
-        self._worlds = _engine.EnvironmentBatch(request, level, (period_s, ticks), (envs, threads), weights, extras)
+        extras = (render_mode is not None, flag(hashes, "hashes"))
+        weights = _weights({} if shaping is None else shaping)
+        self._worlds = _engine.EnvironmentBatch(request, text(level, "level"), (period_s, ticks), (envs, threads), weights, extras)
         self.level, self.auto_reset, self.copy, self.render_mode = level, auto_reset, copy, render_mode
-        self.metadata = {**type(self).metadata, "autoreset_mode": AutoresetMode.SAME_STEP if auto_reset else AutoresetMode.DISABLED}
+        self.autoreset_mode = AutoresetMode.SAME_STEP if auto_reset else AutoresetMode.DISABLED
+        self.metadata = {**type(self).metadata, "autoreset_mode": self.autoreset_mode}
         self.num_envs = envs
         self.agents: list[str] = self._worlds.agents
         _, width, features, actions = self._worlds.shape
@@ -245,7 +245,7 @@ class VecEnv(VectorEnv):
                 self.advance(np.frombuffer(actions, self._type).reshape(self._shape))
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int]:
-        if seed is None or isinstance(seed, Sequence | np.ndarray):
+        if seed is None or (isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str | bytes)):
             given = [None] * self.num_envs if seed is None else list(seed)
             if len(given) != self.num_envs:
                 raise ValueError(f"seed: there are {len(given)} seeds for {self.num_envs} environments")
@@ -388,3 +388,11 @@ class VecEnv(VectorEnv):
         size = self._worlds.part_size
         for number, arrays in enumerate(self._parts):
             self._worlds.see(number, self.observation[number * size : (number + 1) * size], *arrays)
+
+
+def _weights(shaping: Mapping[str, float]) -> list[tuple[str, float]]:
+    """Returns the weights of the terms of the reward. Raises `ScenarioError` for another form."""
+    try:
+        return [(text(term, "shaping"), float(weight)) for term, weight in shaping.items()]
+    except (AttributeError, TypeError, ValueError):
+        raise _engine.ScenarioError(f"shaping: {shown(shaping)} is not a dict of weights; write {{'progress': 1.0}}") from None

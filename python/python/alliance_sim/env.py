@@ -51,7 +51,7 @@ def parallel_env(
 
     `scenario`: name of a built-in one, TOML file, or dict; default: the default mission. `robots`, `size`: for missions of variable size.
     `limit`: time limit, simulated seconds.
-    `level`: `decide` or `drive`. `period_s`: duration of a step at level `decide`, s; default 1. `ticks`: the same in ticks, at both levels.
+    `level`: `decide` or `drive`. `period_s`: duration of a step, s, rounded to whole ticks; default at level `decide` 1. `ticks`: the same in ticks.
     `controllers`: robots with other controllers, as in `run`. All others are agents.
     `faults`: replaces the scenario's faults. `revive`: a killed robot stays an agent, because it may restart.
     `reward`: a function of mission.csv's columns before and after a step and of the step's events; default: the mission's progress.

@@ -215,7 +215,12 @@ BAD = [
     (step_of(lambda self, now, readings, messages: Action(turn=1e39)), "ValueError: Action: turn is inf, which is not a finite number"),
     (step_of(lambda self, now, readings, messages: Action(speed="fast")), "TypeError: Action: speed is 'fast', which is not a finite number"),
     (step_of(lambda self, now, readings, messages: 3), "TypeError: step returned int; it must return an Action"),
-    (step_of(lambda self, now, readings, messages: Action(work=2**40)), "TypeError: Action: the value of work does not fit: OverflowError: "),
+    (
+        step_of(lambda self, now, readings, messages: Action(work=2**40)),
+        "TypeError: Action: the value of work does not fit; write None or a whole number from 0 to 4294967295",
+    ),
+    (step_of(lambda self, now, readings, messages: Action(report="yes")), "TypeError: Action: the value of report does not fit; write True or False"),
+    (step_of(lambda self, now, readings, messages: Action(doing=1)), "TypeError: Action: the value of doing does not fit; write None or a text"),
     (step_of(lambda self, now, readings, messages: Action(doing="dance")), "ValueError: Action: doing 'dance' is not one of the robot's sets; the sets are "),
     (step_of(lambda self, now, readings, messages: Action(progress=True)), "ValueError: Action: progress needs a set"),
     (step_of(lambda self, now, readings, messages: Action(gripper="open")), "ValueError: Action: gripper is 'open'; use 'keep', 'pick' or 'drop'"),

@@ -8,7 +8,7 @@ import warnings
 
 import numpy as np
 import pytest
-from alliance_sim import Allocator, ScenarioError, load, run
+from alliance_sim import AllianceError, Allocator, ScenarioError, load, run
 from alliance_sim.env import VecEnv, parallel_env
 from conftest import needed
 
@@ -380,6 +380,7 @@ def test_arrays_are_written_in_place_only_on_request():
         (lambda: parallel_env("servise"), "neither a built-in scenario nor a file"),
         (lambda: parallel_env({"name": "own", "mission": "football"}), "mission: unknown key; there are "),
         (lambda: VecEnv({"name": "own", "football": {"goals": 2}}), "football: unknown key; there are "),
+        (lambda: VecEnv("janitorial", controllers=[1]), "controllers: [1] is not a dict; write {'*': …} for all robots"),
         (lambda: VecEnv("janitorial", hashes="no"), "hashes: 'no' is neither True nor False"),
         (lambda: parallel_env("janitorial", level="fly"), "level: there is no 'fly'; use 'decide' or 'drive'"),
         (lambda: parallel_env("service", level="drive"), "a robot of the mission 'service' cannot be driven"),
@@ -407,5 +408,22 @@ def test_invalid_actions_are_refused():
         env.step([[99, 0, 0]])
     driven = VecEnv("observe", level="drive", robots=1)
     driven.reset()
-    with pytest.raises(ValueError, match="an action contains NaN, which is not a finite number"):
+    with pytest.raises(ValueError, match="action of 'r1': NaN is not a finite number"):
         driven.step([[[np.nan, 0, 0, 0]]])
+    pair = VecEnv("observe", 2, level="drive", robots=2)
+    pair.reset()
+    actions = np.zeros((2, 2, 4))
+    actions[1, 1, 3] = np.inf
+    with pytest.raises(ValueError, match="action of 'r2': inf is not a finite number"):
+        pair.step(actions)
+
+
+def test_a_folder_with_a_run_is_refused_at_once(tmp_path):
+    env = VecEnv("janitorial", 2, limit=1.0)
+    env.record(tmp_path / "log")
+    env.reset(seed=1)
+    env.close()
+    with pytest.raises(AllianceError, match="log already holds a run"):
+        env.record(tmp_path / "log", 1)
+    # The refused folder has no effect.
+    env.reset(seed=1)

@@ -179,6 +179,11 @@ def test_a_robot_with_idle_actions_has_the_hash_of_an_idle_robot():
         env.step(0.5)
 
 
+def test_the_repr_of_an_environment_states_its_agents():
+    assert repr(RobotEnv("janitorial")) == "<RobotEnv of robot 'gold', level decide>"
+    assert repr(VecEnv("janitorial", 2)) == "<VecEnv of 2 environments with 3 agents, level decide>"
+
+
 def test_masked_and_sloppy_actions_are_reported():
     env = parallel_env("waste-cleanup", limit=60.0)
     seen, infos = env.reset(seed=1)
@@ -198,6 +203,20 @@ def test_masked_and_sloppy_actions_are_reported():
     for action in (0.5, np.zeros(3), np.zeros(4, complex)):
         with pytest.raises(ValueError, match="is not an array of four numbers"):
             driven.step({driven.agents[0]: action})
+    robot = RobotEnv("waste-cleanup", limit=60.0)
+    robot.reset(seed=1)
+    for action, error in ((1.7, TypeError), ("1", TypeError), (None, TypeError), (np.zeros(1, int), TypeError), (99, ScenarioError)):
+        with pytest.raises(error, match=f"action of '{robot.robot}'"):
+            robot.step(action)
+    robot = RobotEnv("cmommt", level="drive", limit=5.0)
+    robot.reset(seed=1)
+    for action, shape in ((0.5, r"\(\)"), (np.zeros(3), r"\(3,\)"), (np.zeros((1, 4)), r"\(1, 4\)")):
+        with pytest.raises(ValueError, match=rf"action of '{robot.robot}': the shape is {shape}; it must be \(4,\)"):
+            robot.step(action)
+    with pytest.raises(ValueError, match=r"\[1, \[2\]\] is not an array of four numbers"):
+        robot.step([1, [2]])
+    with pytest.raises(TypeError, match=f"action of '{robot.robot}': .* is not an array of four numbers"):
+        robot.step(np.zeros(4, complex))
     batch = VecEnv("waste-cleanup", 2, limit=60.0)
     batch.reset(seed=1)
     closed = batch.action_mask.argmin(-1)

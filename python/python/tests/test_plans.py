@@ -271,6 +271,45 @@ def test_files_of_a_plan_in_a_dict_are_relative_to_the_working_directory(monkeyp
         sweep({"scenario": "none.toml", "seeds": [1]}, out="none")
 
 
+def test_a_mistake_in_a_dict_names_the_plan_and_not_a_deleted_file(tmp_path):
+    with pytest.raises(ScenarioError, match="^plan: football: unknown key"):
+        compare({**PLAN, "football": 1}, [Greedy], out=tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ({"controllers": ["greedy"]}, "controllers: 'greedy' is not a class derived from Allocator or Agent"),
+        ({"controllers": "greedy"}, "controllers: 'greedy' is not a list of classes"),
+        ({"controllers": Greedy}, "controllers: <class 'greedy.Greedy'> is not a list of classes"),
+        ({"out": 3}, "out: 3 is not the path of a file or folder"),
+        ({"plan": 3}, "plan: 3 is not the path of a file or folder"),
+        ({"plan": {"seeds": "\ud800"}}, "plan.seeds: the text '\\ud800' contains a character that UTF-8 cannot encode"),
+    ],
+)
+def test_wrong_arguments_are_named(tmp_path, arguments, expected):
+    with pytest.raises(ScenarioError) as error:
+        compare(**{"plan": "plan.toml", "out": tmp_path / "out", **arguments})
+    assert str(error.value) == expected
+
+
+@pytest.mark.parametrize("signals", [1, 2])
+def test_ctrl_c_ends_a_comparison_without_a_traceback(tmp_path, signals):
+    (tmp_path / "plan.toml").write_text('scenario = "janitorial"\nseeds = 2000\n[grid]\nallocator = ["nearest", "greedy"]\n')
+    words = ["compare", "plan.toml", "--controller", f"greedy={EXAMPLES / 'greedy.py'}", "--jobs", "1", "--out", "mine"]
+    environment = {**os.environ, "ALLIANCE_PYTHON": sys.executable}
+    journal = tmp_path / "mine/journal.jsonl"
+    begun = subprocess.Popen([program(), *words], cwd=tmp_path, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    while begun.poll() is None and (not journal.exists() or journal.read_text().count("\n") < 2):
+        time.sleep(0.05)
+    for _ in range(signals):
+        begun.send_signal(signal.SIGINT)
+    _, errors = begun.communicate(timeout=60)
+    assert begun.returncode == 130 and "Traceback" not in errors, errors
+    # A second signal may end the process before this line.
+    assert signals == 2 or "continue with" in errors, errors
+
+
 def test_classes_without_a_file_are_refused(tmp_path):
     class Local(Allocator):
         pass
