@@ -4,7 +4,7 @@
 //! `alliance`, `world-server` and `robot-agent` of the same sources must have the same identity.
 //!
 //! Links the programs to a fixed address. Otherwise each process has 2 MB of relocated data of its own, which displace
-//! those of the other robots from the cache: with 30 robots a run then has two thirds of the speed.
+//! those of the other robots from the caches.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,12 @@ const CRATES: [&str; 11] = [
 ];
 
 fn main() {
-    if std::env::var_os("CARGO_CFG_TARGET_OS").is_some_and(|system| system == "linux") {
+    let target = |name: &str| std::env::var(format!("CARGO_CFG_TARGET_{name}")).unwrap_or_default();
+    // A static program has its own kind of link.
+    let is_static = target("FEATURE")
+        .split(',')
+        .any(|feature| feature == "crt-static");
+    if target("OS") == "linux" && target("ENV") == "gnu" && !is_static {
         println!("cargo::rustc-link-arg-bins=-no-pie");
     }
     let mut files = vec![PathBuf::from("../Cargo.lock")];

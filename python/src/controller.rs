@@ -231,8 +231,10 @@ impl ControllerObject {
             team,
             tasks,
         );
-        controller.call_method1(begin, given)?;
-        self.check_shared(py)?;
+        let begun = controller.call_method1(begin, given);
+        let checked = self.check_shared(py);
+        begun?;
+        checked?;
         Ok(controller.unbind())
     }
 
@@ -314,7 +316,8 @@ impl ControllerObject {
         } else {
             controller.call_method1(intern!(py, "step"), given)
         };
-        // After a failed step too, so that later runs in this process know what it has changed. Its own error counts.
+        // A failed step can have changed variables, too, which the check notes for later runs. The error of the step is
+        // reported.
         let checked = self.check_shared(py);
         let done = done?;
         checked?;

@@ -222,7 +222,7 @@ impl Message {
     }
 
     fn __eq__(&self, other: &Self, py: Python<'_>) -> PyResult<bool> {
-        let knows_the_same = match (&self.knowledge, &other.knowledge) {
+        let is_knowledge_equal = match (&self.knowledge, &other.knowledge) {
             (Knowledge::Received(one), Knowledge::Received(another)) => one == another,
             (Knowledge::Stated(None), Knowledge::Stated(None)) => true,
             (Knowledge::Stated(Some(one)), Knowledge::Stated(Some(another))) => {
@@ -230,7 +230,7 @@ impl Message {
             }
             _ => false,
         };
-        Ok(knows_the_same && self.broadcast == other.broadcast)
+        Ok(is_knowledge_equal && self.broadcast == other.broadcast)
     }
 
     fn __hash__(&self) -> u64 {

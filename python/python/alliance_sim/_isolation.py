@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import builtins
 import dis
+import io
 import pickle
 import sys
 import sysconfig
@@ -26,9 +27,6 @@ LARGE_STEPS = 256
 
 #: Folders of the standard library, of installed packages and of this package. Their variables are not checked.
 LIBRARIES = {Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib")} | {Path(__file__).resolve().parent}
-
-#: Depth to which a value that cannot be pickled is compared.
-DEPTH = 50
 
 #: Types whose values cannot change.
 CONSTANT = (bool, bytes, complex, float, int, str, type(None), type(...))
@@ -86,40 +84,69 @@ class Variable:
         self.owner = owner
         self._read = read
         self._value = read()
-        is_constant = isinstance(self._value, CONSTANT) or self._value is MISSING
-        self._bytes = None if is_constant else _pickled(self._value)
-        #: Parts of a value that cannot be pickled.
-        self._parts = None if is_constant or self._bytes is not None else _parts_of(self._value)
+        has_content = not isinstance(self._value, CONSTANT) and self._value is not MISSING
+        self._bytes = _pickled(self._value) if has_content else None
+        #: Objects whose identities `_bytes` contains.
+        self._kept: list[Any] | None = None
+        if has_content and self._bytes is None:
+            self._bytes, self._kept = _pickled_with_identities(self._value)
         self.is_large = self._bytes is not None and len(self._bytes) > LARGE
 
     def has_changed(self) -> bool:
         """Compares the variable with the start of the run."""
         now = self._read()
-        if now is not self._value:
-            return not (isinstance(now, CONSTANT) and type(now) is type(self._value) and now == self._value)
-        if self._parts is not None:
-            return bool(_parts_of(now) != self._parts)
+        if now is self._value:
+            return not self._has_same_content(now)
+        return not (isinstance(now, CONSTANT) and type(now) is type(self._value) and now == self._value)
+
+    def has_first_value(self) -> bool:
+        """Compares the content of the variable with the start of the run. Unlike in `has_changed`, it may be another object."""
+        now = self._read()
+        return self._has_same_content(now) if self._bytes is not None and type(now) is type(self._value) else not self.has_changed()
+
+    def _has_same_content(self, now: Any) -> bool:
         if self._bytes is None:
-            return False
-        content = _pickled(now)
+            return True
+        content = _pickled(now) if self._kept is None else _pickled_with_identities(now)[0]
         if content == self._bytes:
-            return False
+            return True
         if content is None:
-            return True
+            return False
         # Equal values can have different bytes, for example if a text is stored twice.
-        if not is_same(pickle.loads(self._bytes), now):
-            return True
-        self._bytes = content
-        return False
+        try:
+            is_equal = is_same(pickle.loads(self._bytes), pickle.loads(content))
+        except Exception:  # A foreign class may raise any error.
+            return False
+        if is_equal:
+            self._bytes = content
+        return is_equal
 
-    def again(self) -> Variable:
-        """Returns the variable with its present value."""
-        return Variable(self.name, self._read, self.owner)
+    def left(self) -> list[Variable]:
+        """Returns the variables that a run leaves changed, with their present values."""
+        return [Variable(self.name, self._read, self.owner)]
 
 
-#: Variables that a run of this process has changed, with the values that it has left. Without them, a later run would take these
-#: values for those of a start.
-left_behind: dict[tuple[str, int], Variable] = {}
+class NewAttributes(Variable):
+    """Attributes that a class or a function gets during a run."""
+
+    def __init__(self, holder: str, owner: type | FunctionType, exempt: frozenset[str]) -> None:
+        self._holder = holder
+        self._attributes = vars(owner)
+        self._known, self._count = {*self._attributes, *exempt}, len(self._attributes)
+        super().__init__(f"a new attribute of {holder}", self._added, owner)
+
+    def _added(self) -> str:
+        names = () if len(self._attributes) == self._count else self._attributes
+        return " ".join(name for name in names if not _is_special(name) and name not in self._known)
+
+    def left(self) -> list[Variable]:
+        names = self._added().split()
+        return [Variable(f"{self._holder}.{name}", partial(self._attributes.get, name, MISSING), self.owner) for name in names]
+
+
+#: Variables that a run of this process has left changed, by name and owner: with the value of its start, and with the one that it has
+#: left. A later run must not start with the latter.
+left_behind: dict[tuple[str, int], tuple[Variable, Variable]] = {}
 
 
 class SharedVariables:
@@ -128,7 +155,7 @@ class SharedVariables:
     def __init__(self, controller: type) -> None:
         self._search = Search(controller)
         self._variables: list[Variable] = []
-        #: Names of variables that still have the values of an earlier run.
+        #: Names of variables that have the values which an earlier run has left.
         self._used: list[str] = []
         self._add_found()
         self._steps = 0
@@ -147,18 +174,25 @@ class SharedVariables:
         for variable in self._search.variables():
             self._variables.append(variable)
             key = (variable.name, id(variable.owner))
-            if key in left_behind and left_behind[key].has_changed():
-                del left_behind[key]
-            elif key in left_behind:
-                self._used.append(variable.name)
+            if key in left_behind:
+                first, left = left_behind[key]
+                if left.has_changed() or first.has_first_value():
+                    del left_behind[key]
+                else:
+                    self._used.append(variable.name)
 
     def _compare(self, *, with_large: bool) -> None:
         for name in self._used:
             raise RuntimeError(f"{name} was changed by an earlier run of this process: set it to its first value, or start Python again. {KEEP}")
         for variable in self._variables:
             if (with_large or not variable.is_large) and variable.has_changed():
-                left_behind[variable.name, id(variable.owner)] = variable.again()
+                self._note_left()
                 raise RuntimeError(f"{variable.name} was changed, which all robots of this process share; robots in processes do not. {KEEP}")
+
+    def _note_left(self) -> None:
+        for first in self._variables:
+            for left in first.left() if first.has_changed() else ():
+                left_behind[left.name, id(left.owner)] = (first, left)
 
 
 def is_own(file: Path) -> bool:
@@ -173,43 +207,55 @@ def _pickled(value: Any) -> bytes | None:
         return None
 
 
-class Identity:
-    """Object of which only the identity can be compared."""
+def _pickled_with_identities(value: Any) -> tuple[bytes | None, list[Any]]:
+    """Returns a value as bytes with the identities of the objects in it that cannot be pickled, and these objects."""
+    file = io.BytesIO()
+    pickler = IdentityPickler(file, pickle.HIGHEST_PROTOCOL)
+    try:
+        pickler.dump(value)
+    except Exception:  # A foreign class may raise any error.
+        return None, []
+    return file.getvalue(), pickler.kept
 
-    def __init__(self, value: object) -> None:
-        self.value = value
+
+class Identity:
+    """Stands for an object that cannot be pickled."""
+
+    def __init__(self, number: int, attributes: Any) -> None:
+        self._content = (number, attributes)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Identity) and other.value is self.value
+        return isinstance(other, Identity) and is_same(self._content, other._content)
 
-    __hash__ = None  # type: ignore[assignment]
+    def __hash__(self) -> int:
+        return hash(self._content[0])
+
+    def __call__(self) -> None:
+        """Stands for a function, such as that of a defaultdict."""
 
 
-def _parts_of(value: Any, above: tuple[int, ...] = ()) -> Any:
-    """Returns a value that is equal as long as the parts of `value` are the same. Parts that cannot be pickled have their identity.
+class IdentityPickler(pickle.Pickler):
+    """Pickler that writes the identity of each object that cannot be pickled."""
 
-    `above` are the ids of the values that contain this one.
-    """
-    if isinstance(value, CONSTANT):
-        return type(value), repr(value)
-    if id(value) in above or len(above) > DEPTH:
-        return Identity(value)
-    above = (*above, id(value))
-    parts = partial(_parts_of, above=above)
-    if type(value) is dict:
-        return dict, [(parts(key), parts(one)) for key, one in value.items()]
-    if type(value) in (list, tuple, set, frozenset):
-        return type(value), [parts(one) for one in value]
-    if isinstance(value, type | FunctionType | ModuleType):
-        return Identity(value)
-    try:
-        reduced = value.__reduce_ex__(pickle.HIGHEST_PROTOCOL)
-    except Exception:  # A foreign class may raise any error.
-        return Identity(value), parts(getattr(value, "__dict__", None))
-    if isinstance(reduced, str):
-        return Identity(value)
-    # The last two are iterators over items.
-    return [parts(list(one) if place > 2 and one is not None else one) for place, one in enumerate(reduced)]
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        #: These objects. They must live as long as the bytes, so that no other object gets their identity.
+        self.kept: list[Any] = []
+
+    def reducer_override(self, value: Any) -> Any:
+        attributes = None
+        if isinstance(value, type | FunctionType | ModuleType):
+            if _pickled(value) is not None:
+                return NotImplemented
+        else:
+            try:
+                reduced = value.__reduce_ex__(pickle.HIGHEST_PROTOCOL)
+                if not isinstance(reduced, str) or _pickled(value) is not None:
+                    return NotImplemented
+            except Exception:  # A foreign class may raise any error.
+                attributes = getattr(value, "__dict__", None)
+        self.kept.append(value)
+        return Identity, (id(value), attributes)
 
 
 class Search:
@@ -220,7 +266,7 @@ class Search:
         self._package = controller.__module__.partition(".")[0]
         self._pending: list[Iterator[Variable]] = []
         self._visited: set[Any] = set()
-        self._names: set[str] = set()
+        self._found: set[tuple[str, int]] = set()
         #: Modules that a function imports and that were not imported yet, with the names that the function uses.
         self._absent: list[tuple[str, tuple[str, ...]]] = []
         self._follow(controller, ())
@@ -235,8 +281,9 @@ class Search:
         found: list[Variable] = []
         while self._pending:
             for variable in self._pending.pop():
-                if variable.name not in self._names:
-                    self._names.add(variable.name)
+                key = (variable.name, id(variable.owner))
+                if key not in self._found:
+                    self._found.add(key)
                     found.append(variable)
         return found
 
@@ -280,13 +327,7 @@ class Search:
         attributes = vars(owner)
         for attribute in own:
             yield from self._variable(f"{name}.{attribute}", partial(attributes.get, attribute, MISSING), owner)
-        known, count = {*attributes, *self._exempt}, len(attributes)
-
-        def added() -> str:
-            names = () if len(attributes) == count else attributes
-            return ", ".join(name for name in names if not _is_special(name) and name not in known)
-
-        yield Variable(f"a new attribute of {name}", added, owner)
+        yield NewAttributes(name, owner, self._exempt)
 
     def _of_class(self, kind: type) -> Iterator[Variable]:
         for base in (type(kind), *kind.__mro__[1:]):

@@ -87,8 +87,8 @@ class VecEnv(VectorEnv):
     ) -> None:
         """`controllers`: robots with other controllers, as in `run`. All robots without an entry are agents of the environment.
 
-        `period_s`: duration of a step at level `decide`, s, rounded to whole ticks; default 1. `ticks`: the same in ticks of the run, at both
-        levels; default at level `drive` 1. The step repeats its action. `copy`: false to return the arrays of the environment themselves,
+        `period_s`: duration of a step, s, rounded to whole ticks; default at level `decide` 1. `ticks`: the same in ticks of the run; default
+        at level `drive` 1. The step repeats its action. `copy`: false to return the arrays of the environment themselves,
         which each call overwrites. `randomise`: what each episode draws from its seed, as in `run`.
 
         `hashes`: true to compute the hash of each episode, which takes about a sixth of a step. Otherwise `hash` is `None`, unless the episode
@@ -104,6 +104,7 @@ class VecEnv(VectorEnv):
         # An unpickled environment is created from the arguments.
         self._arguments = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
         controllers = {"*": ENVIRONMENT} | by_robot(controllers)
+        auto_reset, copy = flag(auto_reset, "auto_reset"), flag(copy, "copy")
         envs, threads = whole(envs, "envs", 1), whole(threads, "threads", 1)
         ticks = None if ticks is None else whole(ticks, "ticks", 1)
         if render_mode not in (None, "rgb_array"):

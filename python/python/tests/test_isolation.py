@@ -10,6 +10,7 @@ import signal
 import threading
 import time
 
+import numpy as np
 import pytest
 import state
 from alliance_sim import Action, Agent, Allocator, ControllerError, ScenarioError, run
@@ -28,6 +29,7 @@ def first_values():
     BOARD.clear()
     SETS.clear()
     state.NOTES.clear()
+    vars(free).clear()
     LARGE[0] = 0
 
 
@@ -292,6 +294,78 @@ def test_variables_that_do_not_change_are_no_error():
             return nearest(sets)
 
     assert run("janitorial", {"*": Reader}, limit=20).outcome == "time-limit"
+
+
+class Node:
+    def __init__(self):
+        self.near, self.weigh = [], lambda value: value
+
+
+def test_values_that_cannot_be_pickled_cause_no_error():
+    nodes = [Node() for _ in range(12)]
+    for node in nodes:
+        node.near = nodes
+    chain = None
+    for _ in range(100):
+        node = Node()
+        node.near, chain = chain, node
+    draws = np.random.default_rng(1)
+
+    class Reader(Allocator):
+        weights = {"w": [np.ones(3)], "act": lambda value: value, "draws": draws, "lock": threading.Lock(), "big": 10**5000}
+        table = {**dict.fromkeys(range(20_000), 1.0), "act": lambda value: value}
+        road = nodes
+        line = chain
+
+        def step(self, now, messages, sets):
+            assert self.weights["w"][0][0] == 1.0 and self.table[5] and self.road and self.line
+            return nearest(sets)
+
+    assert run("janitorial", {"*": Reader}, limit=20).outcome == "time-limit"
+
+
+def test_all_variables_that_a_refused_run_has_left_are_refused():
+    class Both(Allocator):
+        a = b = 0
+
+        def step(self, now, messages, sets):
+            type(self).a = 1
+            type(self).b = self.b + 1
+
+    def refused():
+        with pytest.raises(ControllerError) as error:
+            run("janitorial", {"*": Both}, limit=1)
+        return str(error.value)
+
+    assert "Both.a was changed, which" in refused()
+    Both.a = 0
+    assert "Both.b was changed by an earlier run" in refused()
+
+
+def test_variables_of_the_same_name_are_compared_apart():
+    base = type("Twin", (Allocator,), {"taken": [], "step": lambda self, now, messages, sets: base.taken.append(self.name)})
+    derived = type("Twin", (base,), {"taken": ()})
+    with pytest.raises(ControllerError, match=r"Twin\.taken was changed, which"):
+        run("janitorial", {"*": derived}, limit=1)
+
+
+def test_a_new_attribute_can_be_collected_or_removed():
+    class Fresh(Allocator):
+        def step(self, now, messages, sets):
+            free.noted = self.name
+
+    def refused():
+        with pytest.raises(ControllerError) as error:
+            run("janitorial", {"*": Fresh}, limit=1)
+        return str(error.value)
+
+    assert "a new attribute of free was changed, which" in refused()
+    assert "free.noted was changed by an earlier run" in refused()
+    del free.noted
+    assert "a new attribute of free was changed, which" in refused()
+    Fresh.collected = {"noted"}
+    run("janitorial", {"*": Fresh}, limit=1)
+    del free.noted
 
 
 def test_the_setup_is_read_only():
