@@ -2,9 +2,8 @@
 //!
 //! Equal sources and dependencies give an equal identity on every machine. It is not a hash of the executable, because
 //! `alliance`, `world-server` and `robot-agent` of the same sources must have the same identity.
-//!
-//! Links the programs to a fixed address. Otherwise each process has 2 MB of relocated data of its own, which displace
-//! those of the other robots from the caches.
+
+mod link;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -26,14 +25,8 @@ const CRATES: [&str; 11] = [
 ];
 
 fn main() {
-    let target = |name: &str| std::env::var(format!("CARGO_CFG_TARGET_{name}")).unwrap_or_default();
-    // A static program has its own kind of link.
-    let is_static = target("FEATURE")
-        .split(',')
-        .any(|feature| feature == "crt-static");
-    if target("OS") == "linux" && target("ENV") == "gnu" && !is_static {
-        println!("cargo::rustc-link-arg-bins=-no-pie");
-    }
+    link::at_fixed_address();
+    println!("cargo::rerun-if-changed=link.rs");
     let mut files = vec![PathBuf::from("../Cargo.lock")];
     for name in CRATES {
         let folder = Path::new("..").join(name);
