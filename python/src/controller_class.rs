@@ -106,13 +106,14 @@ impl ControllerClass {
         };
         let text = serde_json::to_string(setup).map_err(|error| failure(error.to_string()))?;
         let data = Python::attach(|py| {
-            let module = py.import(intern!(py, "alliance_sim._isolation"))?;
-            let setup_object =
-                module.call_method1(intern!(py, "read_only"), (loads(py, &text)?,))?;
+            let setup_object = py
+                .import(intern!(py, "alliance_sim._setup"))?
+                .call_method1(intern!(py, "read_only"), (loads(py, &text)?,))?;
             let shared = match self.failure {
                 // A robot with its own process shares nothing.
                 FailureReaction::EndsProcess => None,
-                FailureReaction::Stored(_) | FailureReaction::EndsRun => module
+                FailureReaction::Stored(_) | FailureReaction::EndsRun => py
+                    .import(intern!(py, "alliance_sim._isolation"))?
                     .call_method1(intern!(py, "SharedVariables"), (&self.class,))?
                     .extract()?,
             };

@@ -17,8 +17,8 @@ from typing import NoReturn
 from . import _engine
 from ._controllers import Agent, Allocator
 from ._engine import ScenarioError
-from ._isolation import is_own
 from ._run import name_of
+from ._search import is_own
 
 
 def controller_in(file: Path, name: str) -> type[Allocator] | type[Agent]:
