@@ -145,7 +145,8 @@ def baselines(mission):
     """Returns the scores of robots without training, by name."""
     seeds, rng = list(range(1, TESTS + 1)), np.random.default_rng(1)
     env = environment(mission, TESTS)
-    idle = np.zeros(env.action_space.shape, env.action_space.dtype)
+    shape = (TESTS, len(env.agents))
+    idle = np.zeros(shape, np.int64) if env.level == "decide" else np.zeros((*shape, 4), np.float32)
 
     def anything(_, mask):
         if env.level == "decide":

@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from ._engine import BOUND
+from ._engine import BOUND, ScenarioError
 from ._plain import shown
 from ._run import Controller, Scenario
 from ._vector import DRAWN_MAX, ENVIRONMENT, Snapshot, VecEnv
@@ -50,8 +50,10 @@ class RobotEnv(gymnasium.Env[np.ndarray, Any]):
     ) -> None:
         """`robot`: name of the robot; default: the first. `teammates`: controller of all others, or by robot. See `VecEnv` for the others."""
         options: dict[str, Any] = {"level": level, "robots": robots, "size": size, "limit": limit}
-        if robot is None:
-            robot = VecEnv(scenario, **options).agents[0]
+        agents = VecEnv(scenario, **options).agents
+        robot = agents[0] if robot is None else robot
+        if robot not in agents:
+            raise ScenarioError(f"robot: the scenario has no robot {shown(robot)}; it has {', '.join(agents[:10])}{'…' * (len(agents) > 10)}")
         others = dict(teammates) if isinstance(teammates, Mapping) else {"*": teammates}
         self._vec = VecEnv(
             scenario,

@@ -33,6 +33,10 @@ else:
 
             closed = False
 
+            def __getattr__(self, name: str) -> Any:
+                hint = "; it needs Gymnasium: pip install 'alliance-sim[env]'" if name.endswith("_space") else ""
+                raise AttributeError(f"'{type(self).__name__}' has no attribute '{name}'{hint}")
+
             def close(self, **options: Any) -> None:
                 """Ends the environments."""
                 if not self.closed:

@@ -184,6 +184,11 @@ def test_the_repr_of_an_environment_states_its_agents():
     assert repr(VecEnv("janitorial", 2)) == "<VecEnv of 2 environments with 3 agents, level decide>"
 
 
+def test_an_unknown_robot_is_refused():
+    with pytest.raises(ScenarioError, match=r"^robot: the scenario has no robot 'glod'; it has gold, blue, green$"):
+        RobotEnv("janitorial", "glod")
+
+
 def test_masked_and_sloppy_actions_are_reported():
     env = parallel_env("waste-cleanup", limit=60.0)
     seen, infos = env.reset(seed=1)
@@ -278,10 +283,12 @@ def test_too_many_environments_raise_a_memory_error():
 
 def test_a_batch_works_without_gymnasium(tmp_path):
     (tmp_path / "gymnasium.py").write_text("raise ModuleNotFoundError('none', name='gymnasium')")
-    lines = "from alliance_sim.env import VecEnv; env = VecEnv('janitorial'); env.reset(1); print(env.step([[0, 0, 0]])[1]); import alliance_sim.env as e; e.RobotEnv"
+    lines = "from alliance_sim.env import VecEnv; env = VecEnv('janitorial'); env.reset(1); print(env.step([[0, 0, 0]])[1]); "
+    lines += "\ntry: env.action_space\nexcept AttributeError as error: print(error)\nimport alliance_sim.env as e; e.RobotEnv"
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
-    assert done.stdout == "[0.]\n" and "gymnasium is missing; install it with" in done.stderr, done.stderr
+    assert done.stdout == "[0.]\n'VecEnv' has no attribute 'action_space'; it needs Gymnasium: pip install 'alliance-sim[env]'\n", done.stdout
+    assert "gymnasium is missing; install it with" in done.stderr, done.stderr
 
 
 def test_the_version_is_that_of_the_program(alliance):
