@@ -283,7 +283,9 @@ class Agent(Controller):
 
 
 def parameters_of(controller: type[Controller]) -> dict[str, tuple[float, float, float]]:
-    """Returns the parameters of a class. Raises a `TypeError` for a declaration with another form."""
+    """Returns the parameters of a class. Raises a `TypeError` for a declaration with another form, also of `frozen` or `collected`."""
+    for attribute in ("frozen", "collected"):
+        names_of(controller, attribute)
     checked = {}
     for key, declared in controller.parameters.items():
         try:
@@ -294,6 +296,14 @@ def parameters_of(controller: type[Controller]) -> dict[str, tuple[float, float,
             raise TypeError(f"{controller.__name__}.parameters: {key}: {default} is not between {least} and {greatest}")
         checked[key] = (default, least, greatest)
     return checked
+
+
+def names_of(controller: type[Controller], attribute: str) -> frozenset[str]:
+    """Returns `frozen` or `collected` of a class. Raises a `TypeError` for anything but a set of names."""
+    names = getattr(controller, attribute)
+    if not isinstance(names, set | frozenset) or not all(isinstance(name, str) for name in names):
+        raise TypeError(f"{controller.__name__}.{attribute} is {shown(names)}; write a set of names, such as {{'seen'}}")
+    return frozenset(names)
 
 
 def readings(text: str) -> Readings:

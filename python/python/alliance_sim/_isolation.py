@@ -5,6 +5,7 @@ Robots in processes have no common memory. In one process, a variable of a class
 
 from __future__ import annotations
 
+from ._controllers import Controller
 from ._search import Search
 from ._variable import Variable
 
@@ -22,11 +23,11 @@ left_behind: dict[tuple[str, int], tuple[Variable, Variable]] = {}
 class SharedVariables:
     """Variables that the methods of a controller class can reach, and that all its robots in a process would share."""
 
-    def __init__(self, controller: type) -> None:
+    def __init__(self, controller: type[Controller]) -> None:
         self._search = Search(controller)
         self._variables: list[Variable] = []
-        #: Names of variables that have the values which an earlier run has left.
-        self._used: list[str] = []
+        #: Variables that have the values which an earlier run has left: the name, and whether the run added it.
+        self._used: list[tuple[str, bool]] = []
         self._add_found()
         self._steps = 0
 
@@ -49,15 +50,17 @@ class SharedVariables:
                 if left.has_changed() or first.has_first_value():
                     del left_behind[key]
                 else:
-                    self._used.append(variable.name)
+                    self._used.append((variable.name, first.was_missing))
 
     def _compare(self, *, with_large: bool) -> None:
-        for name in self._used:
-            raise RuntimeError(f"{name} was changed by an earlier run of this process: set it to its first value, or start Python again. {KEEP}")
+        for name, was_missing in self._used:
+            what, remedy = ("added", "delete it") if was_missing else ("changed", "set it to its first value")
+            raise RuntimeError(f"{name} was {what} by an earlier run of this process: {remedy}, or start Python again. {KEEP}")
         for variable in self._variables:
             if (with_large or not variable.is_large) and variable.has_changed():
                 self._note_left()
-                raise RuntimeError(f"{variable.name} was changed, which all robots of this process share; robots in processes do not. {KEEP}")
+                what = f"{variable.changed_name()} was {'added' if variable.was_missing else 'changed'}"
+                raise RuntimeError(f"{what}, which all robots of this process share; robots in processes do not. {KEEP}")
 
     def _note_left(self) -> None:
         for first in self._variables:

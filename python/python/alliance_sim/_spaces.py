@@ -22,6 +22,11 @@ else:
 
         HAS_GYMNASIUM = False
 
+        SPACES = {"single_observation_space", "single_action_space", "observation_space", "action_space"}
+
+        #: Attributes that `VecEnv` has from Gymnasium.
+        OF_GYMNASIUM = SPACES | {"unwrapped", "spec", "np_random", "np_random_seed"}
+
         class AutoresetMode(Enum):
             """Modes with the names of Gymnasium's."""
 
@@ -34,7 +39,8 @@ else:
             closed = False
 
             def __getattr__(self, name: str) -> Any:
-                hint = "; it needs Gymnasium: pip install 'alliance-sim[env]'" if name.endswith("_space") else ""
+                has_no_agents = name in SPACES and not vars(self).get("agents", True)
+                hint = "; it needs Gymnasium: pip install 'alliance-sim[env]'" if name in OF_GYMNASIUM and not has_no_agents else ""
                 raise AttributeError(f"'{type(self).__name__}' has no attribute '{name}'{hint}")
 
             def close(self, **options: Any) -> None:

@@ -45,6 +45,15 @@ class Variable:
             return not self._has_same_content(now)
         return not (isinstance(now, CONSTANT) and type(now) is type(self._value) and now == self._value)
 
+    @property
+    def was_missing(self) -> bool:
+        """True if the variable did not exist at the start of the run."""
+        return self._value is MISSING
+
+    def changed_name(self) -> str:
+        """Returns the name of what has changed."""
+        return self.name
+
     def has_first_value(self) -> bool:
         """Compares the content of the variable with the start of the run. Unlike in `has_changed`, it may be another object."""
         now = self._read()
@@ -80,6 +89,13 @@ class NewAttributes(Variable):
         self._attributes = vars(owner)
         self._known, self._count = {*self._attributes, *exempt}, len(self._attributes)
         super().__init__(f"a new attribute of {holder}", self._added, owner)
+
+    @property
+    def was_missing(self) -> bool:
+        return True
+
+    def changed_name(self) -> str:
+        return f"{self._holder}.{self._added().partition(' ')[0]}"
 
     def _added(self) -> str:
         names = () if len(self._attributes) == self._count else self._attributes

@@ -309,7 +309,8 @@ class VecEnv(VectorEnv):
             return given
         if given.dtype.kind not in "fiub":
             raise TypeError(f"actions have the type {given.dtype}; write numbers")
-        checked = np.ascontiguousarray(given, self._type)
+        with np.errstate(invalid="ignore"):
+            checked = np.ascontiguousarray(given, self._type)
         if given.dtype.kind == "f" and self.level == "decide" and (checked != given).any():
             raise ValueError("actions contain a number that is not whole; an action is 0 for idle, or the number of a set")
         return checked

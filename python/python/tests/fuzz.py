@@ -1,4 +1,4 @@
-"""Random calls of the package with random arguments, for `test_fuzz.py`: `python -X faulthandler fuzz.py SEED CALLS`.
+"""Random calls of the package with random arguments, for `test_hostile.py`: `python -X faulthandler fuzz.py SEED CALLS`.
 
 A call may succeed, or raise an exception with one clear line. A crash of the interpreter, a panic of the engine and an exception without a
 line end the program with a status other than 0.

@@ -4,18 +4,20 @@ import os
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 from alliance_sim import ScenarioError, run
-from alliance_sim.env import RobotEnv, VecEnv, parallel_env
 from conftest import needed
 
 gymnasium = needed("gymnasium")
+from alliance_sim.env import RobotEnv, VecEnv, parallel_env  # noqa: E402
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
+RECIPES = Path(__file__).resolve().parents[3] / "docs/examples/python/recipes.py"
 KILLED = [{"at_s": 1.0, "fault": {"kill": "gold"}}]
 
 
@@ -281,13 +283,29 @@ def test_too_many_environments_raise_a_memory_error():
     assert done.returncode == 1 and "MemoryError: envs: 1000000 environments" in done.stderr, done.stderr
 
 
-def test_a_batch_works_without_gymnasium(tmp_path):
+def test_a_batch_and_the_recipes_work_without_gymnasium(tmp_path):
     (tmp_path / "gymnasium.py").write_text("raise ModuleNotFoundError('none', name='gymnasium')")
-    lines = "from alliance_sim.env import VecEnv; env = VecEnv('janitorial'); env.reset(1); print(env.step([[0, 0, 0]])[1]); "
-    lines += "\ntry: env.action_space\nexcept AttributeError as error: print(error)\nimport alliance_sim.env as e; e.RobotEnv"
-    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    lines = """
+from alliance_sim.env import VecEnv
+import alliance_sim.env, recipes
+env = VecEnv("janitorial")
+env.reset(1)
+print(env.step([[0, 0, 0]])[1])
+for env in env, VecEnv("janitorial", controllers={"*": "alliance"}):
+    try: env.action_space
+    except AttributeError as error: print(error)
+recipes.TESTS = 2
+print(*recipes.baselines("observe"), sep=", ")
+alliance_sim.env.RobotEnv
+"""
+    path = os.pathsep.join([str(tmp_path), str(RECIPES.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
-    assert done.stdout == "[0.]\n'VecEnv' has no attribute 'action_space'; it needs Gymnasium: pip install 'alliance-sim[env]'\n", done.stdout
+    assert done.stdout.splitlines() == [
+        "[0.]",
+        "'VecEnv' has no attribute 'action_space'; it needs Gymnasium: pip install 'alliance-sim[env]'",
+        "'VecEnv' has no attribute 'action_space'",
+        "idle, random actions, allocator random, allocator alliance",
+    ], done.stderr
     assert "gymnasium is missing; install it with" in done.stderr, done.stderr
 
 

@@ -2,11 +2,15 @@
 
 import collections
 import copy
+import enum
 import functools
 import json
+import os
 import pickle
 import queue
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -29,8 +33,10 @@ def first_values():
     BOARD.clear()
     SETS.clear()
     state.NOTES.clear()
+    vars(state).pop("latest", None)
     vars(free).clear()
     LARGE[0] = 0
+    Helper.count = 0
 
 
 def nearest(sets):
@@ -187,6 +193,56 @@ class Metaclass(Allocator, metaclass=Meta):
         type(type(self)).seen.append(self.name)
 
 
+HANDLERS = {"write": [write]}
+
+
+class Table(Allocator):
+    def step(self, now, messages, sets):
+        HANDLERS["write"][0](self.name, now)
+
+
+WRITE_BLUE = functools.partial(write, "blue")
+
+
+class Partial(Allocator):
+    def step(self, now, messages, sets):
+        WRITE_BLUE(now)
+
+
+class Helper:
+    count = 0
+
+
+HELPERS = [Helper()]
+
+
+class ClassOfElement(Allocator):
+    def step(self, now, messages, sets):
+        for helper in HELPERS:
+            type(helper).count += 1
+
+
+class Board:
+    def __init__(self):
+        self.names = []
+
+    def put(self, name):
+        self.names.append(name)
+
+
+PUT = Board().put
+
+
+class Bound(Allocator):
+    def step(self, now, messages, sets):
+        PUT(self.name)
+
+
+class ModuleAttribute(Allocator):
+    def step(self, now, messages, sets):
+        state.latest = self.name
+
+
 class Whole(Agent):
     log: list[str] = []
 
@@ -199,7 +255,7 @@ class Whole(Agent):
     ("controller", "name"),
     [
         (ClassDict, "ClassDict.taken"),
-        (NewAttribute, "a new attribute of NewAttribute"),
+        (NewAttribute, "NewAttribute.last"),
         (Counter, "test_isolation.TOTAL"),
         (Blackboard, "test_isolation.BOARD"),
         (OtherModule, "state.NOTES"),
@@ -215,7 +271,12 @@ class Whole(Agent):
         (Defaults, "Defaults.claims"),
         (Waiting, "Waiting.line"),
         (FunctionAttribute, "chosen_by.count"),
-        (NewFunctionAttribute, "a new attribute of free"),
+        (NewFunctionAttribute, "free.latest"),
+        (Table, "test_isolation.BOARD"),
+        (Partial, "test_isolation.BOARD"),
+        (ClassOfElement, "Helper.count"),
+        (Bound, "test_isolation.PUT"),
+        (ModuleAttribute, "state.latest"),
         (Metaclass, "Meta.seen"),
         (Whole, "Whole.log"),
     ],
@@ -224,8 +285,46 @@ def test_a_shared_variable_is_refused_by_name(controller, name):
     with pytest.raises(ControllerError) as error:
         run("janitorial", {"*": controller}, limit=2)
     line = str(error.value)
-    assert line.startswith(("blue: tick ", "gold: tick ", "green: tick ")) and f": RuntimeError: {name} was changed, " in line.replace("<locals>.", "")
+    verb = "added" if name in ("NewAttribute.last", "free.latest", "state.latest") else "changed"
+    assert line.startswith(("blue: tick ", "gold: tick ", "green: tick ")) and f": RuntimeError: {name} was {verb}, " in line.replace("<locals>.", "")
     assert "robots in processes do not" in line
+
+
+@pytest.mark.parametrize("attribute", ["collected", "frozen"])
+def test_names_in_another_form_than_a_set_are_refused(attribute):
+    for names in ("seen", 3, {1}):
+        with pytest.raises(TypeError, match=rf"^Named\.{attribute} is .*; write a set of names, such as"):
+            run("janitorial", {"*": type("Named", (Greedy,), {attribute: names})}, limit=1)
+
+
+class Mode(enum.Flag):
+    SEARCH = enum.auto()
+    CARRY = enum.auto()
+
+
+def test_combined_flags_are_no_error():
+    class Flags(Allocator):
+        def step(self, now, messages, sets):
+            assert Mode.SEARCH | Mode.CARRY
+            return nearest(sets)
+
+    assert run("janitorial", {"*": Flags}, limit=1).outcome == "time-limit"
+
+
+def test_packages_of_the_user_are_not_searched(tmp_path):
+    """A package below PYTHONUSERBASE stores a value when it is first used, as numpy does."""
+    name = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    folder = tmp_path / "lib" / name / "site-packages"
+    folder.mkdir(parents=True)
+    (folder / "cached.py").write_text("CACHE = {}\ndef root(value):\n    return CACHE.setdefault(value, value**0.5)\n")
+    lines = (
+        "import site, sys; sys.path.append(site.getusersitepackages())\n"
+        "import cached\nfrom alliance_sim import Allocator, run\n"
+        "class Uses(Allocator):\n    def step(self, now, messages, sets): cached.root(2.0)\n"
+        "print(run('janitorial', {'*': Uses}, limit=1).outcome)"
+    )
+    done = subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, env={**os.environ, "PYTHONUSERBASE": str(tmp_path)})
+    assert done.stdout == "time-limit\n", done.stderr
 
 
 def test_a_variable_of_an_enclosing_function_is_refused_unless_it_is_collected():
@@ -359,10 +458,10 @@ def test_a_new_attribute_can_be_collected_or_removed():
             run("janitorial", {"*": Fresh}, limit=1)
         return str(error.value)
 
-    assert "a new attribute of free was changed, which" in refused()
-    assert "free.noted was changed by an earlier run" in refused()
+    assert "free.noted was added, which" in refused()
+    assert "free.noted was added by an earlier run of this process: delete it, or start Python again" in refused()
     del free.noted
-    assert "a new attribute of free was changed, which" in refused()
+    assert "free.noted was added, which" in refused()
     Fresh.collected = {"noted"}
     run("janitorial", {"*": Fresh}, limit=1)
     del free.noted

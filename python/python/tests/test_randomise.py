@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 from alliance_sim import ScenarioError, run
-from alliance_sim.env import RobotEnv, VecEnv, parallel_env
 from conftest import needed
 
 needed("pettingzoo")
+from alliance_sim.env import RobotEnv, VecEnv, parallel_env  # noqa: E402
 
 #: Scenario, size, and whether its layout has places to draw. Targets of observe depend on the seed anyway.
 MISSIONS = {
@@ -121,7 +121,7 @@ def test_mistakes_have_one_line():
         VecEnv("service", shaping={"travel": float("inf")})
     with pytest.raises(ScenarioError, match="reward and shaping: both state the reward"):
         parallel_env("service", shaping={"travel": 1.0}, reward=lambda before, after, events: 0.0)
-    # Twenty robots of 0.2 m have no room in a closet.
+    # Two robots of 0.2 m and the places of the mission have no room in a closet.
     closet = {"room": {"width_m": 1.0, "height_m": 1.0}, "waste": {}, "robots": [{"name": "one"}, {"name": "two"}]}
     with pytest.raises(ScenarioError, match="randomise: the last of 200 draws of a scenario fails"):
         run(closet, randomise={"layout"})

@@ -21,7 +21,7 @@ def test_load_returns_the_tables_of_a_run(folder):
     poses = results.poses
     assert len(poses["t_ms"]) == 400 * 3 and poses["x_m"].dtype == np.float64 and poses["t_ms"].dtype.kind == "i"
     assert set(poses["robot"]) == {"blue", "gold", "green"}
-    assert results.run["scenario"]["name"] == "waste-cleanup" or results.run["result"]["ticks"] == 400
+    assert results.run["scenario"]["name"] == "waste-cleanup" and results.run["result"]["ticks"] == 400
 
 
 def test_a_compact_log_has_the_rows_of_a_full_one(folder, tmp_path):

@@ -6,10 +6,10 @@ import pickle
 import numpy as np
 import pytest
 from alliance_sim import AllianceError, Allocator
-from alliance_sim.env import RobotEnv, VecEnv, parallel_env
 from conftest import needed
 
 needed("pettingzoo")
+from alliance_sim.env import RobotEnv, VecEnv, parallel_env  # noqa: E402
 
 KILLED = [
     {"at_s": 4.0, "fault": {"kill": "gold"}},
