@@ -116,6 +116,22 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
         visitor.visit_some(self)
     }
 
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Problem> {
+        match self.0 {
+            // The elements would be the values of the fields in order.
+            DeValue::Array(_) => Err(Problem::of_value(
+                "an array does not fit",
+                "write a table, such as [name] instead of [[name]]",
+            )),
+            _ => self.deserialize_any(visitor),
+        }
+    }
+
     fn deserialize_enum<V: Visitor<'de>>(
         self,
         _name: &'static str,
@@ -136,7 +152,7 @@ impl<'de> Deserializer<'de> for TomlValue<'de> {
 
     serde::forward_to_deserialize_any! {
         bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf unit unit_struct newtype_struct seq
-        tuple tuple_struct map struct identifier ignored_any
+        tuple tuple_struct map identifier ignored_any
     }
 }
 

@@ -52,6 +52,8 @@ fn mistakes_have_file_line_and_remedy() {
             "[tasks.report-progress]\npriority = 'high'",
             "room.width_m = 5\nroom.height_m = [5]",
             "waste.spills = [{ items = -1 }]",
+            "[[room]]\nwidth_m = 3",
+            "faults = [[]]",
         ],
     );
     refused(
