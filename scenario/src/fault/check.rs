@@ -118,7 +118,8 @@ impl Checker<'_> {
         let MissionFault { name, values } = fault;
         let mission_faults = self.catalog.mission.vocabulary().faults;
         let Some(spec) = mission_faults.iter().find(|spec| spec.name == name) else {
-            let what = format!("there is no choice '{name}'");
+            let mission = self.catalog.mission.name();
+            let what = format!("there is no fault '{name}' in the mission {mission}");
             let own = mission_faults.iter().map(|spec| spec.name);
             let known = Fault::COMMON_NAMES.into_iter().chain(own);
             return Err(Problem::at(["fault"], what, name_remedy(name, known)));
