@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use analysis::table;
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
 use cluster::os_process::OsProcess;
 use cluster::rendezvous::{self, Rendezvous};
 use proto::control::{ControlCommand, Reply};
+use scenario::Problem;
 use scenario::time::SimTime;
 use serde::{Deserialize, Serialize};
 use tokio::runtime::Runtime;
@@ -40,6 +41,9 @@ struct Listed {
     seed: Option<u64>,
     sim_time_ms: Option<SimTime>,
     hash: Option<String>,
+    /// The folder of a live run that has answered.
+    #[serde(skip)]
+    folder: Option<PathBuf>,
 }
 
 impl Listed {
@@ -52,6 +56,7 @@ impl Listed {
             seed: None,
             sim_time_ms: None,
             hash: None,
+            folder: None,
         }
     }
 }
@@ -88,7 +93,13 @@ impl RunsCommand {
     /// Returns the list as text or as JSON.
     pub fn text(&self) -> anyhow::Result<String> {
         let mut runs = live()?;
-        runs.extend(logs(&self.folder)?);
+        let mut recorded = logs(&self.folder)?;
+        // The log of a live run is not a second run.
+        recorded.retain(|log| {
+            let folder = fs::canonicalize(&log.run).ok();
+            folder.is_none() || runs.iter().all(|live| live.folder != folder)
+        });
+        runs.append(&mut recorded);
         if self.json {
             return Ok(serde_json::to_string_pretty(&runs)? + "\n");
         }
@@ -119,14 +130,24 @@ fn describe(run: &Rendezvous, runtime: &Runtime) -> Listed {
             scenario: Some(status.scenario),
             seed: Some(status.seed),
             sim_time_ms: Some(status.t_ms),
+            folder: fs::canonicalize(status.folder).ok(),
             ..unknown(["live", "live, paused"][usize::from(status.clock.paused)])
         },
         _ => unknown("live, does not answer"),
     }
 }
 
-/// Returns the recorded runs in a folder, newest first; empty if the folder does not exist.
+/// Returns the recorded runs in a folder, newest first. The default folder exists only after the first run.
 fn logs(folder: &Path) -> anyhow::Result<Vec<Listed>> {
+    if !folder.is_dir() && folder != Path::new(FOLDER) {
+        let name = folder.display().to_string();
+        let remedy = "name the folder that contains the run folders";
+        bail!(Problem::with_source(
+            name,
+            "there is no such folder",
+            remedy
+        ));
+    }
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries.with_context(|| folder.display().to_string())?,
@@ -154,7 +175,7 @@ fn log(path: &Path, text: &[u8]) -> Listed {
         return listed("run.json cannot be read".to_owned());
     };
     let state = match log.outcome.as_str() {
-        // The run is live, or its world was killed.
+        // Its world was killed, or it is live and does not answer.
         "running" => "without an end".to_owned(),
         _ => log.outcome,
     };
@@ -188,7 +209,7 @@ fn in_words(runs: &[Listed], folder: &Path) -> String {
         // Names of folders and texts of logs can contain any character.
         table.add_row(cells.map(|cell| terminal::in_one_line(&cell).into_owned()));
     }
-    table::no_wrap(&mut table, &[2, 5]);
+    table::no_wrap(&mut table, &[0, 2, 5]);
     table::hide_if_narrow(&mut table, 2);
     table.trim_fmt() + "\n"
 }
