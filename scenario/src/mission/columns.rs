@@ -10,6 +10,9 @@ use super::FigureValue;
 /// The suffix of columns and figures that hold a time.
 const MILLISECONDS: &str = "_ms";
 
+/// The units of other figures, by the suffixes of their names.
+const UNITS: [(&str, &str); 3] = [("_s", " s"), ("_m", " m"), ("_j", " J")];
+
 /// A column of mission.csv after the time column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Column {
@@ -126,17 +129,19 @@ pub fn display_name(name: &str) -> String {
     name.replace(['_', '.'], " ")
 }
 
-/// Formats a column or a figure with its value: `items carried 1`, `last report 61.2 s`.
+/// Formats a column or a figure with its value: `items carried 1`, `last report 61.2 s`, `energy used 5.00 J`.
 #[must_use]
 pub fn format_value(name: &str, value: FigureValue) -> String {
+    let with_unit = |(suffix, unit)| Some((name.strip_suffix(suffix)?, unit));
+    let (name, unit) = UNITS.into_iter().find_map(with_unit).unwrap_or((name, ""));
     let label = display_name(name);
     let Some(number) = value.number() else {
         return format!("{label} –");
     };
     match value {
         _ if name.ends_with(MILLISECONDS) => format!("{label} {:.1} s", number / 1000.0),
-        FigureValue::Real(_) => format!("{label} {number:.2}"),
-        _ => format!("{label} {number}"),
+        FigureValue::Real(_) => format!("{label} {number:.2}{unit}"),
+        _ => format!("{label} {number}{unit}"),
     }
 }
 
@@ -255,7 +260,7 @@ mod tests {
         assert_eq!(short_summary(&at_first), "0 of 5 places visited");
         let values = [2_u32.into(), 3_u32.into(), 61_250_u64.into(), 7.5.into()];
         let later = row(columns, values);
-        let others = "last visit 61.2 s, way m 7.50";
+        let others = "last visit 61.2 s, way 7.50 m";
         let expected = format!("3 of 5 places visited, places left 2, {others}");
         assert_eq!(details(&later), expected);
         assert_eq!(short_summary(&later[2..]), others);
