@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use analysis::LATEST;
+use anyhow::anyhow;
 use clap::{Args, ValueHint};
 use cluster::rendezvous::Rendezvous;
 use scenario::names::is_name;
@@ -132,6 +133,9 @@ impl WatchCommand {
                 // A world that first repeats another run is announced late.
                 Err(_) if self.run.is_some() && (self.inherited || Instant::now() < until) => {
                     sleep(PATIENCE / 500).await;
+                }
+                Err(error) if self.run.is_some() => {
+                    return Err(anyhow!("{error}; there is no such folder either"));
                 }
                 Err(error) => return Err(error.into()),
             }

@@ -170,6 +170,7 @@ impl RunProcesses {
                 team.progress.print_line(&line);
             }
         }
+        let has_page = link.is_some();
         if let Some(link) = link {
             team.start_page(link, plan.open);
         }
@@ -181,8 +182,11 @@ impl RunProcesses {
             team.start_observer(command);
         }
         if plan.paused {
-            let resume = format!("`alliance clock resume --run {}`", plan.run);
-            let held = format!("the clock is held; start it on the page or with {resume}");
+            let page = if has_page { "on the page or " } else { "" };
+            let held = format!(
+                "the clock is held; start it {page}with `alliance clock resume --run {}`",
+                plan.run
+            );
             team.progress.print_line(&held);
         }
         Ok(team)
