@@ -207,7 +207,7 @@ struct FaultsFile {
 /// Reads the timeline of a file. Its times are those of the run, and none is before the branch.
 fn read_faults(name: &str, setup: &Setup, tick: Tick) -> anyhow::Result<Vec<Order>> {
     let path = Path::new(name);
-    let bytes = std::fs::read(path).with_context(|| format!("--faults {name}"))?;
+    let bytes = terminal::read_file(path).context("--faults")?;
     let text = decode_text(name, bytes)?;
     let file = TomlFile::parse(name, &text)?;
     let FaultsFile { faults } = file.deserialize()?;

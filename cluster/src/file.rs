@@ -65,7 +65,7 @@ impl Cluster {
         scenario: impl Fn(&str) -> anyhow::Result<Scenario>,
     ) -> anyhow::Result<(Self, Scenario)> {
         let name = path.display().to_string();
-        let bytes = std::fs::read(path).with_context(|| name.clone())?;
+        let bytes = terminal::read_file(path)?;
         let text = decode_text(&name, bytes)?;
         let beside = path.parent().unwrap_or(Path::new(""));
         Self::parse(&name, &text, beside, scenario)

@@ -8,7 +8,8 @@ pub mod panics;
 
 use std::borrow::Cow;
 use std::fmt::Display;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
@@ -17,6 +18,28 @@ pub fn clear_screen() {
     if io::stderr().is_terminal() {
         let _ = io::stderr().write_all(b"\x1b[2J\x1b[H");
     }
+}
+
+/// Returns a number with its noun in the singular or plural, such as "1 run" or "2 runs".
+#[must_use]
+pub fn counted(count: usize, noun: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}
+
+/// Reads a file that a user has named.
+///
+/// # Errors
+/// Returns the error of the system with one line: the path, the problem and the remedy.
+pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
+    std::fs::read(path).map_err(|error| {
+        let problem = match error.kind() {
+            ErrorKind::NotFound => "no such file; correct the path".to_owned(),
+            ErrorKind::IsADirectory => "that is a folder; name a file".to_owned(),
+            _ => format!("cannot be read: {error}"),
+        };
+        io::Error::new(error.kind(), format!("{}: {problem}", path.display()))
+    })
 }
 
 /// Returns the first names, and the number of the others.

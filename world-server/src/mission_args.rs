@@ -90,7 +90,7 @@ impl MissionArgs {
             None => None,
             Some(path) => Some(ParameterFile::parse(
                 &path.display().to_string(),
-                &std::fs::read(path).with_context(|| path.display().to_string())?,
+                &terminal::read_file(path)?,
             )?),
         };
         let mut resolved = Setup::resolve(scenario, self.seed, parameters.as_ref())?;
@@ -123,13 +123,13 @@ pub fn read_scenario(requested: &str, known: &Known) -> anyhow::Result<Scenario>
     if !path.exists() {
         // Only a path can contain these characters.
         if requested.contains(['/', '.']) {
-            bail!("{requested}: no such file");
+            bail!("{requested}: no such file; correct the path");
         }
         let builtins = known.vocabulary.builtins().map(|builtin| builtin.name);
         let what = format!("'{requested}' is neither a built-in scenario nor a file");
         bail!(Problem::of_value(what, name_remedy(requested, builtins)));
     }
-    let bytes = std::fs::read(path).with_context(|| requested.to_owned())?;
+    let bytes = terminal::read_file(path)?;
     let text = decode_text(requested, bytes)?;
     let has_content = |line: &str| !matches!(line.trim_start().chars().next(), None | Some('#'));
     if !text.lines().any(has_content) {
@@ -215,7 +215,7 @@ mod tests {
             worlds: MissionRegistry::default(),
         };
         let refusal = || read_scenario(name, &known).unwrap_err().to_string();
-        assert_eq!(refusal(), format!("{name}: no such file"));
+        assert_eq!(refusal(), format!("{name}: no such file; correct the path"));
         let empty = "the scenario is empty; state at least its mission, such as [service]";
         for text in ["", "\n  \n", "# name = 'a'\n"] {
             std::fs::write(&path, text).unwrap();

@@ -20,13 +20,12 @@ use crate::figures::size::SizeOptions;
 use crate::interrupted::{InterruptFlag, Interrupted};
 use crate::new_file::write_atomically;
 use crate::shell::shell_quoted;
-use crate::sweep::execution::{
-    PlanCommand, Work, command_words, counted, jobs, jobs_or_cores, read_text,
-};
+use crate::sweep::execution::{PlanCommand, Work, command_words, jobs, jobs_or_cores, read_text};
 use crate::sweep::journal::{Header, read_all};
 use crate::sweep::run::{Row, RunResult, execute_run};
 use crate::workers::run_parallel;
 use crate::{distinct, exit_status};
+use terminal::counted;
 
 const RESULT: &str = "result.json";
 

@@ -8,7 +8,7 @@ use super::metrics::Metric;
 use super::power::seeds_needed;
 use super::statistics::SIGNIFICANT;
 use crate::distinct;
-use crate::sweep::execution::counted;
+use terminal::counted;
 
 /// The largest number of blocks that a sentence lists.
 const LISTED: usize = 4;

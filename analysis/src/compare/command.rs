@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use scenario::Problem;
 use scenario::limits::check_known;
-use terminal::stderr_line;
+use terminal::{counted, stderr_line};
 use world_server::mission_args::Known;
 
 use super::analysis::Analysis;
@@ -30,7 +30,7 @@ use crate::figures::files;
 use crate::new_file::write_atomically;
 use crate::sweep::best_known::{BestKnown, read as read_best_known};
 use crate::sweep::comparison::{Axes, Comparison, OwnFigure};
-use crate::sweep::execution::{Arguments, PlanCommand, counted, jobs_or_cores, read_text};
+use crate::sweep::execution::{Arguments, PlanCommand, jobs_or_cores, read_text};
 use crate::sweep::journal::Header;
 use crate::sweep::plan::{Plan, setup};
 use crate::sweep::results::{figures_of, results_table};

@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 use anyhow::bail;
 use scenario::Setup;
 
-use crate::sweep::execution::counted;
+use terminal::counted;
 
 /// Bytes per robot and tick: log rows and the data derived from them. [`SET_TICK`] adds the bytes per behavior set.
 const ROBOT_TICK: f64 = 300.0;

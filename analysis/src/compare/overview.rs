@@ -8,7 +8,7 @@ use super::metrics::Metric;
 use super::power::pairs_of;
 use super::statistics::SIGNIFICANT;
 use crate::distinct;
-use crate::sweep::execution::counted;
+use terminal::counted;
 
 /// The largest number of names in a list.
 const LISTED: usize = 12;

@@ -2,9 +2,9 @@
 
 use super::metrics::Metric;
 use super::statistics::SIGNIFICANT;
-use crate::sweep::execution::counted;
 use crate::sweep::plan::hypothesis::Hypothesis;
 use crate::sweep::statistics::wilson;
+use terminal::counted;
 
 /// The largest number of seeds that a remark recommends.
 const MOST_SEEDS: usize = 10_000;

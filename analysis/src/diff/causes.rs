@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
+use terminal::counted;
 
 use proto::program_build;
 use run_log::{Branch, Input, InputLine, ReadError, RunFile, RunLog};
@@ -48,8 +49,7 @@ pub fn setup_difference(a: &RunLog, b: &RunLog) -> Option<String> {
         let first = format!("{path}: {a} in A, {b} in B");
         let more = match found.len() {
             1 => String::new(),
-            2 => " (and 1 more value)".to_owned(),
-            all => format!(" (and {} more values)", all - 1),
+            all => format!(" (and {})", counted(all - 1, "more value")),
         };
         return Some(format!("scenario: {first}{more}"));
     }

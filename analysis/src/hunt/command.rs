@@ -7,7 +7,7 @@ use std::slice;
 
 use clap::Args;
 use indicatif::HumanDuration;
-use terminal::stderr_line;
+use terminal::{counted, stderr_line};
 use tokio::time::Instant;
 use world_server::mission_args::{Known, read_scenario};
 
@@ -24,9 +24,7 @@ use crate::exit_status;
 use crate::interrupted::{InterruptFlag, Interrupted};
 use crate::new_file::{make_folder, write_atomically};
 use crate::progress::RunProgress;
-use crate::sweep::execution::{
-    PLAN, command_words, counted, jobs, jobs_or_cores, plan_name, read_text,
-};
+use crate::sweep::execution::{PLAN, command_words, jobs, jobs_or_cores, plan_name, read_text};
 use crate::table::bullets;
 use crate::workers::run_parallel;
 

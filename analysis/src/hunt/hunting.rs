@@ -9,7 +9,7 @@ use super::plan::{Budget, HuntPlan, Method};
 use super::search::{BATCH, Search, SeverityMeasure};
 use super::shrink::{Shrunk, shrink};
 use super::violation::ViolationKind;
-use crate::sweep::execution::counted;
+use terminal::counted;
 
 /// A case with a violation, or the worst one of a search for the worst PAR2 time.
 #[derive(Clone, Debug, PartialEq)]

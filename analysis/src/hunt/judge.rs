@@ -20,7 +20,7 @@ use super::violation::{FoundViolation, ViolationKind};
 use crate::invariants::coverage::{is_covered, is_operational, is_within_reach};
 use crate::invariants::termination::is_calm;
 use crate::invariants::{Invariants, WorldState, replayed};
-use crate::sweep::execution::counted;
+use terminal::counted;
 
 /// The number of ticks between two looks at the coverage and the remaining work. More ticks save time, but miss faults
 /// that last for less.

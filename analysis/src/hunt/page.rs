@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::plan::{Budget, HuntPlan};
 use super::results::{Shown, command, faults_text, method, sentence};
 use crate::page::{LANDSCAPE, document, table};
-use crate::sweep::execution::counted;
+use terminal::counted;
 
 /// Returns the page of a hunt.
 #[must_use]

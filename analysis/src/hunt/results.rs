@@ -23,7 +23,8 @@ use crate::invariants::Invariants;
 use crate::new_file::write_atomically;
 use crate::report::command::{FigureOptions, report};
 use crate::shell::shell_quoted;
-use crate::sweep::execution::{counted, repeat_command};
+use crate::sweep::execution::repeat_command;
+use terminal::counted;
 
 /// A finding with the names of its files.
 pub struct Shown<'r> {

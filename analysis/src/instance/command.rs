@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::Context as _;
 use clap::Args;
 use scenario::limits::positive;
 use scenario::{Problem, decode_text};
@@ -75,7 +74,7 @@ impl ImportCommand {
     /// Returns the scenario, which is checked like a scenario file.
     fn scenario(&self, known: &Known) -> anyhow::Result<Written> {
         let name = self.file.display().to_string();
-        let bytes = std::fs::read(&self.file).with_context(|| name.clone())?;
+        let bytes = terminal::read_file(&self.file)?;
         let text = decode_text(&name, bytes)?;
         let source = Source {
             name: &name,

@@ -16,10 +16,10 @@ use super::verdict::verdict;
 use crate::figures::Figure;
 use crate::figures::files::SCRIPT;
 use crate::page::{contents, document, heading, scrolled, sorting, table};
-use crate::sweep::execution::counted;
 use crate::table::figure;
 use observation::stints::Loss;
 use observation::takeovers::{Takeover, TakeoverCause};
+use terminal::counted;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 

@@ -5,10 +5,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 use comfy_table::Table;
-use terminal::stderr_line;
+use terminal::{counted, stderr_line};
 use world_server::mission_args::Known;
 
-use super::execution::{Arguments, FAILURES, PlanCommand, counted, repeat_command};
+use super::execution::{Arguments, FAILURES, PlanCommand, repeat_command};
 use super::figures::{draw, numbers};
 use super::journal::Header;
 use super::page::{LATEX, Page};

@@ -11,7 +11,7 @@ use clap::Args;
 use indicatif::HumanDuration;
 use missions::Registry;
 use scenario::decode_text;
-use terminal::stderr_line;
+use terminal::{counted, stderr_line};
 use tokio::time::Instant;
 use world_server::mission_args::{Known, read_scenario};
 
@@ -334,7 +334,7 @@ pub fn plan_name(file: &Path) -> String {
 
 pub fn read_text(file: &Path) -> anyhow::Result<String> {
     let name = file.display().to_string();
-    let bytes = fs::read(file).with_context(|| name.clone())?;
+    let bytes = terminal::read_file(file)?;
     Ok(decode_text(&name, bytes)?)
 }
 
@@ -524,13 +524,6 @@ fn keep(folder: &Path, header: &Header, run: usize, failure: &Failure) -> anyhow
 pub fn repeat_command(scenario: &str, seed: u64, check: bool) -> String {
     let check = if check { " --check" } else { "" };
     format!("alliance run {scenario} --seed {seed} --in-process{check}")
-}
-
-/// Returns a number with its noun in the singular or plural, such as "1 run" or "2 runs".
-#[must_use]
-pub fn counted(count: usize, noun: &str) -> String {
-    let ending = if count == 1 { "" } else { "s" };
-    format!("{count} {noun}{ending}")
 }
 
 pub fn jobs(text: &str) -> Result<NonZeroUsize, String> {

@@ -5,7 +5,6 @@ use std::cmp::Ordering;
 use maud::{Markup, html};
 
 use super::design::{Cell, Design, FAULTS};
-use super::execution::counted;
 use super::figures::measures;
 use super::run::{FaultCount, Row, RunResult};
 use super::statistics::Estimate;
@@ -18,6 +17,7 @@ use crate::page::{
     about, choice, choosing, contents, document, drawing, estimate, heading, hinting, number,
     percent, sorting, table,
 };
+use terminal::counted;
 
 /// The name of the file with the table of [`Page::latex`].
 pub const LATEX: &str = "summary.tex";

@@ -8,7 +8,7 @@ use super::task::Task;
 use super::verdict::{AllocatorResult, TUNED, TestComparison};
 use crate::figures::Figure;
 use crate::page::{LANDSCAPE, document, drawing, estimate, number, table};
-use crate::sweep::execution::counted;
+use terminal::counted;
 
 pub struct Page<'p> {
     pub name: &'p str,

@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::time::Duration;
+use terminal::counted;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use proto::control::AgentState;
@@ -133,7 +134,7 @@ impl ProgressDisplay {
                 }
                 mission.set_message(format!("{}  {clock}", short_summary(&row)));
                 if others > 0 {
-                    doing.push(format!("and {others} more robots"));
+                    doing.push(format!("and {}", counted(others, "more robot")));
                 }
                 for (line, doing) in robots.iter().zip(doing) {
                     line.set_message(terminal::escaped(&doing).into_owned());
@@ -220,18 +221,18 @@ fn bounded_line(mut line: String, entries: &[String], others: usize) -> String {
     for (index, entry) in entries.iter().enumerate() {
         let left = entries.len() - index - 1 + others;
         let rest = if left > 0 {
-            format!("; and {left} more robots")
+            format!("; and {}", counted(left, "more robot"))
         } else {
             String::new()
         };
         if width(&line) + width(entry) + width(&rest) + 2 > LINE_WIDTH {
-            return format!("{line}; and {} more robots", left + 1);
+            return format!("{line}; and {}", counted(left + 1, "more robot"));
         }
         line += &format!("; {entry}");
     }
     match others {
         0 => line,
-        others => format!("{line}; and {others} more robots"),
+        others => format!("{line}; and {}", counted(others, "more robot")),
     }
 }
 

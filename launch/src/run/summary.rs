@@ -14,7 +14,7 @@ use scenario::mission::FigureValue;
 use scenario::mission::columns::{ColumnValue, Progress, display_name, format_value};
 use scenario::time::SimTime;
 use serde_json::json;
-use terminal::stderr_line;
+use terminal::{counted, stderr_line};
 
 use super::plan::RunPlan;
 
@@ -55,12 +55,14 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
     }
     stderr_line!("{}", robots(plan, run).trim_fmt());
     if let Some(others @ 1..) = run.result.robots.len().checked_sub(ROBOTS) {
-        stderr_line!("and {others} more robots; run.json has their figures");
+        let others = counted(others, "more robot");
+        stderr_line!("and {others}; run.json has all figures");
     }
     let result = &run.result;
     let real_s = host["running_s"].as_f64().unwrap_or_default();
     let ticks_per_s = host["ticks_per_s"].as_f64().unwrap_or_default();
-    stderr_line!("{}: {}", outcome(run), mission(run));
+    let line = format!("{}: {}", outcome(run), mission(run));
+    stderr_line!("{}", table::paragraph(&line));
     stderr_line!(
         "{} simulated in {real_s:.1} s: {} ticks, {ticks_per_s:.0} per second",
         result.sim_time_ms,
@@ -71,7 +73,8 @@ pub fn show(plan: &RunPlan, run: &RunFile) -> anyhow::Result<()> {
         stderr_line!("{takeover}");
     }
     if let Some(others @ 1..) = takeovers.len().checked_sub(TAKEOVERS) {
-        stderr_line!("and {others} more takeovers; `alliance report` lists them");
+        let others = counted(others, "more takeover");
+        stderr_line!("and {others}; `alliance report` lists all");
     }
     if let Some(line) = faults(&run.faults, run.result.sim_time_ms) {
         stderr_line!("{line}");

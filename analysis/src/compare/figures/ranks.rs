@@ -9,7 +9,7 @@ use crate::compare::answer::p_value;
 use crate::compare::data::ComparisonData;
 use crate::figures::canvas::{Area, DrawResult, INK, Sheet, TextLabel, line, path, px};
 use crate::figures::{Figure, plain};
-use crate::sweep::execution::counted;
+use terminal::counted;
 
 const SIDE_PX: f64 = 190.0;
 const AXIS_PX: f64 = 64.0;

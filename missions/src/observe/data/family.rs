@@ -3,6 +3,7 @@
 
 use scenario::mission::section::MissionSection;
 use scenario::{Radio, Robot, Room, Scenario};
+use terminal::counted;
 
 use super::{OBSERVE, ObserveSection, Policy, Region};
 
@@ -25,7 +26,9 @@ pub(super) fn family(robots: usize, targets: usize) -> Scenario {
     Scenario {
         name: OBSERVE.name().to_owned(),
         description: format!(
-            "{robots} robots, {targets} moving targets: the region grows with the team."
+            "{}, {}: the region grows with the team.",
+            counted(robots, "robot"),
+            counted(targets, "moving target"),
         ),
         room: Room::of_size(side_m, side_m),
         body: scenario::Body {

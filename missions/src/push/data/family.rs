@@ -8,6 +8,7 @@
 use glam::Vec2;
 use scenario::mission::section::MissionSection;
 use scenario::{Robot, Room, Scenario, Start};
+use terminal::counted;
 
 use super::{BarSection, PUSH, PUSH_PLACES, PushSection};
 use crate::districts::{self, Districts, nearest_both_ways};
@@ -85,8 +86,9 @@ pub fn family(robots: usize, bars: usize) -> Scenario {
     let load = (2 * section.bars.len()).div_ceil(robots);
     Scenario {
         description: format!(
-            "{robots} robots, {} bars: room, team and bars grow together.",
-            section.bars.len()
+            "{}, {}: room, team and bars grow together.",
+            counted(robots, "robot"),
+            counted(section.bars.len(), "bar"),
         ),
         name: PUSH.name().to_owned(),
         limit_s: 1200.0 * load as f64,

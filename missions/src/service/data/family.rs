@@ -8,6 +8,7 @@
 use glam::Vec2;
 use scenario::mission::section::MissionSection;
 use scenario::{Robot, Room, Scenario, Start};
+use terminal::counted;
 
 use super::{
     CostMeasure, Interval, Kind, KnowledgeSource, Point, SERVICE, ServiceSection, TaskGranularity,
@@ -71,8 +72,9 @@ pub(super) fn family(robots: usize, points: usize) -> Scenario {
     let load = points.len() as f64 / robots as f64;
     Scenario {
         description: format!(
-            "{robots} robots, {} points of work: room, team and work grow together.",
-            points.len()
+            "{}, {} of work: room, team and work grow together.",
+            counted(robots, "robot"),
+            counted(points.len(), "point"),
         ),
         name: SERVICE.name().to_owned(),
         limit_s: 600.0 * load.ceil(),

@@ -12,6 +12,7 @@
 
 use glam::Vec2;
 use scenario::{Robot, Scenario, Start};
+use terminal::counted;
 
 use super::{Deposit, Spill, Spot, WasteSection, default_scenario};
 use crate::districts::{self, DistrictSlot, Districts, Places, nearest_both_ways};
@@ -37,7 +38,9 @@ pub fn family(robots: usize, spills: usize) -> Scenario {
     let districts = grid(robots, spills);
     let mut scenario = Scenario {
         description: format!(
-            "{robots} robots, {spills} spills: room, team and work grow together."
+            "{}, {}: room, team and work grow together.",
+            counted(robots, "robot"),
+            counted(spills, "spill"),
         ),
         ..default_scenario()
     };
