@@ -9,7 +9,7 @@ use scenario::ids::{Incarnation, RobotId, Tick};
 use tokio::time::Instant;
 
 use super::Server;
-use crate::barrier::{MAX_BROADCASTS, Verdict};
+use crate::barrier::{MAX_BROADCASTS, Presence, Verdict};
 
 impl Server {
     /// Handles a report, or an invalid message, that arrived on this key.
@@ -37,7 +37,7 @@ impl Server {
                 Err(why) => return self.dismiss(robot, &report, &why),
             }
         }
-        if self.waits_for_broadcasts(&mut report) {
+        if self.waits_for_broadcasts(&mut report) || self.may_precede_stop(&report) {
             return;
         }
         match self.simulation.report(&report) {
@@ -49,7 +49,6 @@ impl Server {
             }
             Verdict::SilenceEnded => {
                 tracing::info!(robot = name, "agent answers again");
-                self.peers[robot.index()].stopped = false;
             }
             Verdict::Superseded => {
                 self.send(robot, &ToAgent::Dismissed(incarnation));
@@ -67,6 +66,13 @@ impl Server {
             }
         }
         self.advance();
+    }
+
+    /// Returns `true` if an agent whose process is stopped may have sent the report before the stop. Such a report does
+    /// not bring the robot back. When the process continues, the robot is asked again.
+    fn may_precede_stop(&self, report: &Report) -> bool {
+        self.peers[report.robot.index()].stopped
+            && self.simulation.barrier().presence(report.robot) == Presence::Silent
     }
 
     /// Returns whether a message of a robot belongs to its answer to the current tick, which is not complete.
@@ -172,7 +178,7 @@ impl Server {
             self.fail_start(news.pid);
             return self.advance();
         }
-        let peer = &mut self.peers[robot.index()];
+        let peer = &self.peers[robot.index()];
         if peer.pid != Some(news.pid) && !self.simulation.barrier().started() {
             // The process has not yet requested to join.
             return;
@@ -182,10 +188,10 @@ impl Server {
         }
         match news.state {
             ProcessState::Stopped => {
-                peer.stopped = true;
+                self.peers[robot.index()].stopped = true;
                 self.stall(robot);
             }
-            ProcessState::Continued => peer.stopped = false,
+            ProcessState::Continued => self.continue_agent(robot),
             ProcessState::Ended => {}
         }
         self.advance();

@@ -69,6 +69,15 @@ impl Server {
         }
     }
 
+    /// Notes that the process of a robot continues. If the robot was silent, it is asked again, because a report from before the
+    /// stop did not count.
+    pub(super) fn continue_agent(&mut self, robot: RobotId) {
+        self.peers[robot.index()].stopped = false;
+        if self.simulation.barrier().presence(robot) == Presence::Silent {
+            self.send_again(robot, Instant::now());
+        }
+    }
+
     /// Sends the latest tick to a robot again. The robot then repeats its answer.
     pub(super) fn send_again(&mut self, robot: RobotId, now: Instant) {
         if let Some(question) = &mut self.peers[robot.index()].question {
