@@ -26,7 +26,6 @@ const CRATES: [&str; 11] = [
 
 fn main() {
     link::at_fixed_address();
-    println!("cargo::rerun-if-changed=link.rs");
     let mut files = vec![PathBuf::from("../Cargo.lock")];
     for name in CRATES {
         let folder = Path::new("..").join(name);

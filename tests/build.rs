@@ -5,6 +5,5 @@ mod link;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=../launch/link.rs");
     link::at_fixed_address();
 }

@@ -120,11 +120,8 @@ pub fn read_scenario(requested: &str, known: &Known) -> anyhow::Result<Scenario>
         return Ok(Scenario::parse(requested, builtin.text, &known.vocabulary)?);
     }
     let path = Path::new(requested);
-    if !path.exists() {
-        // Only a path can contain these characters.
-        if requested.contains(['/', '.']) {
-            bail!("{requested}: no such file; correct the path");
-        }
+    // Only a path can contain these characters.
+    if !path.exists() && !requested.contains(['/', '.']) {
         let builtins = known.vocabulary.builtins().map(|builtin| builtin.name);
         let what = format!("'{requested}' is neither a built-in scenario nor a file");
         bail!(Problem::of_value(what, name_remedy(requested, builtins)));

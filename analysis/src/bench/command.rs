@@ -8,6 +8,7 @@ use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use proto::program_build;
 use scenario::Problem;
+use terminal::counted;
 use terminal::stderr_line;
 use world_server::mission_args::Known;
 
@@ -25,7 +26,6 @@ use crate::sweep::journal::{Header, read_all};
 use crate::sweep::run::{Row, RunResult, execute_run};
 use crate::workers::run_parallel;
 use crate::{distinct, exit_status};
-use terminal::counted;
 
 const RESULT: &str = "result.json";
 

@@ -1,5 +1,7 @@
 //! The result in words: three sentences, and details.
 
+use terminal::counted;
+
 use super::analysis::{Analysis, Ranking};
 use super::cell::AllocatorCell;
 use super::data::ComparisonData;
@@ -8,7 +10,6 @@ use super::metrics::Metric;
 use super::power::seeds_needed;
 use super::statistics::SIGNIFICANT;
 use crate::distinct;
-use terminal::counted;
 
 /// The largest number of blocks that a sentence lists.
 const LISTED: usize = 4;

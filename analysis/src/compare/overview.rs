@@ -1,6 +1,8 @@
 //! The comparison at a glance: what was compared, by which measure and which tests, what is left out, and what would change
 //! the answer.
 
+use terminal::counted;
+
 use super::analysis::{Analysis, BlockAnalysis, Ranking};
 use super::answer::{best, named, next_best, p_value, rivals};
 use super::data::ComparisonData;
@@ -8,7 +10,6 @@ use super::metrics::Metric;
 use super::power::pairs_of;
 use super::statistics::SIGNIFICANT;
 use crate::distinct;
-use terminal::counted;
 
 /// The largest number of names in a list.
 const LISTED: usize = 12;

@@ -1,10 +1,11 @@
 //! The number of seeds that a comparison needs.
 
+use terminal::counted;
+
 use super::metrics::Metric;
 use super::statistics::SIGNIFICANT;
 use crate::sweep::plan::hypothesis::Hypothesis;
 use crate::sweep::statistics::wilson;
-use terminal::counted;
 
 /// The largest number of seeds that a remark recommends.
 const MOST_SEEDS: usize = 10_000;

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
-use terminal::counted;
 
 use proto::program_build;
 use run_log::{Branch, Input, InputLine, ReadError, RunFile, RunLog};
@@ -10,7 +9,7 @@ use scenario::ids::Tick;
 use scenario::shortened;
 use scenario::time::SimTime;
 use serde_json::Value;
-use terminal::in_one_line;
+use terminal::{counted, in_one_line};
 
 /// Returns the first difference between the programs of two runs in words. Programs of different builds can decide
 /// differently with equal setups and inputs.

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use scenario::time::SimTime;
+use terminal::counted;
 
 use super::case::{Case, Conditions, Judge, Judgement};
 use super::plan::{Budget, HuntPlan, Method};
 use super::search::{BATCH, Search, SeverityMeasure};
 use super::shrink::{Shrunk, shrink};
 use super::violation::ViolationKind;
-use terminal::counted;
 
 /// A case with a violation, or the worst one of a search for the worst PAR2 time.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,6 +10,7 @@ use scenario::ids::RobotId;
 use scenario::mission::columns::Progress;
 use scenario::time::SimTime;
 use scenario::{Scenario, Setup};
+use terminal::counted;
 use terminal::panics::catch;
 use world_server::simulation::Simulation;
 
@@ -20,7 +21,6 @@ use super::violation::{FoundViolation, ViolationKind};
 use crate::invariants::coverage::{is_covered, is_operational, is_within_reach};
 use crate::invariants::termination::is_calm;
 use crate::invariants::{Invariants, WorldState, replayed};
-use terminal::counted;
 
 /// The number of ticks between two looks at the coverage and the remaining work. More ticks save time, but miss faults
 /// that last for less.

@@ -1,11 +1,11 @@
 //! The result as a self-contained HTML page.
 
 use maud::{Markup, html};
+use terminal::counted;
 
 use super::plan::{Budget, HuntPlan};
 use super::results::{Shown, command, faults_text, method, sentence};
 use crate::page::{LANDSCAPE, document, table};
-use terminal::counted;
 
 /// Returns the page of a hunt.
 #[must_use]

@@ -13,6 +13,7 @@ use run_log::recorder::Folder;
 use scenario::Scenario;
 use scenario::fault::Order;
 use scenario::time::SimTime;
+use terminal::counted;
 
 use super::case::Case;
 use super::hunting::{AllocatorResult, Finding, SearchResult};
@@ -24,7 +25,6 @@ use crate::new_file::write_atomically;
 use crate::report::command::{FigureOptions, report};
 use crate::shell::shell_quoted;
 use crate::sweep::execution::repeat_command;
-use terminal::counted;
 
 /// A finding with the names of its files.
 pub struct Shown<'r> {

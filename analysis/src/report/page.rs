@@ -4,6 +4,7 @@ use maud::{Markup, html};
 use run_log::{RunFile, RunOutcome};
 use scenario::mission::columns::{display_name, format_value, short_summary};
 use scenario::time::SimTime;
+use terminal::counted;
 
 use super::failures::{DetectionSign, OrphanOutcome};
 use super::faults::{FaultMark, FaultMarkPhase, faults};
@@ -19,7 +20,6 @@ use crate::page::{contents, document, heading, scrolled, sorting, table};
 use crate::table::figure;
 use observation::stints::Loss;
 use observation::takeovers::{Takeover, TakeoverCause};
-use terminal::counted;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 
 use maud::{Markup, html};
+use terminal::counted;
 
 use super::design::{Cell, Design, FAULTS};
 use super::figures::measures;
@@ -17,7 +18,6 @@ use crate::page::{
     about, choice, choosing, contents, document, drawing, estimate, heading, hinting, number,
     percent, sorting, table,
 };
-use terminal::counted;
 
 /// The name of the file with the table of [`Page::latex`].
 pub const LATEX: &str = "summary.tex";

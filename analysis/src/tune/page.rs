@@ -1,6 +1,7 @@
 //! The result as a self-contained HTML page that starts with the best values and their improvement.
 
 use maud::{Markup, html};
+use terminal::counted;
 
 use super::importance::importance;
 use super::search::Method;
@@ -8,7 +9,6 @@ use super::task::Task;
 use super::verdict::{AllocatorResult, TUNED, TestComparison};
 use crate::figures::Figure;
 use crate::page::{LANDSCAPE, document, drawing, estimate, number, table};
-use terminal::counted;
 
 pub struct Page<'p> {
     pub name: &'p str,

@@ -3,7 +3,6 @@
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::time::Duration;
-use terminal::counted;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use proto::control::AgentState;
@@ -11,7 +10,7 @@ use proto::view::{RobotView, View};
 use scenario::ids::Tick;
 use scenario::mission::columns::{Column, ColumnValue, Progress as MissionProgress, short_summary};
 use scenario::{Catalog, Setup};
-use terminal::stderr_line;
+use terminal::{counted, stderr_line};
 use tokio::time::Instant;
 
 /// The minimum time between two lines if stderr is not a terminal.

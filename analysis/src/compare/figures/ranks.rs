@@ -2,6 +2,7 @@
 
 use plotters::element::Circle;
 use plotters::style::Color;
+use terminal::counted;
 
 use crate::columns::{Entry, Table};
 use crate::compare::analysis::{Analysis, PRIMARY, Ranking};
@@ -9,7 +10,6 @@ use crate::compare::answer::p_value;
 use crate::compare::data::ComparisonData;
 use crate::figures::canvas::{Area, DrawResult, INK, Sheet, TextLabel, line, path, px};
 use crate::figures::{Figure, plain};
-use terminal::counted;
 
 const SIDE_PX: f64 = 190.0;
 const AXIS_PX: f64 = 64.0;
