@@ -1,7 +1,7 @@
 //! A stopped and continued agent.
 
-use alliance_tests::harness::{Lab, wait_until};
-use alliance_tests::runs::Events;
+use alliance_tests::harness::{Lab, join, wait_until};
+use alliance_tests::runs::{self, Events};
 use alliance_tests::team::Team;
 use nix::sys::signal::Signal;
 use run_log::MotivationRow;
@@ -42,4 +42,25 @@ fn the_team_continues_without_a_stopped_agent_which_later_returns_and_works() {
     assert!(counted.contains(&back), "a row in the tick of the return");
     let last = log.last.as_ref().map(|last| last.now.0);
     assert_eq!(counted.last().copied(), last, "rows to the end of the run");
+}
+
+/// The news of a stop can arrive before a report that the agent sent earlier.
+#[test]
+fn a_report_from_before_the_stop_is_not_the_return_of_the_agent() {
+    let lab = Lab::new();
+    let mut scenario = runs::builtin("waste-cleanup");
+    scenario.limit_s = 120.0;
+    scenario.robots[1].controller = Some("liar".to_owned());
+    lab.write("mine.toml", scenario.to_toml().unwrap());
+    let controller = format!("liar={} stopped", env!("CARGO_BIN_EXE_liar"));
+    let options = ["--controller", &controller, "mine.toml", "--speed", "50x"];
+    let options = join(options, "--stall-after 3600");
+    lab.mission("run", options).expect(1);
+
+    let log = lab.log("run");
+    let [away, back] = ["stalled", "back"].map(|kind| log.times_of("gold", kind));
+    assert_eq!((away.len(), back.len()), (1, 1), "{away:?} {back:?}");
+    // It returns when the news of its continuation arrive.
+    assert!(back[0] >= away[0] + 1_000, "{away:?} {back:?}");
+    lab.assert_repeated("run");
 }

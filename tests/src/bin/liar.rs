@@ -1,5 +1,6 @@
 //! A robot process that broadcasts the generated contents of [`alliance_tests::lies`]. The argument is their seed. With the
-//! argument `reports`, broadcasts are true and the reports list others. The environment names the robot and the run, as for
+//! argument `reports`, broadcasts are true and the reports list others. With `stopped`, everything is true, but the news of a
+//! stop of the process precedes a report. The environment names the robot and the run, as for
 //! every external controller.
 
 use std::sync::mpsc;
@@ -13,7 +14,8 @@ use cluster::rendezvous::{ConnectionRole, Rendezvous, RendezvousError};
 use cluster::session;
 use missions::Registry;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION};
-use proto::keys::KeyExpressions;
+use proto::keys::{KeyExpressions, LAUNCHER_HOST};
+use proto::process::{ProcessNews, ProcessState};
 use proto::secret::Secret;
 use proto::tick::ToAgent;
 use robot_agent::agent::payload_bytes;
@@ -21,10 +23,16 @@ use robot_agent::args::{ROBOT, RUN};
 use scenario::Setup;
 use zenoh::{Result, Wait};
 
+/// The tick before whose report the process seems to stop.
+const STOP_TICK: u64 = 100;
+
+/// The wall-clock time for which it seems to be stopped.
+const STOP: Duration = Duration::from_secs(2);
+
 fn main() -> Result<()> {
     let kind = std::env::args().nth(1).context("state a seed")?;
-    let has_false_reports = kind == "reports";
-    let lies = if has_false_reports {
+    let (has_false_reports, seems_stopped) = (kind == "reports", kind == "stopped");
+    let lies = if has_false_reports || seems_stopped {
         vec![heartbeat()]
     } else {
         lies(kind.parse()?)
@@ -77,6 +85,22 @@ fn main() -> Result<()> {
             let sealed = secret.seal(&key, &report)?;
             bus.put(key, sealed).wait()
         };
+        let report_state = |number, state| -> Result<()> {
+            let news = ProcessNews {
+                number,
+                robot: robot.clone(),
+                pid: request.pid,
+                state,
+            };
+            let key = keys.process(LAUNCHER_HOST);
+            let sealed = Secret::from_token(&run.token).seal(&key, &news)?;
+            bus.put(key, sealed).wait()
+        };
+        let is_stopped = seems_stopped && tick.tick == STOP_TICK;
+        if is_stopped {
+            // The launcher has not sent as many news.
+            report_state(1_000, ProcessState::Stopped)?;
+        }
         let is_early = has_false_reports && tick.tick % 4 == 3;
         if is_early {
             send_report()?;
@@ -88,6 +112,10 @@ fn main() -> Result<()> {
         }
         if !is_early {
             send_report()?;
+        }
+        if is_stopped {
+            thread::sleep(STOP);
+            report_state(1_001, ProcessState::Continued)?;
         }
     }
     Ok(())
