@@ -67,15 +67,13 @@ fn with_examples(command: Command, words: &str) -> Command {
     })
 }
 
-/// Returns the section of a help text with these examples.
+/// Returns the section of a help text with these examples, each below its purpose. A shell ignores the line of the purpose.
 fn section(examples: &[(Cow<'_, str>, &str)]) -> String {
     let header = *Styles::default().get_header();
-    let widths = examples.iter().map(|(line, _)| line.len());
-    let width = widths.max().unwrap_or(0);
     let mut text = format!("{header}Examples:{header:#}");
     for (line, purpose) in examples {
         // Writing to a String cannot fail.
-        let _ = write!(text, "\n  {line:width$}  # {purpose}");
+        let _ = write!(text, "\n  # {purpose}\n  {line}");
     }
     text
 }

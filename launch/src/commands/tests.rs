@@ -72,11 +72,14 @@ fn each_help_text_ends_with_examples_that_the_command_accepts() {
         let help = command.clone().render_help().to_string();
         let examples = help.split("Examples:\n").nth(1);
         let examples = examples.unwrap_or_else(|| panic!("{name} has no example:\n{help}"));
-        let lines: Vec<&str> = examples.lines().collect();
-        assert!((1..=3).contains(&lines.len()), "{name}: {examples}");
-        for line in lines {
-            assert!(line.chars().count() <= 98, "{name}: {line}");
-            let line = line.trim().split("  # ").next().unwrap().trim_end();
+        let lines: Vec<&str> = examples.lines().map(str::trim).collect();
+        assert!((2..=6).contains(&lines.len()), "{name}: {examples}");
+        for pair in lines.chunks(2) {
+            let [purpose, line] = pair else {
+                panic!("{name}: {examples}");
+            };
+            assert!(purpose.starts_with("# "), "{name}: {purpose}");
+            assert!(line.chars().count() <= 78, "{name}: {line}");
             if !name.is_empty() {
                 assert!(
                     format!("{line} ").starts_with(&format!("alliance {name} ")),
