@@ -244,6 +244,10 @@ fn robots(plan: &RunPlan, run: &RunFile) -> Table {
         );
     }
     table::align_right(&mut table, 1..);
+    let columns: Vec<usize> = (0..table.column_count()).collect();
+    table::no_wrap(&mut table, &columns);
+    // Of the general figures, those that say least: messages received, incarnations, activations.
+    table::hide_if_narrow(&mut table, &[columns.len() - 2, 1, 2]);
     table
 }
 
