@@ -54,30 +54,32 @@ enum What {
 }
 
 impl ListCommand {
-    /// Prints the list or the description. Exit status 0, 2 for an unknown name, 3 if a folder cannot be read.
+    /// Prints the list or the description. Exit status 0, 2 for an unknown name or folder, 3 if a folder cannot be read.
     #[must_use]
     pub fn run(&self) -> ExitCode {
-        let (name, text, status) = match &self.what {
+        let (name, text) = match &self.what {
             None => match &self.name {
-                None => ("list", everything(), 3),
-                Some(name) => ("list", described(name), 2),
+                None => ("list", everything()),
+                Some(name) => ("list", described(name)),
             },
             Some(What::Scenarios { scenario, size }) => {
-                let text = scenarios::text(scenario.as_deref(), size);
-                ("list scenarios", text, 2)
+                ("list scenarios", scenarios::text(scenario.as_deref(), size))
             }
             Some(What::Allocators { allocator }) => {
-                ("list allocators", allocators::text(allocator.as_deref()), 2)
+                ("list allocators", allocators::text(allocator.as_deref()))
             }
             Some(What::Missions { mission }) => {
-                ("list missions", missions::text(mission.as_deref()), 2)
+                ("list missions", missions::text(mission.as_deref()))
             }
-            Some(What::Runs(command)) => ("list runs", command.text(), 3),
+            Some(What::Runs(command)) => ("list runs", command.text()),
         };
         let command = format!("alliance {name}");
         match text {
             Ok(text) => terminal::print_result(&command, text, ExitCode::SUCCESS),
-            Err(error) => fail(&command, &error, status),
+            Err(error) => {
+                let status = if error.is::<Problem>() { 2 } else { 3 };
+                fail(&command, &error, status)
+            }
         }
     }
 }
