@@ -2,20 +2,29 @@
 
 use std::collections::HashMap;
 use std::fmt::Write;
+use std::hash::Hash;
 
 use comfy_table::Table;
 use scenario::Setup;
 use serde_json::{Value, json};
+use terminal::counted;
 
 use super::Check;
 use super::forecast::{Forecast, Takeover};
 use crate::compare::metrics::Metric;
 use crate::table;
 
+/// The number of columns: the name of a behavior set and its figures.
+const COLUMNS: usize = 8;
+
 pub fn text(setup: &Setup, check: &Check) -> String {
     let mut text = String::new();
-    for (robots, table) in tables(&check.forecasts) {
-        let _ = writeln!(text, "{}\n{}", robots.join(", "), table.trim_fmt());
+    for ((robots, rows), others) in groups(&check.forecasts) {
+        let _ = writeln!(text, "{}\n{}", robots.join(", "), table_of(rows).trim_fmt());
+        if others > 0 {
+            let others = counted(others, "more group");
+            let _ = writeln!(text, "and {others} of robots with equal times");
+        }
     }
     text += "times in s; silent, failing, working: takeover from such a teammate, counted from its first message\n";
     let _ = writeln!(text, "{}", check.class);
@@ -52,38 +61,53 @@ fn better(metric: &Metric) -> &'static str {
     }
 }
 
-/// Creates a table for each group of robots. Robots with equal figures share a row.
-fn tables(forecasts: &[Forecast]) -> Vec<(Vec<&str>, Table)> {
-    let mut rows: Vec<(Vec<&str>, [String; 8])> = Vec::new();
-    let mut known: HashMap<[String; 8], usize> = HashMap::new();
-    for forecast in forecasts {
-        let figures = figures(forecast);
-        match known.get(&figures) {
-            Some(place) => rows[*place].0.push(&forecast.robot),
-            None => {
-                known.insert(figures.clone(), rows.len());
-                rows.push((vec![&forecast.robot], figures));
-            }
-        }
-    }
-    let mut tables: Vec<(Vec<&str>, Table)> = Vec::new();
-    for (robots, figures) in rows {
-        let of_group = tables.iter().position(|(group, _)| *group == robots);
-        let of_group = of_group.unwrap_or_else(|| {
-            tables.push((robots, empty_table()));
-            tables.len() - 1
+/// A row of a table: the name of a behavior set, then its figures.
+type Cells = [String; COLUMNS];
+
+/// The robots with the same behavior sets and figures, and the rows of their table.
+type Group<'f> = (Vec<&'f str>, Vec<Cells>);
+
+/// Returns groups of robots, each with the number of further groups that differ from it only in names.
+fn groups(forecasts: &[Forecast]) -> Vec<(Group<'_>, usize)> {
+    let rows = grouped(forecasts.iter().map(|f| (cells(f), f.robot.as_str())));
+    let groups = grouped(rows.into_iter().map(|(cells, robots)| (robots, cells)));
+    let by_figures = groups.into_iter().map(|(robots, rows)| {
+        let figures = rows.iter().map(|[_, figures @ ..]| figures.clone());
+        let figures: Vec<[String; COLUMNS - 1]> = figures.collect();
+        ((robots.len(), figures), (robots, rows))
+    });
+    let first = grouped(by_figures).into_iter().filter_map(|(_, alike)| {
+        let others = alike.len() - 1;
+        Some((alike.into_iter().next()?, others))
+    });
+    first.collect()
+}
+
+/// Collects the values of each key. Keys and values stay in the order of their first occurrence.
+fn grouped<K: Clone + Eq + Hash, V>(pairs: impl Iterator<Item = (K, V)>) -> Vec<(K, Vec<V>)> {
+    let mut groups: Vec<(K, Vec<V>)> = Vec::new();
+    let mut known: HashMap<K, usize> = HashMap::new();
+    for (key, value) in pairs {
+        let place = *known.entry(key).or_insert_with_key(|key| {
+            groups.push((key.clone(), Vec::new()));
+            groups.len() - 1
         });
-        tables[of_group].1.add_row(figures);
+        groups[place].1.push(value);
     }
-    for (_, table) in &mut tables {
-        // The narrow padding makes all columns fit 80 characters.
-        for column in table.column_iter_mut() {
-            column.set_padding((0, 1));
-        }
-        table::align_right(table, 1..8);
-        table::no_wrap(table, &[0]);
+    groups
+}
+
+/// Creates the table of a group.
+fn table_of(rows: Vec<Cells>) -> Table {
+    let mut table = empty_table();
+    table.add_rows(rows);
+    // The narrow padding makes all columns fit 80 characters.
+    for column in table.column_iter_mut() {
+        column.set_padding((0, 1));
     }
-    tables
+    table::align_right(&mut table, 1..COLUMNS);
+    table::no_wrap(&mut table, &[0]);
+    table
 }
 
 fn empty_table() -> Table {
@@ -99,7 +123,7 @@ fn empty_table() -> Table {
     ])
 }
 
-fn figures(forecast: &Forecast) -> [String; 8] {
+fn cells(forecast: &Forecast) -> Cells {
     let over = |time: fn(&Takeover) -> f64| range(forecast.takeovers.iter().map(time));
     [
         forecast.set.clone(),
