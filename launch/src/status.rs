@@ -13,11 +13,16 @@ use scenario::Problem;
 use scenario::limits::closed;
 use scenario::mission::columns::details;
 use scenario::time::seconds;
-use terminal::stderr_line;
+use terminal::{counted, stderr_line};
 
 use crate::clock::describe;
 use crate::control::{ControlArgs, unexpected};
 use crate::fault;
+
+/// The largest number of robots in the first table.
+const ROBOTS: usize = 30;
+/// The largest number of robots whose motivations are shown.
+const MOTIVATIONS: usize = 12;
 
 /// Show robots, processes, tasks and faults of a live run
 #[derive(Args, Clone, Debug)]
@@ -81,11 +86,22 @@ fn text(status: &Status) -> String {
         status.t_ms,
         describe(&status.clock),
         details(&status.mission),
-        robots(&status.robots).trim_fmt(),
-        motivations(&status.robots).trim_fmt(),
+        bounded(&status.robots, ROBOTS, robots),
+        bounded(&status.robots, MOTIVATIONS, motivations),
     );
     if !status.faults.is_empty() {
         text += &format!("\n\n{}", fault::in_a_table(&status.faults).trim_fmt());
+    }
+    text
+}
+
+/// Returns the table of the first robots, and the number of the others.
+fn bounded(robots: &[RobotStatus], most: usize, table: fn(&[RobotStatus]) -> Table) -> String {
+    let shown = &robots[..robots.len().min(most)];
+    let mut text = table(shown).trim_fmt();
+    let others = robots.len() - shown.len();
+    if others > 0 {
+        text += &format!("\nand {}; --json prints all", counted(others, "more robot"));
     }
     text
 }

@@ -6,9 +6,9 @@ use observation::detections::DetectionWatch;
 use observation::takeovers::{LossTakeover, TakeoverDetector};
 use proto::event::{EventLine, TickEvents};
 use proto::view::View;
-use scenario::Setup;
 use scenario::ids::{BehaviorId, Tick};
 use scenario::time::SimTime;
+use scenario::{Setup, shortened};
 
 /// The maximum number of lines for each minute of simulated time. The number of the others is one more line.
 const LINES_PER_MINUTE: usize = 20;
@@ -165,7 +165,7 @@ impl RunNews {
                 "" => String::new(),
                 reason => format!(" ({reason})"),
             };
-            return format!("{names} {does} {}{why}", event.detail);
+            return format!("{names} {does} {}{why}", shortened(&event.detail));
         }
         let tasks = match kind {
             "gone" | "stalled" => self.takeovers.tasks_of(&event.robot),
