@@ -80,9 +80,11 @@ fn one_line(text: &str) -> String {
         }
         line += part.strip_prefix("error: ").unwrap_or(part);
     }
-    // The texts of the standard library name no remedy.
+    // The texts of the standard library name no remedy, and those of clap have ranges of Rust.
     line.replace("invalid float literal", "write a number")
         .replace("invalid digit found in string", "write a whole number")
+        .replace(" is not in ", " is not from ")
+        .replace("..=", " to ")
 }
 
 #[cfg(test)]
@@ -142,6 +144,10 @@ mod tests {
             (
                 "--robot=blue --limit=gold",
                 "invalid value 'gold' for '--limit <limit>': write a number",
+            ),
+            (
+                "--robot=blue --port=70000",
+                "invalid value '70000' for '--port <port>': 70000 is not from 0 to 65535",
             ),
             (
                 "--robot=blue --port=gold",

@@ -205,7 +205,15 @@ pub fn name_remedy<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) ->
         0 => "there are none".to_owned(),
         1 => format!("there is only '{}'", known[0]),
         2..=FEW => format!("there are {}", known.join(", ")),
-        more => format!("there are {more}, from {} to {}", known[0], known[more - 1]),
+        more => {
+            let mut sorted = known.clone();
+            sorted.sort_unstable();
+            format!(
+                "there are {more}, from {} to {}",
+                sorted[0],
+                sorted[more - 1]
+            )
+        }
     };
     match nearest(wrong, known) {
         Some(name) => format!("did you mean '{name}'? ({list})"),

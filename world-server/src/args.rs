@@ -53,7 +53,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "LEVEL", value_parser = log_level(), help_heading = OUTPUT)]
     pub log: Option<LogLevel>,
     /// Continue without an agent after this wall-clock time without an answer
-    #[arg(long, value_name = "TIME", default_value = "5", value_parser = positive_time, allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", default_value = "5s", value_parser = positive_time, allow_negative_numbers = true)]
     pub stall_after: f64,
     /// Serve metrics for Prometheus and the health at this address, such as 127.0.0.1:9464
     #[arg(long, value_name = "ADDRESS", value_parser = address)]

@@ -40,14 +40,14 @@ pub struct RosAgentArgs {
         hide = !cfg!(feature = "ros")
     )]
     ros_router: Locator,
-    /// Wait in each tick for the command with its stamp, at most this wall-clock time [default: 2]
+    /// Wait in each tick for the command with its stamp, at most this wall-clock time [default: 2s]
     #[arg(
         long,
         value_name = "TIME",
         requires = "ros",
         num_args = 0..=1,
         require_equals = true,
-        default_missing_value = "2",
+        default_missing_value = "2s",
         value_parser = positive_time,
         hide = !cfg!(feature = "ros")
     )]
