@@ -50,7 +50,7 @@ pub const PAGE: &str = "run.html";
 
 /// Export a run to other formats
 #[derive(Args, Clone, Debug)]
-#[command(override_usage = "alliance export [OPTIONS] <--FORMAT>... [RUN]")]
+#[command(override_usage = "alliance export [RUN] <--FORMAT>... [OPTIONS]")]
 pub struct ExportCommand {
     /// Folder of the run
     #[arg(value_name = "RUN", default_value = LATEST)]

@@ -74,7 +74,11 @@ impl FromStr for Moments {
             "end" => Ok(Moment::End),
             time => seconds(time).map(Moment::At),
         });
-        Ok(Self(moments.collect::<Result<_, _>>()?))
+        let moments: Result<_, Problem> = moments.collect();
+        // The folder of the run after the option is read as a time.
+        let moments =
+            moments.map_err(|problem| problem.or_remedy("name the run before the option"));
+        Ok(Self(moments?))
     }
 }
 
