@@ -1,6 +1,7 @@
 //! `alliance watch`: the page of a live run, in a process that only observes, or of a finished run. Its failure does not affect a
 //! live run.
 
+use std::mem;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -127,11 +128,16 @@ impl WatchCommand {
     /// Finds the run. Waits a while for a run given by id, because it may be starting.
     async fn find(&self) -> anyhow::Result<Rendezvous> {
         let until = Instant::now() + PATIENCE;
+        let mut is_announced = self.inherited;
         loop {
             match Rendezvous::find(self.run.as_deref()) {
                 Ok(run) => return Ok(run),
                 // A world that first repeats another run is announced late.
-                Err(_) if self.run.is_some() && (self.inherited || Instant::now() < until) => {
+                Err(error) if self.run.is_some() && (self.inherited || Instant::now() < until) => {
+                    if !mem::replace(&mut is_announced, true) {
+                        let patience_s = PATIENCE.as_secs();
+                        stderr_line!("{error}; waiting {patience_s} s for it");
+                    }
                     sleep(PATIENCE / 500).await;
                 }
                 Err(error) if self.run.is_some() => {
