@@ -27,7 +27,7 @@ use zenoh::{Result, Wait};
 const STOP_TICK: u64 = 100;
 
 /// The wall-clock time for which it seems to be stopped.
-const STOP: Duration = Duration::from_secs(2);
+const STOP: Duration = Duration::from_secs(1);
 
 fn main() -> Result<()> {
     let kind = std::env::args().nth(1).context("state a seed")?;
