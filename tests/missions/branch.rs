@@ -216,7 +216,7 @@ fn each_allocator_adopts_other_times_or_gives_the_reason() {
 #[test]
 fn a_branch_before_a_real_kill_spares_the_robot_and_needs_no_other_file() {
     let lab = Lab::new();
-    let mut team = Team::start(&lab, ["--speed", "60x"]);
+    let mut team = Team::start(&lab, ["--speed", "20x"]);
     team.wait_for_row("events.csv", &[",picked,"]);
     lab.run(["fault", "delay", "--by", "0.2s", "--for", "5s"])
         .expect(0);
