@@ -80,11 +80,18 @@ fn one_line(text: &str) -> String {
         }
         line += part.strip_prefix("error: ").unwrap_or(part);
     }
-    // The texts of the standard library name no remedy, and those of clap have ranges of Rust.
-    line.replace("invalid float literal", "write a number")
-        .replace("invalid digit found in string", "write a whole number")
-        .replace(" is not in ", " is not from ")
-        .replace("..=", " to ")
+    // The texts of the standard library name no remedy.
+    let line = line
+        .replace("invalid float literal", "write a number")
+        .replace("invalid digit found in string", "write a whole number");
+    range_in_words(&line).unwrap_or(line)
+}
+
+/// Replaces a range in the notation of Rust. Returns `None` if the line has none.
+fn range_in_words(line: &str) -> Option<String> {
+    let (before, to) = line.split_once("..=")?;
+    let (problem, from) = before.rsplit_once(" is not in ")?;
+    Some(format!("{problem} is not from {from} to {to}"))
 }
 
 #[cfg(test)]

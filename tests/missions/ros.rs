@@ -134,7 +134,7 @@ fn runs_that_ros_cannot_have_are_refused() {
     for (arguments, expected) in [
         (
             "run --ros=233",
-            "alliance: invalid value '233' for '--ros[=<DOMAIN>]': 233 is not in 0..=232; try --help\n",
+            "alliance: invalid value '233' for '--ros[=<DOMAIN>]': 233 is not from 0 to 232; try --help\n",
         ),
         (
             "run --ros --ros-router udp/127.0.0.1:7447",
