@@ -4,6 +4,7 @@
 //!   type parameters compile it once, for all programs.
 //! - [`session`]: the configuration of zenoh. [`router`]: the routers of a run. [`access`]: what each member may send.
 //! - [`rendezvous`], [`member`]: how a process finds a run on this machine, and its login.
+//! - [`ignored`]: counts of messages that a process could not use.
 //! - [`network`], [`remote`], [`host_router`]: a world that listens on a network, and hosts that connect to it.
 //! - [`file`](mod@file), [`team`], [`certificates`], [`keyring`]: cluster files, and the keys of a team.
 
@@ -16,6 +17,7 @@ mod handshake;
 #[cfg(test)]
 mod handshake_tests;
 pub mod host_router;
+pub mod ignored;
 pub mod key_files;
 pub mod keyring;
 pub mod locator;

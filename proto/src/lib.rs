@@ -7,24 +7,17 @@
 //! - [`link`]: the effect of faults on messages. [`control`]: commands to a run.
 //! - [`process`], [`membership`]: orders for the agents' processes, and the robots of a host. [`view`], [`event`]: data for observers.
 //! - [`keys`], [`codec`]: key expressions and encoding. [`secret`], [`identity`]: authentication of messages.
-//!   [`ignored`]: counts of ignored messages.
-//!
-//! Release builds compile this crate at optimization level 1, because most of it reads and writes files. Functions that
-//! a step calls are marked `inline`, so the calling crates compile them at level 3.
 
 pub mod allocation;
 pub mod codec;
 pub mod control;
 pub mod event;
 pub mod identity;
-pub mod ignored;
 pub mod join;
 pub mod keys;
 pub mod link;
 pub mod membership;
 pub mod mission;
-#[cfg(test)]
-mod page_types;
 pub mod process;
 pub mod program_build;
 pub mod readings;

@@ -35,6 +35,8 @@ pub(crate) mod logged;
 pub mod playground;
 pub mod server;
 mod single_file;
+#[cfg(test)]
+mod types;
 pub mod view;
 mod views;
 pub mod watch;

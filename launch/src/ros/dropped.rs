@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use proto::ignored::IgnoredMessages;
+use cluster::ignored::IgnoredMessages;
 use tokio::time::Instant;
 
 /// The reason why a message has no effect.

@@ -7,9 +7,9 @@ mod state;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use cluster::ignored::IgnoredMessages;
 use cluster::member::Member;
 use cluster::session;
-use proto::ignored::IgnoredMessages;
 use proto::join::{JoinReply, JoinRequest, PROTOCOL_VERSION, Refusal};
 use proto::keys::KeyExpressions;
 use proto::program_build;

@@ -13,13 +13,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context;
+use cluster::ignored::IgnoredMessages;
 use cluster::process_log::set_run;
 use cluster::rendezvous::{ConnectionRole, Rendezvous};
 use cluster::session;
 use nix::libc;
 use nix::unistd::{SysconfVar, sysconf};
 use proto::control::wire::{ControlTopic, Format, WireError};
-use proto::ignored::IgnoredMessages;
 use proto::keys::KeyExpressions;
 use proto::secret::Secret;
 use terminal;

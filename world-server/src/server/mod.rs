@@ -26,8 +26,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
+use cluster::ignored::IgnoredMessages;
 use proto::event::TickEvents;
-use proto::ignored::IgnoredMessages;
 use proto::keys::KeyExpressions;
 use proto::tick::{Outcome, TickMessage, ToAgent};
 use scenario::ids::{Incarnation, RobotId};

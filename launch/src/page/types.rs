@@ -1,11 +1,10 @@
 //! TypeScript declarations of the data that the page receives, for type checks of its code:
 //! `launch/page-tests/types.d.ts`, generated from the Rust types.
 
+use proto::view::{Corner, View};
 use scenario::testkit::check_generated;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value};
-
-use crate::view::{Corner, View};
 
 /// Returns the JSON schemas of all types. They describe serialization: the page receives even fields that are optional
 /// for parsing.
