@@ -200,20 +200,17 @@ pub(crate) fn nearest<'a>(
 #[must_use]
 pub fn name_remedy<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     const FEW: usize = 30;
+    const SHOWN: usize = 3;
     let known: Vec<&str> = known.into_iter().collect();
     let list = match known.len() {
         0 => "there are none".to_owned(),
         1 => format!("there is only '{}'", known[0]),
         2..=FEW => format!("there are {}", known.join(", ")),
-        more => {
-            let mut sorted = known.clone();
-            sorted.sort_unstable();
-            format!(
-                "there are {more}, from {} to {}",
-                sorted[0],
-                sorted[more - 1]
-            )
-        }
+        count => format!(
+            "there are {} and {} more",
+            known[..SHOWN].join(", "),
+            count - SHOWN
+        ),
     };
     match nearest(wrong, known) {
         Some(name) => format!("did you mean '{name}'? ({list})"),
@@ -235,5 +232,17 @@ mod tests {
         assert!(line.ends_with("üüü'; there is only 'blue'"), "{line}");
         let short = "x".repeat(380);
         assert_eq!(shortened(&short), short);
+    }
+
+    #[test]
+    fn many_known_names_are_counted() {
+        let robots: Vec<String> = (1..=300).map(|number| format!("r{number}")).collect();
+        let remedy = name_remedy("gold", robots.iter().map(String::as_str));
+        assert_eq!(remedy, "there are r1, r2, r3 and 297 more");
+        let remedy = name_remedy("r12x", robots.iter().map(String::as_str));
+        assert_eq!(
+            remedy,
+            "did you mean 'r12'? (there are r1, r2, r3 and 297 more)"
+        );
     }
 }
