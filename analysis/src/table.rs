@@ -55,14 +55,18 @@ pub fn figure(value: FigureValue) -> String {
     }
 }
 
-/// Hides as many of these columns, in this order, as a narrow terminal needs to show the others.
-pub fn hide_if_narrow(table: &mut Table, columns: &[usize]) {
+/// Prevents line breaks in all columns. In a narrow terminal, hides as many of the columns `spare`, in this order, as the
+/// others need.
+pub fn hide_instead_of_wrap(table: &mut Table, spare: &[usize]) {
+    for column in table.column_iter_mut() {
+        column.set_constraint(ColumnConstraint::ContentWidth);
+    }
     let Some(available) = table.width() else {
         return;
     };
     let widths = table.column_max_content_widths();
     let mut needed: u16 = widths.iter().map(|width| width + GAP).sum();
-    for &column in columns {
+    for &column in spare {
         if needed > available
             && let Some(hidden) = table.column_mut(column)
         {
@@ -169,8 +173,7 @@ mod tests {
             let mut table = new(["run", "scenario", "hash"]);
             table.add_row(["waste-cleanup-1", "waste-cleanup", "cf2fc051d99e95cf"]);
             table.set_width(width);
-            no_wrap(&mut table, &[0, 1, 2]);
-            hide_if_narrow(&mut table, &[1, 2]);
+            hide_instead_of_wrap(&mut table, &[1, 2]);
             let header = table.lines().next().unwrap();
             header
                 .split_whitespace()

@@ -209,7 +209,6 @@ fn in_words(runs: &[Listed], folder: &Path) -> String {
         // Names of folders and texts of logs can contain any character.
         table.add_row(cells.map(|cell| terminal::in_one_line(&cell).into_owned()));
     }
-    table::no_wrap(&mut table, &[0, 1, 2, 3, 4, 5]);
-    table::hide_if_narrow(&mut table, &[2, 5]);
+    table::hide_instead_of_wrap(&mut table, &[2, 5]);
     table.trim_fmt() + "\n"
 }

@@ -244,10 +244,9 @@ fn robots(plan: &RunPlan, run: &RunFile) -> Table {
         );
     }
     table::align_right(&mut table, 1..);
-    let columns: Vec<usize> = (0..table.column_count()).collect();
-    table::no_wrap(&mut table, &columns);
     // Of the general figures, those that say least: messages received, incarnations, activations.
-    table::hide_if_narrow(&mut table, &[columns.len() - 2, 1, 2]);
+    let received = table.column_count() - 2;
+    table::hide_instead_of_wrap(&mut table, &[received, 1, 2]);
     table
 }
 
