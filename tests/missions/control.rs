@@ -276,6 +276,7 @@ fn runs_are_listed_newest_first() {
     let output = lab.run("list runs").expect(0).stdout;
     let is_listed = output.contains(&id) && output.contains("338.250 s");
     assert!(is_listed, "{output}");
+    lab.run("list runs nowhere").expect(2).shows("nowhere");
 
     // A status that is watched ends with its run.
     let mut watch = lab.start("status --watch 1");
