@@ -200,3 +200,11 @@ fn mistakes_give_one_line() {
     let answers = commands.map(|command| entry(command, &lab.refusal(command)));
     insta::assert_snapshot!(answers.concat());
 }
+
+#[test]
+fn groups_with_the_same_times_are_counted() {
+    let output = Lab::new().run("check --robots 300").expect(0).stderr;
+    let counted = "and 99 more groups of robots with the same times";
+    assert!(output.contains(counted), "{output}");
+    assert!(output.lines().count() < 50, "{output}");
+}

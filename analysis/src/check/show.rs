@@ -14,8 +14,17 @@ use super::forecast::{Forecast, Takeover};
 use crate::compare::metrics::Metric;
 use crate::table;
 
-/// The number of columns: the name of a behavior set and its figures.
-const COLUMNS: usize = 8;
+const HEADER: [&str; 8] = [
+    "behavior set",
+    "active\nafter",
+    "silent",
+    "failing",
+    "working",
+    "yields",
+    "gives\nup",
+    "unit of\nwork",
+];
+const COLUMNS: usize = HEADER.len();
 
 pub fn text(setup: &Setup, check: &Check) -> String {
     let mut text = String::new();
@@ -23,7 +32,7 @@ pub fn text(setup: &Setup, check: &Check) -> String {
         let _ = writeln!(text, "{}\n{}", robots.join(", "), table_of(rows).trim_fmt());
         if others > 0 {
             let others = counted(others, "more group");
-            let _ = writeln!(text, "and {others} of robots with equal times");
+            let _ = writeln!(text, "and {others} of robots with the same times");
         }
     }
     text += "times in s; silent, failing, working: takeover from such a teammate, counted from its first message\n";
@@ -111,16 +120,7 @@ fn table_of(rows: Vec<Cells>) -> Table {
 }
 
 fn empty_table() -> Table {
-    table::new([
-        "behavior set",
-        "active\nafter",
-        "silent",
-        "failing",
-        "working",
-        "yields",
-        "gives\nup",
-        "unit of\nwork",
-    ])
+    table::new(HEADER)
 }
 
 fn cells(forecast: &Forecast) -> Cells {
