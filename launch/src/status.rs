@@ -192,4 +192,18 @@ mod tests {
             assert!(words.contains(part), "no '{part}' in:\n{text}");
         }
     }
+
+    #[test]
+    fn a_large_team_is_shown_in_part() {
+        let mut status: Status = serde_json::from_str(STATUS).unwrap();
+        let robot = status.robots[0].clone();
+        status.robots = vec![robot; 300];
+        let text = text(&status);
+        for counted in [
+            "and 270 more robots; --json prints all",
+            "and 288 more robots; --json prints all",
+        ] {
+            assert!(text.contains(counted), "no '{counted}' in:\n{text}");
+        }
+    }
 }
