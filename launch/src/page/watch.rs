@@ -1,7 +1,6 @@
 //! `alliance watch`: the page of a live run, in a process that only observes, or of a finished run. Its failure does not affect a
 //! live run.
 
-use std::mem;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -127,24 +126,23 @@ impl WatchCommand {
 
     /// Finds the run. Waits a while for a run given by id, because it may be starting.
     async fn find(&self) -> anyhow::Result<Rendezvous> {
-        let until = Instant::now() + PATIENCE;
-        let mut is_announced = self.inherited;
-        loop {
-            match Rendezvous::find(self.run.as_deref()) {
-                Ok(run) => return Ok(run),
-                // A world that first repeats another run is announced late.
-                Err(error) if self.run.is_some() && (self.inherited || Instant::now() < until) => {
-                    if !mem::replace(&mut is_announced, true) {
-                        let patience_s = PATIENCE.as_secs();
-                        stderr_line!("{error}; waiting {patience_s} s for it");
-                    }
-                    sleep(PATIENCE / 500).await;
-                }
-                Err(error) if self.run.is_some() => {
-                    return Err(anyhow!("{error}; there is no such folder either"));
-                }
-                Err(error) => return Err(error.into()),
-            }
+        let find = || Rendezvous::find(self.run.as_deref());
+        let mut found = find();
+        if self.run.is_none() {
+            return Ok(found?);
         }
+        if let Err(error) = &found
+            && !self.inherited
+        {
+            let patience_s = PATIENCE.as_secs();
+            stderr_line!("{error}; waiting {patience_s} s for it");
+        }
+        let until = Instant::now() + PATIENCE;
+        // A world that first repeats another run is announced late: the page of a launcher waits for it without a limit.
+        while found.is_err() && (self.inherited || Instant::now() < until) {
+            sleep(PATIENCE / 500).await;
+            found = find();
+        }
+        found.map_err(|error| anyhow!("{error}; there is no such folder either"))
     }
 }
