@@ -1,7 +1,9 @@
-//! A robot process that broadcasts the generated contents of [`alliance_tests::lies`]. The argument is their seed. With the
-//! argument `reports`, broadcasts are true and the reports list others. With `stopped`, everything is true, but the news of a
-//! stop of the process precedes a report. The environment names the robot and the run, as for
-//! every external controller.
+//! A robot process that deviates from its protocol. Its argument states how:
+//! - a number: it broadcasts the generated contents of [`alliance_tests::lies`] with this seed;
+//! - `reports`: its broadcasts are true, and its reports list others;
+//! - `stopped`: everything is true, but the news of a stop of the process precedes a report.
+//!
+//! The environment names the robot and the run, as for every external controller.
 
 use std::sync::mpsc;
 use std::thread;
@@ -71,6 +73,18 @@ fn main() -> Result<()> {
     let alive = secret.stamp(&keys.alive(&robot, welcome.incarnation));
     let _alive = bus.liveliness().declare_token(alive).wait();
 
+    let report_state = |number, state| -> Result<()> {
+        let news = ProcessNews {
+            number,
+            robot: robot.clone(),
+            pid: request.pid,
+            state,
+        };
+        let key = keys.process(LAUNCHER_HOST);
+        let sealed = Secret::from_token(&run.token).seal(&key, &news)?;
+        bus.put(key, sealed).wait()
+    };
+
     while let Ok(message) = from_world.recv() {
         let tick = match message {
             ToAgent::Tick { tick, .. } => tick,
@@ -85,20 +99,9 @@ fn main() -> Result<()> {
             let sealed = secret.seal(&key, &report)?;
             bus.put(key, sealed).wait()
         };
-        let report_state = |number, state| -> Result<()> {
-            let news = ProcessNews {
-                number,
-                robot: robot.clone(),
-                pid: request.pid,
-                state,
-            };
-            let key = keys.process(LAUNCHER_HOST);
-            let sealed = Secret::from_token(&run.token).seal(&key, &news)?;
-            bus.put(key, sealed).wait()
-        };
         let is_stopped = seems_stopped && tick.tick == STOP_TICK;
         if is_stopped {
-            // The launcher has not sent as many news.
+            // Above the numbers of the launcher's own news, which the world then ignores.
             report_state(1_000, ProcessState::Stopped)?;
         }
         let is_early = has_false_reports && tick.tick % 4 == 3;
