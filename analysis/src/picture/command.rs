@@ -76,8 +76,9 @@ impl FromStr for Moments {
         });
         let moments: Result<_, Problem> = moments.collect();
         // The folder of the run after the option is read as a time.
-        let moments =
-            moments.map_err(|problem| problem.or_remedy("name the run before the option"));
+        let moments = moments.map_err(|times| {
+            Problem::of_value(format!("{times}, or name the run before the option"), "")
+        });
         Ok(Self(moments?))
     }
 }
