@@ -223,6 +223,12 @@ impl StintTracker {
         open.map(|stint| stint.task)
     }
 
+    /// Returns whether a robot works on the task since an activation that may be a takeover.
+    pub fn may_be_taken_over(&self, task: TaskId) -> bool {
+        let mut stints = self.stints[task.index()].iter();
+        stints.any(|stint| stint.may_take_over && stint.span.to == OPEN)
+    }
+
     /// Returns the remaining stints.
     pub fn take_rest(&mut self) -> impl Iterator<Item = Stint> {
         self.stints.iter_mut().flat_map(mem::take)

@@ -155,6 +155,13 @@ impl TakeoverDetector {
             .collect()
     }
 
+    /// Returns whether a robot executes the task after the added events, and it is not decided whether it took it over.
+    #[must_use]
+    pub fn may_be_taken_over(&self, task: &str) -> bool {
+        let task = self.tracker.catalog.find_task(task);
+        task.is_some_and(|task| self.tracker.may_be_taken_over(task))
+    }
+
     /// Returns the takeovers from lost robots that the events before `now` decide, in order of time.
     pub fn take(&mut self, now: SimTime) -> Vec<LossTakeover> {
         let mut found = Found::default();

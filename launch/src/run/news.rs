@@ -111,7 +111,7 @@ impl RunNews {
     }
 
     /// Returns the lines about takeovers that are certain at `now`, and about detections. A detection that is found together
-    /// with its takeover has no line: it happened at an unknown earlier time.
+    /// with its takeover, or while that is not certain yet, has no line: it happened at an unknown earlier time.
     pub fn takeovers_until(&mut self, now: SimTime, detections: &[EventLine]) -> Vec<String> {
         let takeovers = self.takeovers.take(now);
         self.lines_of(&takeovers, detections)
@@ -121,6 +121,7 @@ impl RunNews {
         let detections = detections.iter().filter(|event| {
             let mut taken = takeovers.iter();
             !taken.any(|each| each.task == event.subject && each.from == event.reason)
+                && !self.takeovers.may_be_taken_over(&event.subject)
         });
         let mut found: Vec<(SimTime, String)> = detections.map(detection).collect();
         found.extend(takeovers.iter().map(takeover));
@@ -279,7 +280,12 @@ mod tests {
             news.add(&at(90, vec![event(90, "activated", "green", set)])),
             [""; 0]
         );
-        assert_eq!(news.takeovers_until(SimTime(4600), &[]), [""; 0]);
+        // The detection is found after the activation, before that is certainly a takeover.
+        let detected = EventLine {
+            reason: "gold".to_owned(),
+            ..event(91, "detected", "blue", task)
+        };
+        assert_eq!(news.takeovers_until(SimTime(4600), &[detected]), [""; 0]);
         assert_eq!(
             news.add(&at(100, vec![event(100, "done", "green", "")])),
             [""; 0]
