@@ -223,8 +223,8 @@ impl StintTracker {
         open.map(|stint| stint.task)
     }
 
-    /// Returns whether a robot works on the task since an activation that may be a takeover.
-    pub fn may_be_taken_over(&self, task: TaskId) -> bool {
+    /// Returns whether a robot works on the task, and it is not decided whether its activation is a takeover.
+    pub fn has_undecided_takeover(&self, task: TaskId) -> bool {
         let mut stints = self.stints[task.index()].iter();
         stints.any(|stint| stint.may_take_over && stint.span.to == OPEN)
     }

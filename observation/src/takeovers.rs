@@ -155,11 +155,11 @@ impl TakeoverDetector {
             .collect()
     }
 
-    /// Returns whether a robot executes the task after the added events, and it is not decided whether it took it over.
+    /// Returns whether a robot executes the task after the added events, and later events decide whether it took it over.
     #[must_use]
-    pub fn may_be_taken_over(&self, task: &str) -> bool {
+    pub fn has_undecided_takeover(&self, task: &str) -> bool {
         let task = self.tracker.catalog.find_task(task);
-        task.is_some_and(|task| self.tracker.may_be_taken_over(task))
+        task.is_some_and(|task| self.tracker.has_undecided_takeover(task))
     }
 
     /// Returns the takeovers from lost robots that the events before `now` decide, in order of time.

@@ -183,6 +183,17 @@ pub fn shortened(text: &str) -> Cow<'_, str> {
     Cow::Owned(head.chain(" … ".chars()).chain(tail).collect())
 }
 
+/// Returns the first names, and the number of the others.
+#[must_use]
+pub fn listed(names: &[impl AsRef<str>], most: usize) -> String {
+    let shown = names.iter().take(most).map(AsRef::as_ref);
+    let shown = shown.collect::<Vec<&str>>().join(", ");
+    match names.len().saturating_sub(most) {
+        0 => shown,
+        others => format!("{shown} and {others} more"),
+    }
+}
+
 /// Returns the known name that is most similar to a misspelled one.
 pub(crate) fn nearest<'a>(
     wrong: &str,
@@ -206,11 +217,7 @@ pub fn name_remedy<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) ->
         0 => "there are none".to_owned(),
         1 => format!("there is only '{}'", known[0]),
         2..=FEW => format!("there are {}", known.join(", ")),
-        count => format!(
-            "there are {} and {} more",
-            known[..SHOWN].join(", "),
-            count - SHOWN
-        ),
+        _ => format!("there are {}", listed(&known, SHOWN)),
     };
     match nearest(wrong, known) {
         Some(name) => format!("did you mean '{name}'? ({list})"),
@@ -232,6 +239,13 @@ mod tests {
         assert!(line.ends_with("üüü'; there is only 'blue'"), "{line}");
         let short = "x".repeat(380);
         assert_eq!(shortened(&short), short);
+    }
+
+    #[test]
+    fn a_list_has_its_first_names_and_the_number_of_the_others() {
+        let names = ["red", "green", "blue"];
+        assert_eq!(listed(&names, 3), "red, green, blue");
+        assert_eq!(listed(&names, 1), "red and 2 more");
     }
 
     #[test]

@@ -58,7 +58,7 @@ pub use alliance::{
 };
 pub use allocators::{AllocatorSpec, Allocators};
 pub use catalog::{BehaviorSpec, Catalog, TaskSpec};
-pub use error::{Problem, decode_text, name_remedy, shortened};
+pub use error::{Problem, decode_text, listed, name_remedy, shortened};
 pub use parameters::{ParameterDefault, ParameterRange, ParameterSpec};
 pub use path::KeyPath;
 pub use profile::{LearnedTimes, LearnedTimesByTask, Profile};

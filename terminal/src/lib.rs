@@ -42,17 +42,6 @@ pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     })
 }
 
-/// Returns the first names, and the number of the others.
-#[must_use]
-pub fn listed(names: &[impl AsRef<str>], most: usize) -> String {
-    let shown = names.iter().take(most).map(AsRef::as_ref);
-    let shown = shown.collect::<Vec<&str>>().join(", ");
-    match names.len().saturating_sub(most) {
-        0 => shown,
-        others => format!("{shown} and {others} more"),
-    }
-}
-
 /// Replaces characters that control a terminal or that are invisible by escapes such as `\u001b`. Line feeds and tabs
 /// stay. The escapes are those of JSON and TOML strings, so that results in these formats stay readable.
 #[must_use]
@@ -189,13 +178,6 @@ mod tests {
         fn flush(&mut self) -> io::Result<()> {
             Ok(())
         }
-    }
-
-    #[test]
-    fn a_list_has_its_first_names_and_the_number_of_the_others() {
-        let names = ["red", "green", "blue"];
-        assert_eq!(listed(&names, 3), "red, green, blue");
-        assert_eq!(listed(&names, 1), "red and 2 more");
     }
 
     #[test]

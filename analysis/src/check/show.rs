@@ -14,6 +14,7 @@ use super::forecast::{Forecast, Takeover};
 use crate::compare::metrics::Metric;
 use crate::table;
 
+/// The columns: the name of a behavior set and its figures.
 const HEADER: [&str; 8] = [
     "behavior set",
     "active\nafter",
@@ -108,7 +109,7 @@ fn grouped<K: Clone + Eq + Hash, V>(pairs: impl Iterator<Item = (K, V)>) -> Vec<
 
 /// Creates the table of a group.
 fn table_of(rows: Vec<Cells>) -> Table {
-    let mut table = empty_table();
+    let mut table = table::new(HEADER);
     table.add_rows(rows);
     // The narrow padding makes all columns fit 80 characters.
     for column in table.column_iter_mut() {
@@ -117,10 +118,6 @@ fn table_of(rows: Vec<Cells>) -> Table {
     table::align_right(&mut table, 1..COLUMNS);
     table::no_wrap(&mut table, &[0]);
     table
-}
-
-fn empty_table() -> Table {
-    table::new(HEADER)
 }
 
 fn cells(forecast: &Forecast) -> Cells {

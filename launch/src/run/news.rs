@@ -8,7 +8,7 @@ use proto::event::{EventLine, TickEvents};
 use proto::view::View;
 use scenario::ids::{BehaviorId, Tick};
 use scenario::time::SimTime;
-use scenario::{Setup, shortened};
+use scenario::{Setup, listed, shortened};
 
 /// The maximum number of lines for each minute of simulated time. The number of the others is one more line.
 const LINES_PER_MINUTE: usize = 20;
@@ -111,7 +111,7 @@ impl RunNews {
     }
 
     /// Returns the lines about takeovers that are certain at `now`, and about detections. A detection that is found together
-    /// with its takeover, or while that is not certain yet, has no line: it happened at an unknown earlier time.
+    /// with its takeover, or while the takeover is undecided, has no line: it happened at an unknown earlier time.
     pub fn takeovers_until(&mut self, now: SimTime, detections: &[EventLine]) -> Vec<String> {
         let takeovers = self.takeovers.take(now);
         self.lines_of(&takeovers, detections)
@@ -121,7 +121,7 @@ impl RunNews {
         let detections = detections.iter().filter(|event| {
             let mut taken = takeovers.iter();
             !taken.any(|each| each.task == event.subject && each.from == event.reason)
-                && !self.takeovers.may_be_taken_over(&event.subject)
+                && !self.takeovers.has_undecided_takeover(&event.subject)
         });
         let mut found: Vec<(SimTime, String)> = detections.map(detection).collect();
         found.extend(takeovers.iter().map(takeover));
@@ -148,7 +148,7 @@ impl RunNews {
             true => event.subject.as_str(),
             false => event.robot.as_str(),
         });
-        let names = terminal::listed(&names.collect::<Vec<_>>(), NAMES);
+        let names = listed(&names.collect::<Vec<_>>(), NAMES);
         let does = match (kind, events) {
             ("gone", [_]) => "dies",
             ("gone", _) => "die",
@@ -174,10 +174,7 @@ impl RunNews {
         };
         match tasks.is_empty() {
             true => format!("{names} {does}"),
-            false => format!(
-                "{names} {does}, executing {}",
-                terminal::listed(&tasks, NAMES)
-            ),
+            false => format!("{names} {does}, executing {}", listed(&tasks, NAMES)),
         }
     }
 
@@ -280,7 +277,7 @@ mod tests {
             news.add(&at(90, vec![event(90, "activated", "green", set)])),
             [""; 0]
         );
-        // The detection is found after the activation, before that is certainly a takeover.
+        // A view shows the detection after the activation, and the takeover is not certain yet.
         let detected = EventLine {
             reason: "gold".to_owned(),
             ..event(91, "detected", "blue", task)

@@ -6,9 +6,8 @@ use std::time::Duration;
 use proto::keys::LAUNCHER_HOST;
 use proto::process::ProcessAction;
 use scenario::ids::{RobotId, Tick};
+use scenario::listed;
 use tokio::time::Instant;
-
-use terminal::listed;
 
 use super::{NAMES, Server};
 use crate::barrier::Presence;
