@@ -244,7 +244,7 @@ fn robots(plan: &RunPlan, run: &RunFile) -> Table {
         );
     }
     table::align_right(&mut table, 1..);
-    // Of the general figures, those that say least: messages received, incarnations, activations.
+    // The general figures that matter least: messages received, incarnations, activations.
     let received = table.column_count() - 2;
     table::hide_instead_of_wrap(&mut table, &[received, 1, 2]);
     table

@@ -1,6 +1,6 @@
 //! A robot process that deviates from its protocol. Its argument states how:
 //! - a number: it broadcasts the generated contents of [`alliance_tests::lies`] with this seed;
-//! - `reports`: its broadcasts are true, and its reports list others;
+//! - `reports`: its broadcasts are true, and its reports list other broadcasts;
 //! - `stopped`: everything is true, but the news of a stop of the process precedes a report.
 //!
 //! The environment names the robot and the run, as for every external controller.
