@@ -11,8 +11,11 @@ use crate::needs::cannot_run;
 
 const PORT: u16 = 7000;
 
-/// The longest wait for a frame that should arrive.
+/// One wait for a frame.
 const SOON: Duration = Duration::from_millis(200);
+
+/// The longest wait for a frame, in multiples of `SOON`.
+const WAITS: u32 = 100;
 
 fn udp(hosts: &Hosts, host: &str) -> UdpSocket {
     let at = SocketAddrV4::new(hosts.address(host), PORT);
@@ -21,22 +24,27 @@ fn udp(hosts: &Hosts, host: &str) -> UdpSocket {
     socket
 }
 
-/// Sends a datagram and returns whether it arrives.
+/// Sends a datagram and returns whether it arrives. Waits until it arrives or the switch has stopped a frame: a host
+/// whose cable was just plugged in may lose its question for an address, which it repeats after a second.
 fn arrives(hosts: &Hosts, from: &UdpSocket, to: &UdpSocket) -> bool {
     let address = to.local_addr().unwrap();
     let before = hosts.frames();
     from.send_to(b"word", address).unwrap();
     let mut word = [0; 8];
-    match to.recv_from(&mut word) {
-        Ok((4, sender)) => sender == from.local_addr().unwrap(),
-        Ok(other) => panic!("{other:?}"),
-        Err(error) => {
-            assert_eq!(error.kind(), ErrorKind::WouldBlock);
-            let after = hosts.frames();
-            assert!(after.stopped > before.stopped, "{before:?} {after:?}");
-            false
+    for _ in 0..WAITS {
+        match to.recv_from(&mut word) {
+            Ok((4, sender)) => return sender == from.local_addr().unwrap(),
+            Ok(other) => panic!("{other:?}"),
+            Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock),
+        }
+        if hosts.frames().stopped > before.stopped {
+            return false;
         }
     }
+    panic!(
+        "neither arrived nor stopped: {before:?} {:?}",
+        hosts.frames()
+    );
 }
 
 fn tcp(hosts: &Hosts, from: &str, to: &str) -> (TcpStream, TcpStream) {
