@@ -11,11 +11,11 @@ use crate::needs::cannot_run;
 
 const PORT: u16 = 7000;
 
-/// One wait for a frame.
+/// The timeout of one read. A frame that passes the switch arrives earlier, unless its address is not resolved yet.
 const SOON: Duration = Duration::from_millis(200);
 
-/// The longest wait for a frame, in multiples of `SOON`.
-const WAITS: u32 = 100;
+/// The maximum number of reads for one datagram, far more than the repetition of an ARP request needs.
+const READS: u32 = 100;
 
 fn udp(hosts: &Hosts, host: &str) -> UdpSocket {
     let at = SocketAddrV4::new(hosts.address(host), PORT);
@@ -24,14 +24,14 @@ fn udp(hosts: &Hosts, host: &str) -> UdpSocket {
     socket
 }
 
-/// Sends a datagram and returns whether it arrives. Waits until it arrives or the switch has stopped a frame: a host
-/// whose cable was just plugged in may lose its question for an address, which it repeats after a second.
+/// Sends a datagram and returns whether it arrives. Waits until it arrives or the switch has stopped a frame. The kernel
+/// may lose the ARP request of a host whose cable was just plugged in, and repeats it after a second.
 fn arrives(hosts: &Hosts, from: &UdpSocket, to: &UdpSocket) -> bool {
     let address = to.local_addr().unwrap();
     let before = hosts.frames();
     from.send_to(b"word", address).unwrap();
     let mut word = [0; 8];
-    for _ in 0..WAITS {
+    for _ in 0..READS {
         match to.recv_from(&mut word) {
             Ok((4, sender)) => return sender == from.local_addr().unwrap(),
             Ok(other) => panic!("{other:?}"),
